@@ -12,24 +12,24 @@ settings.load_profile("simcore")
 
 collect_ignore_glob = ["examples/*", "tests/adapters/robots/*", "tests/adapters/scenarios/*"]
 if find_spec("phoenix6") is None or find_spec("wpilib") is None:
-    collect_ignore_glob += ["simcore/phoenix6/*", "simcore/phoenix6_emulator/*"]
+    collect_ignore_glob += ["simcore/robotcode/makers/phoenix6/*", "simcore/robotcode/emulator/*"]
 if find_spec("rev") is None or find_spec("wpilib") is None:
-    collect_ignore_glob.append("simcore/revlib/*")
+    collect_ignore_glob.append("simcore/robotcode/makers/revlib/*")
 if find_spec("navx") is None:
-    collect_ignore_glob.append("simcore/navx/*")
+    collect_ignore_glob.append("simcore/robotcode/makers/navx/*")
 if find_spec("photonlibpy") is None:
-    collect_ignore_glob.append("simcore/photonvision/*")
+    collect_ignore_glob.append("simcore/robotcode/makers/photonvision/*")
 if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
-    collect_ignore_glob.append("simcore/robotpy/*")
+    collect_ignore_glob.append("simcore/robotcode/sim/*")
 if find_spec("wpimath") is None or find_spec("wpimath.geometry") is None:  # they compare with WPILib of 2026
     collect_ignore_glob += [
         "tests/games/test_game_telemetry.py",
         "tests/games/test_pose_estimation.py",
         "tests/games/test_rebuilt_models.py",
-        "tests/physics/robot/test_against_wpilib.py",
-        "tests/unit/geometry/test_rotation.py",
-        "tests/unit/show/test_failed_run.py",
-        "tests/unit/telemetry/test_log_reader.py",
+        "tests/laws/test_against_wpilib.py",
+        "tests/world/test_rotation.py",
+        "tests/show/test_failed_run.py",
+        "tests/telemetry/test_log_reader.py",
     ]
 
 
@@ -47,7 +47,7 @@ def pytest_addoption(parser):
     parser.addoption(
         "--engine",
         choices=("bullet", "mujoco", "both"),
-        help="physics engine of tests/physics, tests/property and tests/games (default: both in tests/physics, and "
+        help="physics engine of tests/laws and tests/games (default: both in tests/laws, and "
         "in the others PyBullet, with a sample on MuJoCo)",
     )
 
@@ -67,7 +67,7 @@ def pytest_generate_tests(metafunc):
         return
     marker = metafunc.definition.get_closest_marker("engines")
     asked = metafunc.config.getoption("--engine")
-    usual = marker.args if marker else tuple(ENGINES) if "physics" in metafunc.definition.path.parts else ("bullet",)
+    usual = marker.args if marker else tuple(ENGINES) if "laws" in metafunc.definition.path.parts else ("bullet",)
     if asked is not None:
         wanted = tuple(ENGINES) if asked == "both" else (asked,)
         names = [name for name in wanted if name in usual] if marker and not marker.kwargs.get("sample") else wanted

@@ -1,4 +1,4 @@
-"""Files that come with a game: inside an installed package, or in the source tree."""
+"""Files shipped with a game: inside an installed package, or in the source tree."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ __all__ = ["shipped"]
 
 
 def shipped(game: str, name: str) -> Path:
-    """A file or folder of a game.
+    """Return the path of a file or folder of a game.
 
     Args:
         game: Name of its package in `games`.
-        name: Its path in `models` of the installed package, and in `models/<game>` of the source tree.
+        name: Path in `models` of the installed package, and in `models/<game>` of the source tree.
     """
     packaged = Path(str(resources.files(f"games.{game}"))) / "models" / name
     return packaged if packaged.exists() else Path(__file__).resolve().parents[1] / "models" / game / name

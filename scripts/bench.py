@@ -1,10 +1,10 @@
-"""How long a tick takes: `python scripts/bench.py [--json] [--seconds S] [--against COMMIT] [scenario ...]`.
+"""Measure the time of a tick: `python scripts/bench.py [--json] [--seconds S] [--against COMMIT] [scenario ...]`.
 
-Each scenario is played on a fixed seed; a check beside each figure shows that the work was really done. Of a game
-whose pieces are no balls the time inside the engine's own step is measured, too.
+Each scenario is played on a fixed seed; a check next to each figure shows that the work was done. For games with pieces
+that are not balls, the time inside the engine's step is measured, too.
 
-With `--against` a commit's package is measured as well, in turns with this one and in processes of their own. Of each
-tick the shortest of all turns counts, so that a busy machine, which only ever adds time, spoils little.
+With `--against`, a commit's package is measured as well, in turns with this one and in separate processes. The shortest
+time of each tick over all turns counts, because a busy machine only adds time.
 """
 
 from __future__ import annotations
@@ -36,21 +36,22 @@ from games.rebuilt.staging import Staging
 from games.reefscape import REEFSCAPE
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.players.lineup import entries, lineup, take_seats
 from simcore.match.scripted import ScriptedRobot, Steps
-from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
-from simcore.players.lineup import entries, lineup, take_seats
+from simcore.robotcode.networktables.limelight_table import CameraTables
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.typing import FloatArray
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
+from simcore.world.engine_choice import add_engine_option, make_engine
 
 JAVA_MS = {"real-use": 1.26, "churn": 1.81, "rest": 0.82, "shooting": 6.8}
 """Tick medians of the Java original on this class of machine, quiet [ms]."""
 
-_WARM_UP = 25  # ticks
+_WARM_UP = 25  # ticks before the measurement
 ROOT = Path(__file__).resolve().parents[1]
 
 CAMERAS = (
@@ -72,33 +73,33 @@ CAMERAS = (
         frame_rate=5.0,
     ),
 )
-"""Those of the example robot."""
+"""Cameras of the example robot."""
 
 
 ENGINE: list[str | None] = [None]
-"""Name of the engine that is measured."""
+"""Name of the measured engine."""
 
 
 class TimedEngine:
-    """An engine that notes how long its own step takes."""
+    """Engine that measures the time of its steps."""
 
     def __init__(self) -> None:
         self._engine = make_engine(ENGINE[0])
         self.stepping = 0.0
         self._clock = perf_counter
-        for name in dir(self._engine):  # bound once: looked up at each call, they cost 2 % of a tick
+        for name in dir(self._engine):  # bound once: lookups at each call cost 2 % of a tick
             if not name.startswith("_") and name != "step":
                 setattr(self, name, getattr(self._engine, name))
 
     def step(self, h: float) -> None:
-        """Advance, with the time noted."""
+        """Advance, and add the time taken."""
         start = self._clock()
         self._engine.step(h)
         self.stepping += self._clock() - start
 
 
 def _lanes(robot: ScriptedRobot) -> Steps:
-    """Back and forth through the neutral zone at 3 m/s."""
+    """Drive back and forth through the neutral zone at 3 m/s."""
     while True:
         for y in (2.2, 3.4, 4.6, 5.8):
             yield from robot.drive_through([(5.9, y), (10.6, y)], 0.0, speed=3.0, timeout=4.0)
@@ -162,7 +163,7 @@ def _spread(milliseconds: FloatArray) -> dict[str, float]:
 
 
 def real_use(seconds: float) -> dict[str, Any]:
-    """408 fuel, a robot that drives through the neutral zone at 3 m/s."""
+    """Drive a robot through the neutral zone at 3 m/s, with 408 fuel."""
     engine = TimedEngine()
     with _match(engine, script=_lanes) as match:
         path: list[float] = []
@@ -172,10 +173,10 @@ def real_use(seconds: float) -> dict[str, Any]:
 
 
 def churn(seconds: float) -> dict[str, Any]:
-    """All 408 awake, each kicked with 2 m/s every second."""
+    """Keep all 408 fuel awake, each kicked with 2 m/s every second."""
     engine = TimedEngine()
     rng = np.random.default_rng(2)
-    with _match(engine, pose=(2.5, 2.5, 0.0), never_sleep=True) as match:  # nobody falls asleep
+    with _match(engine, pose=(2.5, 2.5, 0.0), never_sleep=True) as match:  # without sleep
 
         def kick(number: int) -> None:
             if number % 50 == 0:
@@ -187,21 +188,21 @@ def churn(seconds: float) -> dict[str, Any]:
 
 
 def rest(seconds: float) -> dict[str, Any]:
-    """408 asleep, a robot that stands."""
+    """Leave 408 fuel asleep and a robot at rest."""
     engine = TimedEngine()
     with _match(engine, pose=(2.5, 2.5, 0.0)) as match:
         return _play(match, engine, seconds, lambda number: None)
 
 
 def shooting(seconds: float) -> dict[str, Any]:
-    """16 fuel a second at 12 m/s from a robot that drives through the neutral zone."""
+    """Shoot 16 fuel per second at 12 m/s from a robot that drives through the neutral zone."""
     engine = TimedEngine()
     shots = 0
     with _match(engine, script=_lanes) as match:
 
         def shoot(number: int) -> None:
             nonlocal shots
-            if number % 25 not in (0, 6, 12, 18):  # 8 events a second of two fuel
+            if number % 25 not in (0, 6, 12, 18):  # 8 events per second with two fuel each
                 return
             scored = np.nonzero(match.pieces.state.status == PieceStatus.SCORED)[0]
             supply = scored if len(scored) >= 2 else match.pieces.on_field()[-2:]
@@ -225,12 +226,12 @@ def shooting(seconds: float) -> dict[str, Any]:
 
 
 def cameras(seconds: float) -> dict[str, Any]:
-    """Real use with three cameras (60, 30 and 5 frames a second) that publish, and a heading sent every tick."""
+    """Play `real_use` with three publishing cameras (60, 30 and 5 frames/s), and a heading sent every tick."""
     engine = TimedEngine()
     tables = ntcore.NetworkTableInstance.create()
     tables.startLocal()
     sends = [tables.getDoubleArrayTopic(f"/{c.name}/robot_orientation_set").publish() for c in CAMERAS[:2]]
-    with _match(engine, script=_lanes, cameras=CAMERAS, network=tables) as match:
+    with _match(engine, script=_lanes, cameras=CAMERAS, network=CameraTables(tables)) as match:
         spent: list[float] = []
         frames: list[int] = []
         tags = 0
@@ -271,14 +272,14 @@ def cameras(seconds: float) -> dict[str, Any]:
 
 
 def reefscape_rest(seconds: float) -> dict[str, Any]:
-    """All pieces of REEFSCAPE at rest, a robot that stands."""
+    """Leave all pieces of REEFSCAPE and a robot at rest."""
     engine = TimedEngine()
     with Match(REEFSCAPE, robots=[RobotEntry(start=(2.5, 2.5, 0.0))], seed=1, engine=engine) as match:
         return _play(match, engine, seconds, lambda number: None)
 
 
 def reefscape_auto(_seconds: float) -> dict[str, Any]:
-    """REEFSCAPE's first auto: three coral on level 4 within its 15 s."""
+    """Play REEFSCAPE's first auto: three coral on level 4 within its 15 s."""
     engine, auto = TimedEngine(), REEFSCAPE.auto(None)
     with Match(REEFSCAPE, robots=[RobotEntry(start=auto.start)], seed=1, engine=engine) as match:
         match.set_controller(0, auto.controller(match, "blue"))
@@ -288,7 +289,7 @@ def reefscape_auto(_seconds: float) -> dict[str, Any]:
 
 
 def six_robots(seconds: float) -> dict[str, Any]:
-    """Six robots that drive back and forth through 360 fuel of the neutral zone, each in a lane of its own."""
+    """Drive six robots back and forth through 360 fuel in the neutral zone, each in its lane."""
     engine = TimedEngine()
 
     def lane(y: float) -> Callable[[ScriptedRobot], Steps]:
@@ -309,7 +310,7 @@ def six_robots(seconds: float) -> dict[str, Any]:
 
 
 def whole_match(seconds: float, sinks: Sequence[TelemetrySink] = ()) -> dict[str, Any]:
-    """The first seconds of a match of six scripted players."""
+    """Play the first seconds of a match of six scripted players."""
     engine = TimedEngine()
     seats = lineup(REBUILT, red="collector:3,collector:2,defender", blue="collector:3,shuttle,climber")
     options = [option.name for option in REBUILT.options if option.in_matches]
@@ -321,7 +322,7 @@ def whole_match(seconds: float, sinks: Sequence[TelemetrySink] = ()) -> dict[str
 
 
 def recorded_match(seconds: float) -> dict[str, Any]:
-    """Play `whole_match` with a log and a recording, as `simcore play` has them."""
+    """Play `whole_match` with a log and a recording, like `simcore play`."""
     with tempfile.TemporaryDirectory(prefix="simcore-bench-") as folder:
         log, recording = WpilogSink(Path(folder, "match.wpilog")), Recording()
         result = whole_match(seconds, [log, recording])
@@ -330,7 +331,7 @@ def recorded_match(seconds: float) -> dict[str, Any]:
 
 
 def start_up(_seconds: float) -> dict[str, Any]:
-    """A fresh interpreter from nothing to the end of the first tick, imports and all."""
+    """Start new interpreters and measure up to the end of the first tick, imports included."""
     code = "from games.rebuilt import RebuiltSim; s = RebuiltSim(); s.tick(); print(s.count.staged)"
     times = []
     for _ in range(3):
@@ -353,7 +354,7 @@ def robot_test(_seconds: float) -> dict[str, Any]:
 
 
 def on_mujoco(scenario: Callable[[float], dict[str, Any]]) -> Callable[[float], dict[str, Any]]:
-    """The same scenario on MuJoCo."""
+    """Return a scenario that plays on MuJoCo."""
 
     def play(seconds: float) -> dict[str, Any]:
         before, ENGINE[0] = ENGINE[0], "mujoco"
@@ -385,10 +386,10 @@ SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
 def compare(
     commit: str, names: list[str], seconds: float, rounds: int, engine: str | None
 ) -> dict[str, dict[str, Any]]:
-    """Ticks of this package over those of a commit, by scenario: medians and means [ms], and their ratios.
+    """Compare the ticks of this package with those of a commit, by scenario: medians and means [ms], and their ratios.
 
     Raises:
-        SystemExit: There is no such commit.
+        SystemExit: If there is no such commit.
     """
     best: dict[tuple[str, str], FloatArray] = {}
     with tempfile.TemporaryDirectory(prefix="simcore-bench-") as folder:
@@ -400,7 +401,7 @@ def compare(
         for _ in range(rounds):
             for side, root in (("before", folder), ("now", str(ROOT))):
                 environment = {**os.environ, "PYTHONPATH": root} | ({"SIMCORE_ENGINE": engine} if engine else {})
-                script = str(Path(root, "scripts", "bench.py"))  # of each side its own
+                script = str(Path(root, "scripts", "bench.py"))  # each side has its own
                 command = [sys.executable, script, "--json", "--seconds", str(seconds), *names]
                 out = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
                 if out.returncode:

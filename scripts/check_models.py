@@ -1,10 +1,10 @@
-"""Checks a folder of AdvantageScope models: your own CAD, or ours.
+"""Check a folder of AdvantageScope models: your own CAD, or ours.
 
     python scripts/check_models.py FOLDER [--parts 16]
 
-FOLDER is a Robot_NAME or Field3d_NAME folder, or the one that holds them (AdvantageScope's custom assets folder). It
-says what is wrong before AdvantageScope skips a model in silence or draws it in the wrong place.
-Exit status: 0 nothing wrong, 1 errors, 2 no such folder.
+FOLDER is a Robot_NAME or Field3d_NAME folder, or the one that contains them (AdvantageScope's custom assets folder).
+The script reports mistakes for which AdvantageScope would silently skip a model or draw it in the wrong place. Exit
+status: 0 no mistakes, 1 errors, 2 no such folder.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ KINDS = ("Robot_", "Field3d_", "Field2d_", "Joystick_")
 SYSTEMS = ("wall-alliance", "wall-blue", "center-rotated", "center-red")
 _POINTER = b"version https://git-lfs"
 _LARGE = 50e6  # [bytes]; one file; above, AdvantageScope takes long to load
-_TALL, _SMALL = 3.0, 0.02  # [m]; sizes that no robot has: units are wrong
+_TALL, _SMALL = 3.0, 0.02  # [m]; sizes of no robot: the units are wrong
 
 
 @dataclass(frozen=True, slots=True)
 class ModelFinding:
-    """One thing that is wrong."""
+    """One mistake."""
 
     place: str
     """Folder and file."""
     text: str
-    """What, and what would work."""
+    """Description of the mistake, and of what would work."""
     is_error: bool = True
-    """False: it works, but should be looked at."""
+    """Whether it is an error; otherwise it works, but needs a look."""
 
     def __str__(self) -> str:
         return f"{'ERROR' if self.is_error else 'warning'}: {self.place}: {self.text}"
@@ -47,11 +47,11 @@ def check_folder(folder: Path, *, parts: int | None = None) -> list[ModelFinding
     """Check a model folder, or a folder of such folders.
 
     Args:
-        folder: `Robot_NAME`, `Field3d_NAME`, or what AdvantageScope has as custom assets folder.
-        parts: How many moving parts the robot code publishes in `ComponentPoses`; None does not compare.
+        folder: `Robot_NAME`, `Field3d_NAME`, or AdvantageScope's custom assets folder.
+        parts: Number of moving parts that robot code publishes in `ComponentPoses`; None: not compared.
 
     Raises:
-        ModelError: There is no such folder, or nothing in it that AdvantageScope would look at.
+        ModelError: If there is no such folder, or nothing in it that AdvantageScope reads.
     """
     if not folder.is_dir():
         raise ModelError(f"no folder {str(folder)!r}")
@@ -89,7 +89,7 @@ def check_folder(folder: Path, *, parts: int | None = None) -> list[ModelFinding
             elif kind == "Field3d_":
                 findings += _field(path, config)
                 read_field(path)
-        except ModelError as error:  # what the player stumbles over first
+        except ModelError as error:  # the player's first error
             findings.append(ModelFinding(path.name, str(error).removeprefix(f"{path.name}: ")))
     return findings
 
@@ -134,7 +134,7 @@ def _field(folder: Path, config: Mapping[str, Any]) -> Iterator[ModelFinding]:
 
 
 def _files(folder: Path, listed: object) -> Iterator[ModelFinding]:
-    """What is wrong with the GLB files of a folder whose `config.json` lists some parts or pieces."""
+    """Check the GLB files of a folder whose `config.json` lists parts or pieces."""
     count = len(listed) if isinstance(listed, list) else 0
     wanted = ["model.glb", *(f"model_{i}.glb" for i in range(count))]
     for path in sorted(folder.glob("*.glb")):
@@ -149,7 +149,7 @@ def _files(folder: Path, listed: object) -> Iterator[ModelFinding]:
 
 
 def _glb_trouble(path: Path) -> str:
-    """Why a file is no GLB; empty if it is one."""
+    """Return why a file is not a GLB; empty if it is one."""
     try:
         with path.open("rb") as file:
             head = file.read(200)
@@ -170,7 +170,7 @@ def _glb_trouble(path: Path) -> str:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print one line for each thing that is wrong."""
+    """Print one line for each mistake."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--parts", type=int, help="how many moving parts are published (the REBUILT robot: 16)")

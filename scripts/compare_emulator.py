@@ -1,4 +1,4 @@
-"""Every control request on CTRE's simulation, in real time, beside the emulator in simulated time: a table of figures.
+"""Compare every control request on CTRE's simulation in real time with the emulator in simulated time: a table.
 
     python scripts/compare_emulator.py                        # both now; about 20 s of wall clock on a quiet machine
     python scripts/compare_emulator.py --recorded             # the real figures of the recording
@@ -25,14 +25,14 @@ SCENARIO = ROOT / "tests" / "adapters" / "scenarios" / "control_cases.py"
 RECORDING = ROOT / "tests" / "adapters" / "data" / "phoenix6_26.3.0.json"
 
 T90, OVERSHOOT, FINAL = 0.020, 0.03, 0.005
-"""Tolerances: [s], of the step, of the step."""
+"""Tolerances: t90 [s], overshoot and final value as shares of the step [-]."""
 LIMITED_T90 = 0.030
-"""Tolerance of t90 at a supply limit, which CTRE's simulation keeps late while a motor speeds up [s]."""
+"""Tolerance of t90 at a supply limit, which CTRE's simulation applies late while a motor speeds up [s]."""
 TOO_LATE_MS = 8.0
 
 
 def run(mode: str, names: list[str]) -> dict[str, Any]:
-    """Figures by case, from a process and a folder of their own."""
+    """Return figures by case, from a separate process in its own folder."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [sys.executable, str(SCENARIO), mode, *names],
@@ -51,7 +51,7 @@ def run(mode: str, names: list[str]) -> dict[str, Any]:
 
 
 def misses(name: str, real: dict[str, float], simulated: dict[str, float]) -> list[str]:
-    """Name the figures of a case that are out of tolerance."""
+    """Return the figures of a case that are out of tolerance."""
     found = []
     if abs(real["t90"] - simulated["t90"]) > (LIMITED_T90 if "supply" in name else T90):
         found.append("t90")
@@ -63,7 +63,7 @@ def misses(name: str, real: dict[str, float], simulated: dict[str, float]) -> li
 
 
 def table(real: dict[str, Any], simulated: dict[str, Any]) -> tuple[str, int]:
-    """The figures side by side as Markdown, and how many rows are out of tolerance."""
+    """Return the figures side by side as Markdown, and the number of rows out of tolerance."""
     rows = [
         "| request | t90 real | simulated | difference | overshoot real | simulated | final real | simulated | off |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -85,7 +85,7 @@ def table(real: dict[str, Any], simulated: dict[str, Any]) -> tuple[str, int]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run, compare, print."""
+    """Run both, compare and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--recorded", action="store_true", help="take the real figures from the recording")
     parser.add_argument("--record", action="store_true", help="keep the real figures as the recording")

@@ -1,12 +1,12 @@
-"""Measures the drivetrain against the acceptance figures: launches, stops, limits, slopes, pushes.
+"""Measure the drivetrain against its acceptance figures: launches, stops, limits, slopes, pushes.
 
     python scripts/drivetrain_figures.py [--json] [--cost] [--step SECONDS]
 
 Two robots, both 55 kg, 0.8 m bumpers, modules on a 0.527 m square, MK4i L2, wheel radius 0.0508 m, tread 1.2:
-`ideal` has no losses and next to no rotor or wheel inertia, as the closed forms assume;
-`reference` has a rotor of 4.5e-5 kg m^2, a wheel of 8e-4 kg m^2 (deduced: it is what the 40 A and 60 A rows imply),
-gears of 95 % and rolling resistance of 0.01. Neither transfers load between axles (center of
-mass on the floor) nor has dry friction in the drive, because the figures do not. Exit code 1 when a row fails.
+`ideal` has no losses and nearly no rotor or wheel inertia, as the closed forms assume;
+`reference` has a rotor of 4.5e-5 kg m^2, a wheel of 8e-4 kg m^2 (deduced from the 40 A and 60 A rows), gears of 95 %
+and rolling resistance of 0.01. Like the figures, neither has load transfer between axles (center of mass on the floor)
+or dry friction in the drive. Exit code 1 when a row fails.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ IDEAL = replace(
 
 @dataclass(frozen=True)
 class Row:
-    """One figure: what is expected, what was measured, and how far apart they may be."""
+    """One figure: expected and measured value with the allowed range."""
 
     section: str
     name: str
@@ -60,13 +60,13 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        """Within tolerance; a hair of slack for bounds such as +0 %."""
+        """Whether it is within tolerance, with a small slack for bounds such as +0 %."""
         slack = 1e-3 * abs(self.expected)
         return self.low - slack <= self.measured <= self.high + slack
 
 
 def row(section: str, name: str, expected: float, measured: float, tol: float, unit: str, note: str = "") -> Row:
-    """Symmetric tolerance, as a share of the expected value."""
+    """Make a row with a symmetric tolerance, as a share of the expected value."""
     room = tol * abs(expected)
     return Row(section, name, expected, measured, expected - room, expected + room, unit, note)
 
@@ -74,31 +74,31 @@ def row(section: str, name: str, expected: float, measured: float, tol: float, u
 def robot(
     module: SwerveModuleConfig, battery: BatteryConfig | None = None, *, height: float = 0.0, **changes: Any
 ) -> SwerveDrive:
-    """The 55 kg robot on four of these modules."""
+    """Make the 55 kg robot with four of these modules."""
     config = SwerveConfig.square(TRACKWIDTH, replace(module, **changes), height=height)
     return SwerveDrive(config, battery=Battery(battery) if battery else None)
 
 
 def with_motor(module: SwerveModuleConfig, name: str) -> SwerveModuleConfig:
-    """The same module with another drive motor, its rotor inertia kept."""
+    """Return the module with another drive motor, its rotor inertia unchanged."""
     return replace(module, drive_motor=replace(motor(name), rotor_inertia=module.drive_motor.rotor_inertia))
 
 
 def sagging(volts: float) -> BatteryConfig:
-    """A battery with a fixed open-circuit voltage behind 0.02 ohm, and a roboRIO that never cuts out."""
+    """Return a battery with a fixed open-circuit voltage behind 0.02 ohm, and a roboRIO that never browns out."""
     return BatteryConfig(
         full_voltage=volts, empty_voltage=volts, resistance=0.02, recovery_resistance=0.0, brownout_enabled=False
     )
 
 
 def tangential(drive: SwerveDrive) -> list[float]:
-    """Steer angles for turning on the spot."""
+    """Return steer angles for turning in place."""
     return [math.atan2(x, -y) for x, y in drive.config.positions]
 
 
 @dataclass
 class Launch:
-    """What a launch from rest at 12 V gave."""
+    """Result of a launch from rest at 12 V."""
 
     top: float
     t50: float
@@ -111,7 +111,7 @@ class Launch:
 
 
 def launch(drive: SwerveDrive, *, spin: bool = False, seconds: float = 3.0, top: float | None = None) -> Launch:
-    """12 V from rest; speeds are m/s or, for a spin, rad/s. t50, t90, t95 are shares of `top`, or of the end speed."""
+    """Apply 12 V from rest; speeds are m/s or, for a spin, rad/s. t50, t90, t95 refer to `top`, or to the end speed."""
     if spin:
         drive.reset(angles=tangential(drive))
     chassis = DriveBench(drive)
@@ -139,9 +139,9 @@ def launch(drive: SwerveDrive, *, spin: bool = False, seconds: float = 3.0, top:
 
 
 def held(drive: SwerveDrive, v: float = 0.0, *, seconds: float = 0.04) -> float:
-    """Push of the tires while something holds the chassis at a speed (a wall at 0) [N].
+    """Compute the push of the tires while the chassis is held at a speed (a wall at 0) [N].
 
-    In short steps: within a step the chassis is free, and at 68 m/s^2 (tread 10) it would be off in 5 ms.
+    It needs short steps: the chassis is free within a step, and at 68 m/s^2 (tread 10) it would move away in 5 ms.
     """
     bench = DriveBench(drive)
     for _ in range(round(seconds / 2e-4)):
@@ -150,7 +150,7 @@ def held(drive: SwerveDrive, v: float = 0.0, *, seconds: float = 0.04) -> float:
 
 
 def bisect(low: float, high: float, too_high: Callable[[float], bool], rounds: int = 40) -> float:
-    """Where a condition starts to hold."""
+    """Find the value at which a condition starts to hold."""
     for _ in range(rounds):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if too_high(middle) else (middle, high)
@@ -158,7 +158,7 @@ def bisect(low: float, high: float, too_high: Callable[[float], bool], rounds: i
 
 
 def knee(module: SwerveModuleConfig) -> float:
-    """Speed above which 12 V no longer reaches the grip [m/s]."""
+    """Find the speed above which 12 V no longer reaches the grip [m/s]."""
 
     def below_grip(v: float) -> bool:
         drive = robot(module)
@@ -169,7 +169,7 @@ def knee(module: SwerveModuleConfig) -> float:
 
 
 def grip_current(module: SwerveModuleConfig) -> float:
-    """Stator current at which a wheel against a wall breaks loose [A]."""
+    """Find the stator current at which a wheel against a wall starts to slip [A]."""
 
     def slips(amps: float) -> bool:
         drive = robot(module)
@@ -181,7 +181,7 @@ def grip_current(module: SwerveModuleConfig) -> float:
 
 
 def time_constant(module: SwerveModuleConfig) -> float:
-    """Of the chassis on its motors at 12 V: time to 63 % of the speed [s], on a tread of 10 that hardly slips."""
+    """Measure the time to 63 % of the speed at 12 V [s], on a tread of 10 that hardly slips."""
     drive = robot(module, wheel_cof=10.0, slip_ratio=0.001)
     chassis = DriveBench(drive)
     drive.set_volts([12.0] * 4, [0.0] * 4)
@@ -193,7 +193,7 @@ def time_constant(module: SwerveModuleConfig) -> float:
 
 
 def closed_forms() -> Iterator[Row]:
-    """Section 5.1."""
+    """Yield the figures of section 5.1."""
     s = "5.1"
     drive = robot(IDEAL)
     drive.set_volts([12.0] * 4, [0.0] * 4)
@@ -248,7 +248,7 @@ def closed_forms() -> Iterator[Row]:
 
 
 def slopes() -> Iterator[Row]:
-    """A 15 degree ramp."""
+    """Yield the figures of a 15 degree ramp."""
     s, slope = "5.1", math.radians(15.0)
     parked = robot(IDEAL)
     chassis = DriveBench(parked, slope=slope)
@@ -272,7 +272,7 @@ def slopes() -> Iterator[Row]:
 
 
 def loads() -> Iterator[Row]:
-    """Load transfer and tipping of a robot that slides with held wheels."""
+    """Yield load transfer and tipping of a robot that slides with held wheels."""
     s = "5.1"
     held = replace(MK4I, rolling_resistance=0.0, drive_friction_volts=20.0)
 
@@ -293,7 +293,7 @@ def loads() -> Iterator[Row]:
 
 
 def turn_radius(v: float) -> float:
-    """Tightest path at a speed: asked for a turn 10 % tighter than grip allows, what do the tires make of it? [m]."""
+    """Measure the radius of the tightest path at a speed [m], commanding a turn 10 % tighter than grip allows."""
     omega = v / (0.9 * v * v / (1.2 * GRAVITY))
     drive = robot(IDEAL)
     chassis = DriveBench(drive)
@@ -312,7 +312,7 @@ def turn_radius(v: float) -> float:
 
 
 def push_match(left: float, right: float) -> tuple[float, float]:
-    """Two robots bumper to bumper, full throttle: common acceleration [m/s^2], and speed after 2 s [m/s]."""
+    """Push two robots bumper to bumper at full throttle; return acceleration [m/s^2], and speed after 2 s [m/s]."""
     a, b = robot(MK4I, wheel_cof=left), robot(MK4I, wheel_cof=right)
     for drive in (a, b):
         drive.set_volts([12.0] * 4, [0.0] * 4)
@@ -321,14 +321,14 @@ def push_match(left: float, right: float) -> tuple[float, float]:
     for k in range(round(2.0 / STEP)):
         da = benches[0].hold(STEP, (v, 0.0, 0.0))[0]
         db = benches[1].hold(STEP, (-v, 0.0, 0.0))[0]
-        v += 0.5 * (da - db)  # a rigid contact shares the impulses of two equal masses
+        v += 0.5 * (da - db)  # a rigid contact divides the impulses of two equal masses
         if k + 1 == round(0.3 / STEP):
             early = v / 0.3
     return early, v
 
 
 def steer_time(name: str) -> float:
-    """A quarter turn of the azimuths at 12 V, in the air [s]."""
+    """Measure a quarter turn of the azimuths at 12 V, in the air [s]."""
     drive = robot(MK4I, steer_motor=motor(name))
     drive.set_volts([0.0] * 4, [12.0] * 4)
     t, bench = 0.0, DriveBench(drive)
@@ -349,7 +349,7 @@ MOTORS = (
 
 
 def motors() -> Iterator[Row]:
-    """Section 5.2."""
+    """Yield the figures of section 5.2."""
     s = "5.2"
     for name, datasheet, zero_torque, stall, amps, knee_speed, tau, t95, spin in MOTORS:
         module = with_motor(IDEAL, name)
@@ -395,7 +395,7 @@ LAUNCHES: tuple[tuple[Any, ...], ...] = (
 
 
 def launches() -> Iterator[Row]:
-    """Section 5.3."""
+    """Yield the figures of section 5.3."""
     s = "5.3"
     for name, volts, changes, top, t50, t90, t95, peak, x, odometry, lowest in LAUNCHES:
         changes = dict(changes)
@@ -429,7 +429,7 @@ def launches() -> Iterator[Row]:
 
 
 def stops() -> Iterator[Row]:
-    """Braking at zero volts and sliding across locked wheels."""
+    """Yield the figures of braking at zero volts and of sliding across locked wheels."""
     s = "5.3"
     for name, limit, stop, decel, distance, odometry in (
         ("0 V brake from 4.5 m/s", math.inf, 0.506, 11.9, 0.880, 0.314),
@@ -446,7 +446,7 @@ def stops() -> Iterator[Row]:
             worst = max(worst, -chassis.ax)
         t = chassis.time
         yield row(s, f"{name}: time to .05 m/s", stop, t, 0.05, "s", "'stop' taken as .05 m/s")
-        # + 0 of a figure printed with one decimal: 11.03 is the closed form of '11.0'.
+        # + 0 for a figure printed with one decimal: 11.03 is the closed form of '11.0'.
         yield Row(s, f"{name}: peak deceleration", decel, worst, 0.97 * decel, decel + 0.05, "m/s^2", "drag uses grip")
         chassis.run(0.5, h=STEP)
         yield row(s, f"{name}: distance", distance, chassis.x, 0.03, "m")
@@ -480,7 +480,7 @@ def stops() -> Iterator[Row]:
 
 
 def cost(robots: int, step: float) -> float:
-    """Median wall time of one 20 ms tick [ms]: closed loop, battery, limits, loads, encoders drained, pose."""
+    """Measure the median wall time of a 20 ms tick [ms]: closed loop, battery, limits, loads, encoders, pose."""
     module = replace(MK4I, drive_stator_limit=80.0, drive_supply_limit=60.0)
     fleet = [DriveBench(robot(module, BatteryConfig(), height=0.2)) for _ in range(robots)]
     spent = []
@@ -499,20 +499,20 @@ def cost(robots: int, step: float) -> float:
 
 
 def measure() -> list[Row]:
-    """All rows, in the order of the table."""
+    """Return all rows, in the order of the table."""
     return [*closed_forms(), *motors(), *launches()]
 
 
 def main() -> int:
-    """Print the table; 1 when a row fails."""
+    """Print the table, and return 1 when a row fails."""
     global STEP
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout instead of the table")
-    parser.add_argument("--step", type=float, default=STEP, help="step of the owner in s (default 0.005)")
+    parser.add_argument("--step", type=float, default=STEP, help="step in s (default 0.005)")
     parser.add_argument("--cost", action="store_true", help="also the wall time of a 20 ms tick, 1 and 6 robots")
     options = parser.parse_args()
     STEP = options.step
-    logging.getLogger("simcore").setLevel(logging.ERROR)  # a tread of 10 is unusual on purpose
+    logging.getLogger("simcore").setLevel(logging.ERROR)  # a tread of 10 is intended
     rows = measure()
     failed = [r for r in rows if not r.ok]
     costs = {f"{n} x {h * 1e3:g} ms": cost(n, h) for n in (1, 6) for h in (0.004, 0.005)} if options.cost else {}

@@ -1,9 +1,9 @@
-"""What the simulated devices cost: 12 TalonFX, 4 CANcoder and a Pigeon 2, per 20 ms tick of the robot.
+"""Measure the cost of simulated devices: 12 TalonFX, 4 CANcoder and a Pigeon 2, per 20 ms tick of the robot.
 
     python scripts/emulator_figures.py
 
 Four steering loops on CANcoders, four velocity loops, two open loops and two profiles, all with new set points every
-tick. Only the time inside of `Emulator.step` counts: control loops, output stages and status frames.
+tick. Only the time inside `Emulator.step` counts: control loops, output stages and status frames.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import time
 
 from phoenix6 import CANBus, configs, controls, hardware, signals, unmanaged
 
-from simcore import phoenix6_emulator, season
+from simcore import season
+from simcore.robotcode import emulator
 
 BUDGET_MS = 1.0
 TICKS = 300
@@ -25,7 +26,7 @@ TICKS = 300
 def main() -> None:
     """Measure at 1 kHz and at 200 Hz, and print."""
     season.wpilib_simulation.pause_timing()
-    world = phoenix6_emulator.install(delays=phoenix6_emulator.EnableDelays(enable=0.0, disable=0.0))
+    world = emulator.install(delays=emulator.EnableDelays(enable=0.0, disable=0.0))
     bus = CANBus("rio")
     for k in range(4):
         hardware.CANcoder(k, bus)
@@ -76,4 +77,4 @@ if __name__ == "__main__":
     argparse.ArgumentParser(description=__doc__.partition("\n")[0]).parse_args()
     main()
     sys.stdout.flush()
-    os._exit(0)  # no waiting for the HAL's threads
+    os._exit(0)  # without waiting for the HAL's threads

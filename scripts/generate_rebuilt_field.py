@@ -1,13 +1,13 @@
-"""Writes models/rebuilt/field_collision.obj from the dimensions in the game manual.
+"""Write models/rebuilt/field_collision.obj from the dimensions in the game manual.
 
     python scripts/generate_rebuilt_field.py [FILE.obj]
 
-Every group is a box or a convex prism, so an engine needs no triangle mesh for it. What is left out on purpose:
+Every group is a box or a convex prism, so an engine needs no triangle mesh for it. These simplifications are intended:
 
-- The hub's exits are closed: a scored ball is taken out in the funnel and put back in front of an exit by the game.
-- The outpost's openings are closed; chute and corral are behind the alliance wall, out of the field.
-- A trench arm is as tall as the whole trench (22.25 to 40.25 in); on the field only the tag panel reaches so high.
-- Round rungs are square bars of the same width.
+- The hub's exits are closed: a scored ball is removed in the funnel, and the game puts it back in front of an exit.
+- The outpost's openings are closed; chute and corral are behind the alliance wall, outside the field.
+- A trench arm is as tall as the whole trench (22.25 to 40.25 in); on the field only the tag panel is that tall.
+- Round rungs are square bars of equal width.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from games.rebuilt import dimensions as dim
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.obj import ObjGroup, box_group, flipped_group, format_obj, solid_group, write_obj
+from simcore.world.obj import ObjGroup, box_group, flipped_group, format_obj, solid_group, write_obj
+from simcore.world.symmetry import FieldSymmetry
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "rebuilt" / "field_collision.obj"
 
@@ -39,7 +39,7 @@ Red is blue rotated by 180 degrees about the field center."""
 def ridge(
     name: str, low: tuple[float, float], high: tuple[float, float], height: float, bevel: tuple[float, float]
 ) -> ObjGroup:
-    """A bar on the floor whose top is narrower on both sides by `bevel` along x and y [m]."""
+    """Make a bar on the floor whose top is narrower on both sides by `bevel` along x and y [m]."""
     ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
     bx, by = bevel
     top = [
@@ -52,7 +52,7 @@ def ridge(
 
 
 def perimeter() -> list[ObjGroup]:
-    """Both guardrails; the alliance walls belong to the alliances and cover the corners."""
+    """Make both guardrails; the alliance walls belong to the alliances and cover the corners."""
     t, length, width, height = dim.PERIMETER_THICKNESS, dim.FIELD_LENGTH, dim.FIELD_WIDTH, dim.GUARDRAIL_HEIGHT
     right = box_group("guardrail_right", (0.0, -t, 0.0), (length, 0.0, height))
     left = box_group("guardrail_left", (0.0, width, 0.0), (length, width + t, height))
@@ -60,13 +60,13 @@ def perimeter() -> list[ObjGroup]:
 
 
 def alliance_wall() -> ObjGroup:
-    """The wall of driver stations, tower wall and outpost as one solid box."""
+    """Make the wall of driver stations, tower wall and outpost as one solid box."""
     t = dim.PERIMETER_THICKNESS
     return box_group("alliance_wall", (-t, -t, 0.0), (0.0, dim.FIELD_WIDTH + t, dim.ALLIANCE_WALL_HEIGHT))
 
 
 def hub() -> list[ObjGroup]:
-    """Solid base, six wedges that are funnel, throat and outer skirt in one, four shoulders, and the backboard.
+    """Make the solid base, six wedges (funnel, throat and outer skirt in one), four shoulders, and the backboard.
 
     Each wedge spans one edge of the hexagon. Its section, in distance from the axis and height: straight up the throat
     from the base, out along the funnel to the rim, over its slanting edge, and straight down on the outside. Solid
@@ -96,28 +96,28 @@ def hub() -> list[ObjGroup]:
 
 
 def hub_shoulder(name: str, sx: int, sy: int) -> ObjGroup:
-    """A slope on one corner of the base, down from the skirt to the corner of the square, for balls to roll off.
+    """Make a slope on one corner of the base, down from the skirt to the corner, so that balls roll off.
 
     Args:
-        name: Of the group.
+        name: Name of the group.
         sx: Side of the hub along x, -1 or 1.
         sy: Side of the hub along y, -1 or 1.
     """
     (cx, cy), half = dim.HUB_CENTER, dim.HUB_SIZE / 2.0
     outer = dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
-    # The skirt beside this corner is the line x cos 60 + y sin 60 = outer, seen in the first quadrant.
+    # The skirt next to this corner is the line x cos 60 + y sin 60 = outer, in the first quadrant.
     on_side = ((outer - half * math.sin(math.radians(60.0))) / math.cos(math.radians(60.0)), half)
     on_front = (half, (outer - half * math.cos(math.radians(60.0))) / math.sin(math.radians(60.0)))
     low, high = dim.HUB_BOX_TOP, dim.HUB_BOX_TOP + dim.HUB_SHOULDER_RISE
     corners = [(*on_front, low), (half, half, low), (*on_side, low), (*on_front, high), (*on_side, high)]
     points = np.array([(cx + sx * x, cy + sy * y, z) for x, y, z in corners])
     faces = ((2, 1, 0), (0, 1, 3), (1, 2, 4), (1, 4, 3), (0, 3, 4, 2))
-    # A mirrored copy has its corners the other way round.
+    # A mirrored copy has its corners in reverse order.
     return ObjGroup(name, points, faces if sx * sy > 0 else tuple(face[::-1] for face in faces))
 
 
 def bumps() -> list[ObjGroup]:
-    """Two ridges beside the hub: triangular prisms along y."""
+    """Make two ridges next to the hub: triangular prisms along y."""
     half, groups = dim.BUMP_DEPTH / 2.0, []
     for side, y in (("left", dim.BUMP_LEFT_Y), ("right", dim.BUMP_RIGHT_Y)):
         profile = [(dim.BUMP_X - half, 0.0), (dim.BUMP_X + half, 0.0), (dim.BUMP_X, dim.BUMP_HEIGHT)]
@@ -127,7 +127,7 @@ def bumps() -> list[ObjGroup]:
 
 
 def trenches() -> list[ObjGroup]:
-    """On each side a leg between bump and opening, and an arm from the leg to the guardrail."""
+    """Make a leg between bump and opening on each side, and an arm from the leg to the guardrail."""
     x, leg, arm = dim.TRENCH_X, dim.TRENCH_DEPTH / 2.0, dim.TRENCH_ARM_DEPTH / 2.0
     clear, bump_edge, top = dim.TRENCH_CLEAR_WIDTH, dim.TRENCH_CLEAR_WIDTH + dim.TRENCH_LEG_WIDTH, dim.TRENCH_HEIGHT
     groups = []
@@ -144,7 +144,7 @@ def trenches() -> list[ObjGroup]:
 
 
 def tower() -> list[ObjGroup]:
-    """Base plate, two uprights with a brace each to the wall, three rungs."""
+    """Make the base plate, two uprights with a brace each to the wall, and three rungs."""
     x, y = dim.TOWER_UPRIGHT_X, dim.TOWER_Y
     dx, dy = dim.TOWER_UPRIGHT_DEPTH / 2.0, dim.TOWER_UPRIGHT_THICKNESS / 2.0
     half = dim.TOWER_BASE_WIDTH / 2.0
@@ -154,7 +154,7 @@ def tower() -> list[ObjGroup]:
         groups.append(
             box_group(f"tower_upright_{side}", (x - dx, post - dy, base), (x + dx, post + dy, dim.TOWER_UPRIGHT_HEIGHT))
         )
-        # estimate: the manual prints how high these are, not how thick; as thick as the upright
+        # estimate: the manual prints their height, not their thickness; as thick as the upright
         brace = (0.0, post - dy, dim.TOWER_BRACE_BOTTOM)
         groups.append(box_group(f"tower_brace_{side}", brace, (x - dx, post + dy, dim.TOWER_BRACE_TOP)))
     r, reach = dim.TOWER_RUNG_DIAMETER / 2.0, dim.TOWER_RUNG_LENGTH / 2.0
@@ -164,7 +164,7 @@ def tower() -> list[ObjGroup]:
 
 
 def depot() -> list[ObjGroup]:
-    """Three low bevelled barriers against the alliance wall, which is the fourth side."""
+    """Make three low bevelled barriers against the alliance wall, which is the fourth side."""
     x, y, b, h, bevel = (
         dim.DEPOT_DEPTH,
         dim.DEPOT_Y,
@@ -181,7 +181,7 @@ def depot() -> list[ObjGroup]:
 
 
 def groups() -> list[ObjGroup]:
-    """The whole field in the order of the file."""
+    """Return the whole field in the order of the file."""
     own = [alliance_wall(), *hub(), *bumps(), *trenches(), *tower(), *depot()]
     blue = [ObjGroup(f"blue_{group.name}", group.vertices, group.faces) for group in own]
     red = [flipped_group(group, f"red_{group.name}", FIELD_SYMMETRY) for group in own]
@@ -189,7 +189,7 @@ def groups() -> list[ObjGroup]:
 
 
 def generate() -> str:
-    """Text of the OBJ file."""
+    """Return the text of the OBJ file."""
     return format_obj(groups(), header=HEADER)
 
 

@@ -1,12 +1,12 @@
-"""Writes models/reefscape/field_collision.obj from the dimensions of the 2025 field.
+"""Write models/reefscape/field_collision.obj from the dimensions of the 2025 field.
 
     python scripts/generate_reefscape_field.py
 
-Every group is convex, so an engine needs no triangle mesh for it. What is left out on purpose:
+Every group is convex, so an engine needs no triangle mesh for it. These simplifications are intended:
 
-- Cages are no part of it: they swing (`games/reefscape/field.py`).
-- The bends of the reef's pipes are corners, and the pipes are octagons of the same section.
-- A net is a stiff tray between its rim and the lowest place of its sag.
+- Cages are not included: they swing (`games/reefscape/field.py`).
+- The bends of the reef's pipes are corners, and the pipes are octagons of equal cross-section area.
+- A net is a stiff tray between its rim and the lowest point of its sag.
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from simcore.geometry.footprints import hexagon
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.obj import (
+from simcore.world.footprints import hexagon
+from simcore.world.obj import (
     ObjGroup,
     box_group,
     flipped_group,
@@ -31,6 +30,7 @@ from simcore.physics.obj import (
     solid_group,
     write_obj,
 )
+from simcore.world.symmetry import FieldSymmetry
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "reefscape" / "field_collision.obj"
 FIELD_SYMMETRY = FieldSymmetry("rotate", (dim.FIELD_LENGTH, dim.FIELD_WIDTH))
@@ -42,7 +42,7 @@ Red is blue rotated by 180 degrees about the field center."""
 
 
 def guardrail() -> list[ObjGroup]:
-    """The wall y = 0 on both sides of blue's processor, and the processor's frame; red's is the wall y = width."""
+    """Make the wall y = 0 on both sides of blue's processor, and the processor's frame; red's is the wall y = width."""
     t, half = dim.PERIMETER_THICKNESS, dim.PROCESSOR_OPENING_WIDTH / 2.0
     x, jamb, back = dim.PROCESSOR_X, dim.PROCESSOR_FRAME_WIDTH, -dim.PROCESSOR_RECESS
     bottom, frame_top = dim.PROCESSOR_OPENING_BOTTOM, dim.PROCESSOR_FRAME_TOP
@@ -59,7 +59,7 @@ def guardrail() -> list[ObjGroup]:
 
 
 def alliance_wall() -> ObjGroup:
-    """The wall of driver stations; coral stations cut its corners."""
+    """Make the wall of driver stations; coral stations cut its corners."""
     t = dim.PERIMETER_THICKNESS
     return box_group("alliance_wall", (-t, -t, 0.0), (0.0, dim.FIELD_WIDTH + t, dim.ALLIANCE_WALL_HEIGHT))
 
@@ -68,14 +68,14 @@ def alliance_wall() -> ObjGroup:
 
 
 def face_point(face: int, out: float, aside: float, z: float) -> tuple[float, float, float]:
-    """A place of a reef face: so far out from the reef's center, and aside (left as seen from the center) [m]."""
+    """Return a point of a reef face, from distances out from the reef's center and aside (left from the center) [m]."""
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
     (cx, cy), c, s = dim.REEF_CENTER, math.cos(yaw), math.sin(yaw)
     return cx + out * c - aside * s, cy + out * s + aside * c, z
 
 
 def reef() -> list[ObjGroup]:
-    """A core up to the troughs' inner wall, a solid trough on each face, and twelve pipes with three branches each."""
+    """Make a core up to the troughs' inner wall, a solid trough per face, and twelve pipes with three branches each."""
     inner = dim.REEF_APOTHEM - dim.TROUGH_DEPTH
     groups = [prism_group("reef_core", hexagon(dim.REEF_CENTER, inner), 0.0, dim.TROUGH_WALL_HEIGHT)]
     section = [
@@ -94,7 +94,7 @@ def reef() -> list[ObjGroup]:
 
 
 def pipe_with_branches(face: int, name: str, aside: float) -> list[ObjGroup]:
-    """A riser, its branches of levels 2 and 3, and its end on level 4: out, and up."""
+    """Make a riser, its branches of levels 2 and 3, and its end on level 4: out, and up."""
     riser, tip, slope = dim.RISER_RADIUS, dim.BRANCH_TIP_RADIUS, math.tan(dim.BRANCH_SLOPE)
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
     across = (-math.sin(yaw), math.cos(yaw), 0.0)
@@ -120,14 +120,14 @@ def pipe_with_branches(face: int, name: str, aside: float) -> list[ObjGroup]:
 
 
 def station(side: str) -> list[ObjGroup]:
-    """A cut corner: the chute's lip and slope under the opening, its roof, what is behind, and both ends."""
-    opening, end = dim.STATION_OPENING_WIDTH / 2.0, 1.15  # the ends reach behind wall and guardrail
+    """Make a cut corner: the chute's lip and slope under the opening, its roof, the space behind, and both ends."""
+    opening, end = dim.STATION_OPENING_WIDTH / 2.0, 1.15  # the ends extend behind wall and guardrail
     lip, length, depth = dim.CHUTE_LIP_LENGTH, dim.CHUTE_LENGTH, dim.STATION_DEPTH
     bottom, mouth = dim.STATION_OPENING_BOTTOM, dim.STATION_OPENING_BOTTOM + dim.STATION_OPENING_HEIGHT
     lip_top = bottom + lip * math.tan(dim.CHUTE_LIP_SLOPE)
     steep = math.tan(dim.CHUTE_SLOPE)
     slope_top, roof_back = lip_top + (length - lip) * steep, mouth + length * steep
-    front, back = dim.ALLIANCE_WALL_HEIGHT, dim.ALLIANCE_WALL_HEIGHT + 0.5 * depth  # so steep that nothing stays on it
+    front, back = dim.ALLIANCE_WALL_HEIGHT, dim.ALLIANCE_WALL_HEIGHT + 0.5 * depth  # too steep for pieces to stay on it
     at_length = front + (back - front) * length / depth
     parts = {  # corners of the section: behind the face, height
         "lip": ([(0.0, 0.0), (0.0, bottom), (lip, lip_top), (lip, 0.0)], -opening, opening),
@@ -145,7 +145,7 @@ def station(side: str) -> list[ObjGroup]:
         for t in (high, low):
             rows = [(*(np.array(dim.STATION_FACE_CENTER) - d * n + t * along), z) for d, z in section]
             ends.append(np.array(rows))
-        if side == "left":  # mirrored in y, so its corners run the other way round
+        if side == "left":  # mirrored in y, so its corners are in reverse order
             ends = [rows * (1.0, -1.0, 1.0) + (0.0, dim.FIELD_WIDTH, 0.0) for rows in ends[::-1]]
         groups.append(solid_group(f"station_{side}_{name}", ends[0], ends[1]))
     return groups
@@ -155,7 +155,7 @@ def station(side: str) -> list[ObjGroup]:
 
 
 def barge() -> list[ObjGroup]:
-    """One alliance's half: the truss from the middle post to its leg outside the guardrail, and the net above it."""
+    """Make one alliance's half: truss from the middle post to its leg outside the guardrail, and net above it."""
     x, middle = dim.FIELD_CENTER
     post, leg_end = dim.BARGE_POST_SIZE / 2.0, middle + dim.BARGE_LENGTH / 2.0
     rim, floor, t = dim.NET_RIM_HEIGHT, dim.NET_FLOOR_HEIGHT, dim.NET_FRAME_THICKNESS
@@ -173,14 +173,14 @@ def barge() -> list[ObjGroup]:
 
 
 def groups() -> list[ObjGroup]:
-    """The whole field in the order of the file."""
+    """Return the whole field in the order of the file."""
     own = [alliance_wall(), *guardrail(), *station("right"), *station("left"), *reef(), *barge()]
     blue = [ObjGroup(f"blue_{group.name}", group.vertices, group.faces) for group in own]
     return blue + [flipped_group(group, f"red_{group.name}", FIELD_SYMMETRY) for group in own]
 
 
 def generate() -> str:
-    """Text of the OBJ file."""
+    """Return the text of the OBJ file."""
     return format_obj(groups(), header=HEADER)
 
 

@@ -1,8 +1,8 @@
-"""Writes layout.json and layout_six.json to each game's models: AdvantageScope's tabs for one robot, and for six.
+"""Write layout.json and layout_six.json to each game's models: AdvantageScope's tabs for one robot, and for six.
 
     python scripts/make_layout.py
 
-As `simcore layout rebuilt` does. Each shows only what a run with so many robots publishes.
+They are those of `simcore layout rebuilt`. Each shows only the channels of a run with that many robots.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from simcore.show.scope_layout import game_snapshot, scope_layout
 from simcore.show.view_models import load_models
 
 LAYOUTS = {"layout.json": 1, "layout_six.json": 6}
-"""Files, and for how many robots they are."""
+"""Names of the files, with their number of robots."""
 
 
 def write_layouts(game: Game, output: Path) -> None:
-    """Write both."""
+    """Write both layouts of a game."""
     assert game.models is not None
     models = load_models(game.models)
     for name, robots in LAYOUTS.items():

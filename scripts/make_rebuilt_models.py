@@ -1,10 +1,10 @@
-"""Writes models/rebuilt/advantagescope: a robot with its moving parts, the field and fuel.
+"""Write models/rebuilt/advantagescope: a robot with its moving parts, the field and fuel.
 
     python scripts/make_rebuilt_models.py [FOLDER]
 
-For AdvantageScope and the browser view. The robot's parts come in the order of its components (games/rebuilt/robot.py),
-each drawn about its own origin; the field comes from the collision mesh, so that what is seen is what is hit.
-Everything is small: a stand-in for those without CAD.
+They are for AdvantageScope and the browser view. The robot's parts are in the order of its components
+(games/rebuilt/robot.py), each drawn about its origin; the field is the collision mesh, so that the view shows what
+robots hit. All models are small: a substitute for teams without CAD.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ ROBOT_NAME, FIELD_NAME = "Simcore Rebuilt", "Simcore REBUILT"
 
 
 def arc(radius: float, thickness: float, width: float, start: float, end: float) -> Any:
-    """A curved plate about the y axis, between two angles from -x towards +z [rad]."""
+    """Make a curved plate about the y axis, between two angles from -x towards +z [rad]."""
     angles = np.linspace(start, end, 9)
     rings = [
         [(-r * math.cos(a), y, r * math.sin(a)) for r, y in _corners(radius, thickness, width / 2.0)] for a in angles
@@ -78,7 +78,7 @@ def _corners(radius: float, thickness: float, half: float) -> list[tuple[float, 
 
 
 def body(bumpers: Color) -> dict[str, Any]:
-    """What does not move."""
+    """Return the fixed parts."""
     return {
         **chassis(rebuilt_robot().body, bumpers),
         "battery": box((-0.27, 0.13, 0.09), (-0.10, 0.21, 0.26), BLACK),
@@ -121,7 +121,7 @@ def _kicker() -> list[Any]:
 
 
 def _hood() -> list[Any]:
-    """Ends 20 degrees before -x, so that the fuel leaves straight up when the hood stands at 20 degrees."""
+    """Make the hood; it ends 20 degrees before -x, so that fuel leaves straight up at a hood angle of 20 degrees."""
     shell = painted(arc(0.195, 0.008, 0.32, math.radians(-52.0), math.radians(-20.0)), ORANGE)
     sides = []
     for y in (-0.155, 0.155):
@@ -155,7 +155,7 @@ PARTS: dict[str, Callable[[], list[Any]]] = {
     "shooter wheel, right": lambda: wheel(0.05, 0.06, BLACK, YELLOW),
     "shooter backspin roller": lambda: wheel(0.02, 0.3, BLACK, GREEN),
 }
-"""By the names of the robot's components."""
+"""Functions that make the parts, by the names of the robot's components."""
 
 
 CAMERA = {
@@ -165,7 +165,7 @@ CAMERA = {
     "resolution": [1280, 720],
     "fov": 80,
 }
-"""A view from the robot, not a simulated camera."""
+"""View from the robot, not a simulated camera."""
 
 
 # --- field ------------------------------------------------------------------------------------------------------------
@@ -184,11 +184,11 @@ FIELD_COLORS: tuple[tuple[str, Color], ...] = (
     ("blue_depot_*", BLUE),
     ("red_depot_*", RED),
 )
-"""By name of the element; the first that fits."""
+"""Colors by name pattern of the element; the first match wins."""
 
 
 def field_meshes() -> dict[str, Any]:
-    """Carpet, tape, walls and every element of the collision mesh, field frame."""
+    """Return carpet, tape, walls and every element of the collision mesh, field frame."""
     length, width = FIELD_SIZE
     meshes = {"carpet": carpet(FIELD_SIZE)}
     meshes |= field_parts(REBUILT.field.mesh, FIELD_COLORS, ("guardrail", "alliance_wall"))
@@ -217,7 +217,7 @@ def write_all(output: Path) -> None:
     radius = FUEL.bounding_radius
     pieces = {
         FUEL.name: painted(trimesh.creation.icosphere(1, radius), YELLOW),
-        # a little larger, for those in the air are drawn among all fuel, too
+        # slightly larger, because fuel in the air is also drawn among all fuel
         FUEL.name + IN_FLIGHT: painted(trimesh.creation.icosphere(1, 1.15 * radius), ORANGE),
     }
     config = field_config(FIELD_NAME, REBUILT.field, list(pieces), dim.DRIVER_STATIONS)

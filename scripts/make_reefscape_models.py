@@ -1,10 +1,10 @@
-"""Writes models/reefscape/advantagescope: a robot with its moving parts, the field, its cages, coral and algae.
+"""Write models/reefscape/advantagescope: a robot with its moving parts, the field, its cages, coral and algae.
 
     python scripts/make_reefscape_models.py [FOLDER]
 
-For AdvantageScope and the browser view. The robot's parts come in the order of its components
-(games/reefscape/robot.py), each drawn about its own origin; the field comes from the collision mesh, so that what is
-seen is what is hit. Everything is small: a stand-in for those without CAD.
+They are for AdvantageScope and the browser view. The robot's parts are in the order of its components
+(games/reefscape/robot.py), each drawn about its origin; the field is the collision mesh, so that the view shows what
+robots hit. All models are small: a substitute for teams without CAD.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ ROBOT_NAME, FIELD_NAME = "Simcore Reefscape", "Simcore REEFSCAPE"
 
 # --- robot ------------------------------------------------------------------------------------------------------------
 
-_LOW, _TALL = 0.12, 0.92  # of the elevator's rails [m]: 1.04 m high while it is down, 42 in are allowed
+_LOW, _TALL = 0.12, 0.92  # of the elevator's rails [m]: 1.04 m high at the bottom stop, 42 in are allowed
 
 
 def body(bumpers: Color) -> dict[str, Any]:
-    """What does not move: bumpers, drivetrain, the elevator's outer rails, and the funnel at the back."""
+    """Return the fixed parts: bumpers, drivetrain, the elevator's outer rails, and the funnel at the back."""
     x, z = PIVOT[0] - 0.06, _LOW + 0.5 * _TALL
     meshes = {
         **chassis(reefscape_robot().body, bumpers),
@@ -81,7 +81,7 @@ def body(bumpers: Color) -> dict[str, Any]:
 
 
 def _stage(y: float) -> list[Any]:
-    """A frame of the elevator about the place of the arm's pivot while it is down."""
+    """Make a frame of the elevator, relative to the arm's pivot at the bottom stop."""
     x, low = -0.06, _LOW - PIVOT[2] + 0.02
     rails = [bar((x, side * y, low + 0.5 * _TALL - 0.02), (0.04, 0.02, _TALL - 0.04), STEEL) for side in (-1, 1)]
     return [*rails, bar((x - 0.03, 0.0, low + _TALL - 0.06), (0.02, 2 * y, 0.03), DARK)]
@@ -93,7 +93,7 @@ def _carriage() -> list[Any]:
 
 
 def _arm() -> list[Any]:
-    """Two plates with a channel for the coral, and a fork for the algae beyond."""
+    """Make two plates with a channel for the coral, and a fork for the algae at their end."""
     parts = []
     for y in (-0.075, 0.075):
         parts.append(bar((0.5 * CORAL_REACH, y, 0.0), (CORAL_REACH, 0.008, 0.045), PURPLE))
@@ -109,7 +109,7 @@ def _axle(radius: float, width: float, color: Color) -> Any:
 
 
 def _hook() -> list[Any]:
-    """Its bend is where it hangs: the origin."""
+    """Make a hook about its bend, where it hangs."""
     mast = bar((-0.045, 0.0, -0.12), (0.025, 0.04, 0.36), STEEL)
     return [
         mast,
@@ -120,7 +120,7 @@ def _hook() -> list[Any]:
 
 COMPONENTS = reefscape_robot().components
 WHEEL = next(part.joints[-1].origin for part in COMPONENTS if part.name == "algae wheel")
-"""Its axle in the frame of the arm [m]."""
+"""Axle of the algae wheel in the frame of the arm [m]."""
 PARTS: dict[str, Callable[[], list[Any]]] = {
     "elevator stage 1": lambda: _stage(0.205),
     "elevator stage 2": lambda: _stage(0.172),
@@ -131,7 +131,7 @@ PARTS: dict[str, Callable[[], list[Any]]] = {
     "funnel roller": lambda: wheel(0.025, 0.60, BLACK, GREEN),
     "hook": _hook,
 }
-"""By the names of the robot's components."""
+"""Functions that make the parts, by the names of the robot's components."""
 CAMERA = {
     "name": "Arm",
     "rotations": [{"axis": "y", "degrees": 10}],
@@ -139,7 +139,7 @@ CAMERA = {
     "resolution": [1280, 720],
     "fov": 80,
 }
-"""A view from the robot, not a simulated camera."""
+"""View from the robot, not a simulated camera."""
 
 # --- field ------------------------------------------------------------------------------------------------------------
 
@@ -161,11 +161,11 @@ FIELD_COLORS: tuple[tuple[str, Color], ...] = (
     ("blue_processor_*", BLUE),
     ("red_processor_*", RED),
 )
-"""By name of the element; the first that fits."""
+"""Colors by name pattern of the element; the first match wins."""
 
 
 def field_meshes() -> dict[str, Any]:
-    """Carpet, tape, walls and every element of the collision mesh, field frame."""
+    """Return carpet, tape, walls and every element of the collision mesh, field frame."""
     length, width = FIELD_SIZE
     meshes = {"carpet": carpet(FIELD_SIZE)}
     meshes |= field_parts(REEFSCAPE.field.mesh, FIELD_COLORS, ("guardrail", "alliance_wall"))
@@ -187,7 +187,7 @@ def field_meshes() -> dict[str, Any]:
 
 
 def _tapes(color: Color, zone: float, barge: float, width: float) -> dict[str, Any]:
-    """Of the blue half: starting line, barge zone, reef zone and the marks of staged pieces."""
+    """Return the blue half's starting line, barge zone, reef zone and marks of staged pieces."""
     line, half = dim.STARTING_LINE_X, 0.025
     found = {
         "starting_line": tape((line - dim.STARTING_LINE_WIDTH, 0.0), (line, width), BLACK),
@@ -210,7 +210,7 @@ def _tapes(color: Color, zone: float, barge: float, width: float) -> dict[str, A
 
 
 def coral(color: Color) -> Any:
-    """A tube; its axis is z."""
+    """Make a tube along z."""
     tube = trimesh.creation.annulus(
         0.5 * dim.CORAL_INNER_DIAMETER, 0.5 * dim.CORAL_OUTER_DIAMETER, dim.CORAL_LENGTH, sections=20
     )
@@ -218,7 +218,7 @@ def coral(color: Color) -> Any:
 
 
 def cage() -> Any:
-    """Four pipes between two plates about their middle, and the chain of one that hangs deep."""
+    """Make four pipes between two plates, and the chain of a deep cage, about the center of the pipes."""
     half, tall, r = 0.5 * dim.CAGE_SIZE, 0.5 * dim.CAGE_HEIGHT, 0.5 * 1.315 * 0.0254  # 1 in Sch 40 pipe
     pipes = [(x, y) for x in (-half + r, half - r) for y in (-half + r, half - r)]
     meshes = [trimesh.creation.cylinder(r, segment=((x, y, -tall), (x, y, tall)), sections=10) for x, y in pipes]
@@ -244,7 +244,7 @@ def write_all(output: Path) -> None:
         HANGING: cage(),
     }
     for name in (CORAL.name, ALGAE.name):
-        pieces[name + IN_FLIGHT].apply_scale(1.05)  # those in the air are drawn among all of their kind, too
+        pieces[name + IN_FLIGHT].apply_scale(1.05)  # those in the air are also drawn among all of their kind
     config = field_config(FIELD_NAME, REEFSCAPE.field, list(pieces))
     write_field(output / "Field3d_SimcoreReefscape", field_meshes(), list(pieces.values()), config)
 

@@ -1,6 +1,6 @@
-"""Writes simcore/vision/tag_layouts.json from the layouts that come with WPILib: `python scripts/make_tag_layouts.py`.
+"""Write simcore/vision/tag_layouts.json from the layouts that come with WPILib: `python scripts/make_tag_layouts.py`.
 
-Needs robotpy-apriltag, which simcore itself does without.
+It needs robotpy-apriltag, which simcore itself does not.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ TARGET = Path(__file__).resolve().parents[1] / "simcore" / "vision" / "tag_layou
 
 
 def layouts() -> dict[str, Any]:
-    """Every layout by WPILib's name: length and width [m]; id, x, y, z [m] and quaternion w, x, y, z of each tag."""
+    """Return layouts by WPILib's name: length and width [m]; id, x, y, z [m] and quaternion w, x, y, z of each tag."""
     from robotpy_apriltag import AprilTagField, AprilTagFieldLayout
 
     return {
@@ -33,7 +33,7 @@ def _rows(field: Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write the file, a row a tag."""
+    """Write the file with one row per tag."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     TARGET.write_text(json.dumps(layouts(), separators=(",", ":")).replace("],[", "],\n[") + "\n", encoding="utf-8")
 

@@ -1,6 +1,6 @@
-"""Shapes that models are made of, and the folders they are written to: for AdvantageScope and the browser view.
+"""Shapes for models, and the folders in which they are written: for AdvantageScope and the browser view.
 
-Colors are as on a screen, RGB or RGBA, 0 to 255. Lengths are meters, z up.
+Colors are screen colors, RGB or RGBA, 0 to 255. Lengths are in meters, z up.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 import trimesh.transformations
 import trimesh.visual
 
-from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.show.palette import rgb
 from simcore.show.solids import chassis_boxes
 from simcore.units import inches
+from simcore.world.obj import read_obj
+from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 
 __all__ = [
     "BLACK", "BLUE", "CARPET", "CLEAR", "DARK", "GREEN", "ORANGE", "PURPLE", "RED", "STEEL", "WHITE", "YELLOW",
@@ -34,7 +34,7 @@ CARPET, WHITE, BLACK, STEEL, DARK = (92, 97, 104), (235, 236, 238), (28, 30, 34)
 GREEN, ORANGE, YELLOW, PURPLE = (38, 160, 96), (232, 124, 30), (255, 206, 20), (120, 86, 190)
 CLEAR = (205, 222, 238, 60)
 
-_turns: Any = trimesh.transformations  # has no types, as the next
+_turns: Any = trimesh.transformations  # without types, like the next
 _visual: Any = trimesh.visual
 
 Color = tuple[int, ...]
@@ -42,7 +42,7 @@ Point = tuple[float, float, float]
 
 
 def linear_rgba(color: Color) -> list[float]:
-    """Return a color as on a screen (RGB or RGBA, 0 to 255) as glTF wants it: linear in light, 0 to 1.
+    """Convert a screen color (RGB or RGBA, 0 to 255) to glTF's linear color, 0 to 1.
 
     Source: IEC 61966-2-1 (sRGB).
 
@@ -54,7 +54,7 @@ def linear_rgba(color: Color) -> list[float]:
 
 
 def painted(mesh: Any, color: Color) -> Any:
-    """A `trimesh.Trimesh` in one color, edges over 35 degrees sharp."""
+    """Return the mesh as a `trimesh.Trimesh` in one color, with edges over 35 degrees sharp."""
     mesh = trimesh.graph.smooth_shade(mesh, angle=math.radians(35.0))
     rgba = np.array(linear_rgba(color))
     material = _visual.material.PBRMaterial(
@@ -69,25 +69,25 @@ def painted(mesh: Any, color: Color) -> Any:
 
 
 def box(low: Point, high: Point, color: Color) -> Any:
-    """An axis-aligned box between two corners."""
+    """Make an axis-aligned box between two corners."""
     size = np.subtract(high, low)
     return painted(trimesh.creation.box(size, _turns.translation_matrix(np.add(low, size / 2.0))), color)
 
 
 def bar(center: Point, size: Point, color: Color) -> Any:
-    """An axis-aligned box about a center."""
+    """Make an axis-aligned box about a center."""
     return painted(trimesh.creation.box(size, _turns.translation_matrix(center)), color)
 
 
 def rod(start: Point, end: Point, radius: float, color: Color) -> Any:
-    """A cylinder between two points."""
+    """Make a cylinder between two points."""
     return painted(trimesh.creation.cylinder(radius, segment=(start, end), sections=12), color)
 
 
 def wheel(
     radius: float, width: float, color: Color, mark: Color, *, axis: str = "y", at: Point = (0.0, 0.0, 0.0)
 ) -> list[Any]:
-    """A cylinder about an axis, with a stripe along it and across its ends, so that one sees it turn."""
+    """Make a cylinder about an axis, with a stripe along it and across its ends that shows its rotation."""
     turn = _turns.rotation_matrix(math.pi / 2.0, (1.0, 0.0, 0.0)) if axis == "y" else np.eye(4)
     place = _turns.translation_matrix(at) @ turn
     body = trimesh.creation.cylinder(radius, width, sections=20, transform=place)
@@ -96,7 +96,7 @@ def wheel(
 
 
 def shape_mesh(shape: Shape) -> Any:
-    """A shape of the physics as a `trimesh.Trimesh` about its origin."""
+    """Convert a collision shape to a `trimesh.Trimesh` about its origin."""
     if isinstance(shape, Compound):
         parts = []
         for part in shape.parts:
@@ -116,7 +116,7 @@ def shape_mesh(shape: Shape) -> Any:
 
 
 def chassis(body: ChassisConfig, color: Color) -> dict[str, Any]:
-    """Frame, wheels and bumpers in a color. These are named so: the browser view paints them itself."""
+    """Return frame, wheels, and bumpers in a color. The browser view recognizes and paints them by their names."""
     meshes = {
         name: box(low, high, rgb(paint) if paint else color) for name, (low, high, paint) in chassis_boxes(body).items()
     }
@@ -128,11 +128,11 @@ def chassis(body: ChassisConfig, color: Color) -> dict[str, Any]:
 
 
 def field_parts(mesh: Path, colors: Iterable[tuple[str, Color]], leave_out: Iterable[str] = ()) -> dict[str, Any]:
-    """The elements of a field's collision mesh by their names: what is seen is what is hit.
+    """Return the elements of a field's collision mesh by name, so that the view shows what robots hit.
 
     Args:
-        mesh: An OBJ file.
-        colors: By pattern of the name (`*`, `?`); the first that fits.
+        mesh: OBJ file.
+        colors: Colors by name pattern (`*`, `?`); the first match wins.
         leave_out: Parts of names of elements that are thick for the engine, and drawn thin by `guardrail` and
             `alliance_wall`.
     """
@@ -145,12 +145,12 @@ def field_parts(mesh: Path, colors: Iterable[tuple[str, Color]], leave_out: Iter
 
 
 def carpet(size: tuple[float, float]) -> Any:
-    """Under a field of a length and width."""
+    """Make the carpet under a field of a length and width."""
     return box((-0.9, -0.6, -0.03), (size[0] + 0.9, size[1] + 0.6, -0.002), CARPET)
 
 
 def guardrail(name: str, y: float, start: float, end: float, height: float) -> dict[str, Any]:
-    """Along x from a start to an end: a clear sheet between two rails."""
+    """Make a guardrail along x from a start to an end: a clear sheet between two rails."""
     return {
         f"guardrail_{name}": box((start, y - 0.006, 0.0), (end, y + 0.006, height), CLEAR),
         f"guardrail_top_{name}": box((start, y - 0.02, height - 0.04), (end, y + 0.02, height), STEEL),
@@ -159,7 +159,7 @@ def guardrail(name: str, y: float, start: float, end: float, height: float) -> d
 
 
 def alliance_wall(alliance: str, x: float, start: float, end: float, height: float) -> dict[str, Any]:
-    """At x, along y from a start to an end: diamond plate under a clear sheet."""
+    """Make an alliance wall at x, along y from a start to an end: diamond plate under a clear sheet."""
     plate, color = inches(36.8), BLUE if alliance == "blue" else RED
     low, high = sorted((x, x + (-0.05 if alliance == "blue" else 0.05)))
     metal = tuple(int(0.55 * c + 80) for c in color)
@@ -171,12 +171,12 @@ def alliance_wall(alliance: str, x: float, start: float, end: float, height: flo
 
 
 def tape(low: tuple[float, float], high: tuple[float, float], color: Color) -> Any:
-    """On the carpet, between two corners."""
+    """Make a tape on the carpet, between two corners."""
     return box((*low, -0.002), (*high, 0.002), color)
 
 
 def _arrow(x: float, z: float) -> Any:
-    """A flat arrow that points forward."""
+    """Make a flat arrow that points forward."""
     points = [(x - 0.035, -0.06), (x + 0.035, 0.0), (x - 0.035, 0.06)]
     return trimesh.convex.convex_hull(np.array([(*xy, height) for xy in points for height in (z, z + 0.005)]))
 
@@ -185,7 +185,7 @@ def _arrow(x: float, z: float) -> Any:
 
 
 def write_model(path: Path, meshes: Mapping[str, Any] | Iterable[Any]) -> None:
-    """Write meshes, by name or numbered, as one GLB."""
+    """Write meshes, by name or numbered, as one GLB file."""
     named = meshes if isinstance(meshes, Mapping) else {f"part_{i}": mesh for i, mesh in enumerate(meshes)}
     scene: Any = trimesh.Scene()
     for name, mesh in named.items():
@@ -199,7 +199,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def emptied_folder(folder: Path) -> None:
-    """Make a folder for a model; one of before loses its meshes."""
+    """Make a folder for a model, and delete the GLB files of an old one."""
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.glb"):
         old.unlink()

@@ -1,7 +1,7 @@
-"""Mutants: `python scripts/mutants.py [word ...]` breaks the code in one place at a time and runs the test that minds.
+"""Mutants: `python scripts/mutants.py [word ...]` breaks the code in one place at a time and runs the test for it.
 
-Each mutant is put into a temporary copy of the sources, never into these. One that its test does not catch survives:
-then the test, or the code that nothing tests, is missing something. The words choose mutants by their names.
+Each mutant is made in a temporary copy of the sources. A mutant that its test does not catch survives: then the test is
+too weak, or the code has no effect. The words choose mutants by their names.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 class Mutant(NamedTuple):
-    """One change, and the test that must fail with it."""
+    """Change of the code, with the test that must fail with it."""
 
     name: str
     file: str
@@ -30,23 +30,19 @@ class Mutant(NamedTuple):
 
 MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
 MANAGER, BALLS = "simcore/pieces/piece_manager.py", "simcore/loop/balls.py"
-MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
-SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.py"
-PATHS, ROLLING = "tests/physics/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
-PINS, HEAPS = "tests/physics/test_pins.py", "tests/physics/test_heaps.py"
-BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/physics/test_returned_pieces.py"
-MASSES = "tests/physics/test_moving_mass.py"
+MANIPULATORS, ROBOT = "tests/laws/test_manipulators.py", "tests/laws/test_robot.py"
+SHOOTER, SHOTS = "tests/robot/test_shooter.py", "tests/laws/test_shots.py"
+PATHS, PINS = "tests/laws/test_robot_paths.py", "tests/laws/test_pins.py"
+RETURNED, MASSES = "tests/laws/test_returned_pieces.py", "tests/laws/test_moving_mass.py"
 ROBOTS, BUMPERS = "simcore/loop/robots.py", "simcore/loop/bumpers.py"
-ROBOT_LAWS = "tests/unit/loop/test_robot_laws.py"
 FOULS, REEF = "tests/games/test_rebuilt_fouls.py", "tests/games/test_reefscape_match.py"
-BATTERY, STAGE = "tests/unit/robot/test_battery.py", "simcore/phoenix6_emulator/output_stage.py"
-BODY, BODIES = "simcore/loop/body.py", "tests/unit/loop/test_body.py"
+BATTERY, STAGE = "tests/robot/test_battery.py", "simcore/robotcode/emulator/output_stage.py"
+BODY, BODIES = "simcore/loop/body.py", "tests/loop/test_body.py"
 PLAIN = (BATTERY, BODIES)
-"""Tests that need no compiler, which takes minutes where the loop has changed."""
-WATCH, WATCHED = "simcore/robotpy/belief_watch.py", "tests/unit/robotpy/test_belief_watch.py"
+"""Tests that need no compiler, which takes minutes after a change of the loop."""
+WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/robotcode/sim/test_belief_watch.py"
 POLICY = (
-    "tests/games/test_human_actions.py"
-    "::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall"
+    "tests/games/test_human_actions.py::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_wall"
 )
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
@@ -55,35 +51,35 @@ MUTANTS = (
            f"{MASSES}::test_a_shot_gives_the_robot_its_recoil"),
     Mutant("what is held weighs nothing", FLOW, "robot.balance.update(self._pieces.mass, self._pieces.radius)", "pass",
            f"{MASSES}::test_fifty_fuel_in_the_hopper_are_accelerated_too"),
-    Mutant("shapes move with the center of mass on MuJoCo", "simcore/physics/mujoco_engine.py",
+    Mutant("shapes move with the center of mass on MuJoCo", "simcore/world/mujoco_engine.py",
            "model.geom_pos[geoms] -= away", "pass",
            f"{MASSES}::test_an_engine_moves_the_center_of_mass_within_a_body"),
-    Mutant("contacts on MuJoCo have no restitution", "simcore/physics/contact_law.py",
+    Mutant("contacts on MuJoCo have no restitution", "simcore/world/contact_law.py",
            "np.interp(restitution, places", "np.interp(0.0, places",
-           "tests/unit/physics/test_contact_law.py::test_a_spring_with_its_damper_leaves_the_restitution"),
+           "tests/world/test_contact_law.py::test_a_spring_with_its_damper_gives_the_restitution"),
     Mutant("foam does not get harder", "simcore/loop/contact.py", "+ cubic * depth * depth * depth", "",
-           "tests/unit/loop/test_contact.py::test_foam_between_two_plates_gives_the_makers_force"),
+           "tests/loop/test_contact.py::test_foam_between_two_plates_gives_the_makers_force"),
     Mutant("dense foam is soft", "simcore/loop/contact.py", "force += hard * over * over", "pass",
-           f"{PINS}::test_a_ball_pinned_by_a_robot_stays_before_the_wall"),
-    Mutant("friction forgets", BALLS, "if is_new:", "if True:",
-           "tests/physics/test_ball_laws.py::test_a_ball_squeezed_between_walls_hangs_by_its_friction"),
+           f"{PINS}::test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall"),
+    Mutant("friction forgets", BALLS, "if is_new:\n        x = y", "if True:\n        x = y",
+           "tests/laws/test_ball_laws.py::test_a_ball_squeezed_between_walls_hangs_by_its_friction"),
     Mutant("balls roll on without loss", BALLS, "h * (rolling * turnability / size +", "h * (0.0 +",
-           "tests/physics/test_ball_laws.py::test_a_rolling_ball_slows_by_its_lever"),
+           "tests/laws/test_ball_laws.py::test_a_rolling_ball_slows_by_its_rolling_resistance"),
     Mutant("edges within a floor are felt", BALLS, "if n > 1:", "if False:",
-           "tests/physics/test_ball_laws.py::test_a_ball_that_rolls_over_seams_keeps_its_course"),
+           "tests/laws/test_ball_laws.py::test_a_ball_that_rolls_over_seams_keeps_its_course"),
     Mutant("sleepers are not woken", BALLS, "    status[i] = AWAKE\n", "    pass\n",
-           "tests/physics/test_sleeping.py"),
+           "tests/laws/test_sleeping.py"),
     Mutant("pieces that moved are shown where they were", MANAGER, "        self._pool.changes += 1\n        moving",
-           "        moving", "tests/physics/test_shown_pieces.py::test_shown_pieces_are_those_that_are_there"),
+           "        moving", "tests/laws/test_shown_pieces.py::test_shown_pieces_are_those_on_the_field"),
     Mutant("launch ignores the time flown", FLOW, "self._pieces.fly(slot, TICK - launch.delay)", "pass",
-           f"{SHOTS}::test_a_shot_of_a_moving_robot_leaves_where_the_muzzle_is_at_that_instant"),
+           f"{SHOTS}::test_a_shot_of_a_moving_robot_leaves_from_the_muzzle_at_its_time"),
     Mutant("pieces come back in a pile", MANAGER,
            "and not (_squares(taken", "and True or (_squares(taken",
-           f"{RETURNED}::test_thirty_shots_out_of_the_field_come_back_beside_each_other"),
+           f"{RETURNED}::test_thirty_shots_out_of_the_field_come_back_next_to_each_other"),
     Mutant("what rests behind a wall stays there", MANAGER, "if out.any():", "if False:",
-           f"{RETURNED}::test_what_comes_to_rest_behind_or_on_a_wall_is_brought_back"),
+           f"{RETURNED}::test_a_piece_at_rest_behind_or_on_a_wall_is_brought_back"),
     Mutant("a robot is put on fuel", MANAGER, "for slot in here[np.any(inside, axis=0)].tolist():", "for slot in ():",
-           f"{RETURNED}::test_a_robot_is_never_put_on_fuel"),
+           f"{RETURNED}::test_a_robot_is_never_placed_on_fuel"),
     Mutant("intake takes what flies", FLOW, "near &= ~self._pieces.is_untouched[slots]", "",
            f"{MANIPULATORS}::test_a_piece_in_flight_is_not_taken_until_it_has_touched_something"),
     Mutant("set_alliance does not tell the gyro", "simcore/robot/robot.py",
@@ -91,10 +87,10 @@ MUTANTS = (
            f"{MATCHES}::test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading"),
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
            "(time - times[k - 1]) / (times[k] - times[k - 1]))", "0.0)",
-           "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
+           "tests/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
     Mutant("digest without status", "simcore/match/match.py",
            "update(state.pos.take(awake, axis=0), state.status)", "update(state.pos[awake])",
-           f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
+           f"{REPEATS}::test_a_change_of_only_a_pieces_status_changes_the_digest"),
     Mutant("no supply limit on feeding back", "simcore/loop/motor.py", "drawn > power or drawn < -power:",
            "drawn > power:", f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),
     Mutant("storage takes one too many", FLOW, "_room_behind(robot, intake))]", "_room_behind(robot, intake) + 1)]",
@@ -106,156 +102,156 @@ MUTANTS = (
            f"{REPEATS}::test_a_second_auto_begins_at_zero"),
     Mutant("the start of a mode keeps the ticks", "simcore/match/clock.py",
            "        self._ticks = 0\n        self.time = self._start", "        self.time = self._start",
-           "tests/unit/match/test_clock.py::test_a_driver_station_starts_and_stops_the_time"),
+           "tests/match/test_clock.py::test_a_driver_station_starts_and_stops_the_time"),
     Mutant("a sum of ticks", "simcore/match/clock.py", "self.time = self._start + self._ticks * dt", "self.time += dt",
-           "tests/unit/match/test_clock.py::test_the_time_of_many_ticks_is_their_number_times_their_length"),
-    Mutant("a mirrored heading is turned", "simcore/geometry/symmetry.py", "else math.pi - yaw", "else yaw + math.pi",
-           "tests/unit/geometry/test_symmetry.py"),
+           "tests/match/test_clock.py::test_the_time_of_many_ticks_is_their_number_times_their_length"),
+    Mutant("a mirrored heading is turned", "simcore/world/symmetry.py", "else math.pi - yaw", "else yaw + math.pi",
+           "tests/world/test_symmetry.py"),
     Mutant("held pieces are shown unturned", "simcore/robot/components.py",
            "x, y, z = rotate((q[4], q[5], q[6], q[3]), p[0], p[1], p[2])", "x, y, z = p[0], p[1], p[2]",
-           "tests/unit/robot/test_components.py::test_what_is_carried_is_where_the_pose_of_its_robot_puts_it"),
+           "tests/robot/test_components.py::test_carried_pieces_follow_the_pose_of_their_robot"),
     Mutant("a disabled robot's mechanisms run on", ROBOTS, "if battery.is_off or not robot.request.is_enabled:",
            "if battery.is_off:",
-           "tests/games/test_robot_power.py::test_a_disabled_robot_coasts_and_goes_on_when_enabled_again"),
+           "tests/games/test_robot_power.py::test_a_disabled_robot_coasts_and_continues_when_enabled_again"),
     Mutant("a released piece does not turn with the robot", "simcore/robot/robot.py",
            "(ox + wy * lz - wz * ly + vx, oy + wz * lx - wx * lz + vy, oz", "(ox + vx, oy + vy, oz",
            f"{MANIPULATORS}::test_a_released_piece_has_velocity_and_attitude_of_the_grip"),
-    Mutant("the last in leaves first", "simcore/pieces/storage.py", '0 if self.config.order == "fifo" else -1', "-1",
-           "tests/unit/pieces/test_storage.py::test_pieces_leave_in_their_order"),
-    Mutant("topspin for backspin", "simcore/pieces/shooter.py", "yaw - 0.5 * math.pi, 0.0",
+    Mutant("the last in leaves first", "simcore/robot/storage.py", '0 if self.config.order == "fifo" else -1', "-1",
+           "tests/robot/test_storage.py::test_pieces_leave_in_their_order"),
+    Mutant("topspin for backspin", "simcore/robot/shooter.py", "yaw - 0.5 * math.pi, 0.0",
            "yaw + 0.5 * math.pi, 0.0",
            f"{SHOOTER}::test_two_wheels_throw_with_their_mean_and_spin_by_their_difference"),
-    Mutant("a full placer takes more", "simcore/pieces/placer.py", "if self.piece is not None or (", "if (",
+    Mutant("a full placer takes more", "simcore/robot/placer.py", "if self.piece is not None or (", "if (",
            f"{MANIPULATORS}::test_a_full_placer_takes_nothing_more"),
     Mutant("the rung does not load the climber", "simcore/robot/climber.py", "set_load(effort * joint.ratio)",
-           "set_load(0.0)", "tests/physics/test_climber.py::test_it_lifts_itself_and_the_forces_balance"),
+           "set_load(0.0)", "tests/laws/test_climber.py::test_the_robot_lifts_itself_and_the_forces_balance"),
     # of paths, rolling balls, shots and meshes
     Mutant("long steps", "simcore/loop/robot_state.py", "STEP = 1e-3", "STEP = 5e-3",
            f"{PATHS}::test_a_path_hardly_depends_on_the_step"),
     Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.request.supply_limit * supply",
            "power = math.inf",
-           "tests/unit/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),
-    Mutant("a shot leaves before the gate opens", "simcore/pieces/shooter.py", "self._opening() * TICK", "0.0",
+           "tests/robot/test_swerve_drive.py::test_a_stalled_azimuth_keeps_its_supply_limit"),
+    Mutant("a shot leaves before the gate opens", "simcore/robot/shooter.py", "self._opening() * TICK", "0.0",
            f"{SHOOTER}::test_no_shot_leaves_before_the_gate_has_opened"),
-    Mutant("all shots of a tick have the aim of its end", "simcore/pieces/shooter.py", "if before is None:", "if True:",
-           f"{SHOOTER}::test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant"),
+    Mutant("all shots of a tick have the aim of its end", "simcore/robot/shooter.py", "if before is None:", "if True:",
+           f"{SHOOTER}::test_a_shot_within_a_tick_has_the_aim_of_its_instant"),
     Mutant("a muzzle in a wall shoots", FLOW, "return not obstacles[-1]", "return True",
            f"{SHOTS}::test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off"),
-    Mutant("a wheel gives a ball no spin", "simcore/pieces/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
+    Mutant("a wheel gives a ball no spin", "simcore/robot/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
            f"{SHOOTER}::test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel"),
     Mutant("the cloth of bumpers does not matter", BUMPERS, "part.friction * one.friction", "one.friction",
-           "tests/physics/test_bumper_contact.py::test_a_push_along_a_wall_is_slowed_by_mu_n"),
-    Mutant("plates on the side of the fewer faces", "simcore/physics/mesh.py",
-           "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/unit/physics/test_sheets.py"),
+           "tests/laws/test_bumper_contact.py::test_a_push_along_a_wall_is_slowed_by_mu_n"),
+    Mutant("plates on the side of the fewer faces", "simcore/world/mesh.py",
+           "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/laws/test_sheets.py"),
     Mutant("odometry goes along chords", "simcore/robot/robot.py",
            "s, c = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn", "s, c = 1.0, 0.0",
-           "tests/unit/robot/test_swerve_odometry.py::test_one_long_sample_of_a_circle_ends_where_the_circle_does"),
+           "tests/laws/test_swerve_odometry.py::test_one_long_sample_of_a_circle_ends_where_the_circle_does"),
     Mutant("last bits are an effect", "simcore/sweep/sweep_statistics.py",
            "np.isclose(a, b, rtol=5e-4, atol=1e-6)", "a != a",
-           "tests/unit/sweep/test_sweep_statistics.py::test_a_difference_below_what_figures_are_printed_with_is_none"),
+           "tests/sweep/test_sweep_statistics.py::test_a_difference_below_the_printed_digits_counts_as_zero"),
     Mutant("fuel over the guardrail is counted for all robots", "games/rebuilt/fouls.py",
            "before = self._thrown.get(robot, 0)", "before = sum(self._thrown.values())",
-           "tests/games/test_rebuilt_fouls.py::test_g405_is_counted_by_robot_and_is_about_fuel_that_touched_nothing"),
+           "tests/games/test_rebuilt_fouls.py::test_g405_counts_per_robot_and_only_fuel_that_touched_nothing"),
     Mutant("a gap does not end a closed passage", "games/rebuilt/fouls.py",
            "+ TICK if closed else 0.0", "+ TICK * closed",
-           "tests/games/test_rebuilt_fouls.py::test_g419_begins_anew_after_a_gap_and_is_not_about_robots_that_drive"),
+           "tests/games/test_rebuilt_fouls.py::test_g419_starts_again_after_a_gap_and_ignores_moving_robots"),
     Mutant("a pin goes on where both have moved", "simcore/match/foul_book.py",
            "max(apart, moved) >=", "apart >=",
-           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
+           "tests/games/rebuilt/test_scoring.py::test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away"),
     Mutant("a recoil has no lever", "simcore/robot/robot.py",
            "px, py, pz = m * (px - mx), m * (py - my), m * (pz - mz)", "px, py, pz = 0.0, 0.0, 0.0",
-           f"{MASSES}::test_a_shot_from_beside_the_center_turns_the_robot"),
+           f"{MASSES}::test_an_off_center_shot_turns_the_robot"),
     Mutant("any type is taken for a config", "simcore/quantities.py", "fits = isinstance(value, kind)", "fits = True",
-           "tests/unit/test_config_types.py"),
+           "tests/test_config_types.py"),
     Mutant("robots stand where others are in the next tick", "simcore/match/starts.py",
            "ox + TICK * vx", "ox",
-           "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
-    # of rules, sweeps and pieces that no test held
+           "tests/games/test_placing.py::test_no_robot_is_placed_where_another_will_be_in_the_next_tick"),
+    # of rules, sweeps and pieces without a test before
     Mutant("robots that drive close a passage", "games/rebuilt/fouls.py", "< _STANDS", "< 99.0",
-           f"{FOULS}::test_g419_is_about_bumps_too_and_about_robots_that_stand"),
+           f"{FOULS}::test_g419_also_applies_to_bumps_with_robots_at_rest"),
     Mutant("bumps are no passages", "games/rebuilt/fouls.py", "for y in (dim.BUMP_LEFT_Y, dim.BUMP_RIGHT_Y)",
-           "for y in (1e3,)", f"{FOULS}::test_g419_is_about_bumps_too_and_about_robots_that_stand"),
+           "for y in (1e3,)", f"{FOULS}::test_g419_also_applies_to_bumps_with_robots_at_rest"),
     Mutant("a fuel that came to rest is still a shot", "games/rebuilt/fouls.py", "            del self._shots[slot]\n",
-           "            pass\n", f"{FOULS}::test_fuel_that_has_come_to_rest_is_nobodys_shot_any_more"),
+           "            pass\n", f"{FOULS}::test_fuel_at_rest_no_longer_belongs_to_its_shooter"),
     Mutant("partners may not touch at the tower", "games/rebuilt/fouls.py",
            "match.alliances[number] != match.alliances[other] and self._is", "self._is",
-           f"{FOULS}::test_g420_gives_level_3_to_who_was_off_the_carpet_and_is_no_matter_of_partners"),
+           f"{FOULS}::test_g420_gives_level_3_to_a_robot_off_the_carpet_and_does_not_apply_to_partners"),
     Mutant("who holds fuel of a hub for a moment keeps it", "games/rebuilt/fouls.py", "match.time - since > _MOMENT",
-           "match.time - since > 0.0", f"{FOULS}::test_g408_a_robot_that_catches_fuel_out_of_a_hub_and_keeps_it"),
+           "match.time - since > 0.0", f"{FOULS}::test_g408_a_robot_catches_and_keeps_fuel_out_of_a_hub"),
     Mutant("fuel of the pause is none of auto", "games/rebuilt/scoring.py", '"pause": "auto"', '"pause": "transition"',
-           "tests/unit/rebuilt/test_scoring.py::test_fuel_counts_in_its_period"),
+           "tests/games/rebuilt/test_scoring.py::test_fuel_counts_in_its_period"),
     Mutant("both have to move on from a pin", "simcore/match/foul_book.py", "moved = max(math.dist",
            "moved = min(math.dist",
-           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
+           "tests/games/rebuilt/test_scoring.py::test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away"),
     Mutant("a coral that is knocked off fell by itself", "games/reefscape/fouls.py",
            "self._match.time - time < _KNOCKED", "False",
-           "tests/games/test_reefscape_fouls.py::test_who_knocks_a_coral_off_the_other_reef_commits_g410_too"),
+           "tests/games/test_reefscape_fouls.py::test_g410_also_applies_to_a_coral_knocked_off_the_opponents_reef"),
     Mutant("a robot leaves with its center", "games/reefscape/rules.py", "x.max() < dim.STARTING_LINE_X",
-           "x.mean() < dim.STARTING_LINE_X", f"{REEF}::test_a_robot_leaves_with_all_of_its_bumpers"),
+           "x.mean() < dim.STARTING_LINE_X", f"{REEF}::test_leaving_requires_all_of_the_bumpers"),
     Mutant("ranking points before the assessment", "games/reefscape/rules.py", "0 if is_early or", "0 if",
-           f"{REEF}::test_a_win_gives_three_ranking_points_and_a_tie_one_once_the_match_is_assessed"),
+           f"{REEF}::test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one"),
     Mutant("one robot leaves for all", "games/reefscape/rules.py", "bool(robots) and all(", "bool(robots) and any(",
-           f"{REEF}::test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral"),
+           f"{REEF}::test_the_auto_ranking_point_needs_all_robots_to_leave_and_a_coral"),
     Mutant("rows are written once or never", "simcore/sweep/run_store.py",
            '            self._problem = ""\n            self', '            self._problem = ""\n        self',
-           "tests/unit/sweep/test_run_store.py::test_rows_that_could_not_be_written_are_tried_again"),
+           "tests/sweep/test_run_store.py::test_rows_that_could_not_be_written_are_tried_again"),
     Mutant("a late hit lands where it was after 2 s", "simcore/match/run_record.py",
            "shot.points.append(place)", "pass",
-           "tests/unit/sweep/test_run_metrics.py"),
-    Mutant("the first in leaves a hopper first", "simcore/pieces/hopper.py", "np.argsort(-ahead, kind",
+           "tests/sweep/test_run_metrics.py"),
+    Mutant("the first in leaves a hopper first", "simcore/robot/hopper.py", "np.argsort(-ahead, kind",
            "np.argsort(0.0 * ahead, kind",
-           "tests/unit/pieces/test_hopper.py::test_the_foremost_leaves_first_whatever_came_first"),
-    Mutant("two wheels lose what foam takes twice", "simcore/pieces/shooter.py",
+           "tests/robot/test_hopper.py::test_the_foremost_leaves_first_whatever_came_first"),
+    Mutant("two wheels lose what foam takes twice", "simcore/robot/shooter.py",
            "self.config.compression_loss / len(self._wheels)", "self.config.compression_loss",
            f"{SHOOTER}::test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_wheel"),
     Mutant("who is put somewhere drives there", "simcore/match/run_record.py",
            "        self._place = pose[:2]\n        self.placements", "        self.placements",
-           "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
-    Mutant("a driver's robot starts at the speed of before", "simcore/players/driven_robot.py",
+           "tests/games/test_placing.py::test_no_robot_is_placed_where_another_will_be_in_the_next_tick"),
+    Mutant("a driver's robot starts at the speed of before", "simcore/match/players/driven_robot.py",
            "time > self._last + 1.5 * TICK", "False",
-           "tests/unit/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
+           "tests/match/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
     Mutant("pairs of a seed are its first", "simcore/sweep/results.py", "np.mean(pairs, axis=0)", "pairs[0]",
-           "tests/unit/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
+           "tests/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
     Mutant("robots stand where others turn to in the next tick", "simcore/match/starts.py",
            "from_yaw(TICK * other.chassis.rate[2])", "from_yaw(0.0)",
            "tests/games/test_placing.py::"
-           "test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick"),
+           "test_no_robot_is_placed_where_the_corner_of_a_turning_one_will_be_in_the_next_tick"),
     Mutant("balls do not spin where they hit each other", BALLS, "vel[b, 0] - (wy * nz - wz * ny)", "vel[b, 0]",
-           "tests/physics/test_ball_laws.py::"
-           "test_balls_that_meet_head_on_and_spin_alike_go_aside_by_mu_times_the_impulse"),
+           "tests/laws/test_ball_laws.py::"
+           "test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_impulse"),
     Mutant("balls do not spin where they hit the field", BALLS, "vx - lever * (sy * nz - sz * ny)", "vx",
-           "tests/physics/test_ball_laws.py::test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it"),
+           "tests/laws/test_ball_laws.py::test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it"),
     Mutant("what turns has no surface speed", BALLS, "moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay",
            "moving[b, 0]",
-           "tests/physics/test_ball_laws.py::test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface"),
+           "tests/laws/test_ball_laws.py::test_a_ball_falling_on_a_turning_body_is_dragged_along_its_surface"),
     Mutant("no air where a ball touches", BALLS,
            "vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])",
            "vx, vy, vz, sx, sy, sz, air[i, 0] if touched == 0 else 0.0, air[i, 1], air[i, 2])",
-           "tests/physics/test_ball_laws.py::test_air_slows_a_ball_that_rolls_as_one_that_flies"),
-    Mutant("bounces gain energy", "simcore/loop/contact.py", "approach *= min(1.5,", "approach *= -min(1.5,",
-           "tests/physics/test_ball_laws.py::test_a_bounce_keeps_the_restitution_of_its_pair"),
+           "tests/laws/test_ball_laws.py::test_air_slows_a_rolling_ball_like_a_flying_one"),
+    Mutant("bounces gain energy", "simcore/loop/contact.py", "turned = 4.0 *", "turned = -4.0 *",
+           "tests/laws/test_ball_laws.py::test_a_bounce_has_the_restitution_of_its_pair"),
     Mutant("a ball that is put into an element is thrown out", BALLS,
            "max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0", "0.0",
-           "tests/physics/test_ball_laws.py::"
-           "test_what_is_put_into_an_element_comes_out_without_the_energy_that_nobody_gave_it"),
+           "tests/laws/test_ball_laws.py::"
+           "test_a_ball_placed_into_an_element_comes_out_without_gaining_energy"),
     Mutant("what is put down remembers what it touched before", BALLS,
            "stamp[i, m] < now - 1 or is_put[i] == JUST_PUT", "stamp[i, m] < now - 1",
-           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
+           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
     Mutant("coral is dropped into the alliance wall", "games/reefscape/human_players.py",
            "min(max(aside, -_HALF_DROP), _HALF_DROP)", "min(max(aside, -_HALF_CHUTE), _HALF_CHUTE)",
-           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
+           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
     Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):",
            "self._is_ball[slot] else 9.0):",
-           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
-    # of people, ranking points, batteries, pages and the watch on odometry
+           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
+    # of human players, ranking points, batteries, pages and the check of odometry
     Mutant("a battery charges above full", "simcore/loop/battery.py", "min(1.0, max(0.0, b.charge",
            "(max(0.0, b.charge", f"{BATTERY}::test_charge_counts_ampere_hours"),
     Mutant("a brown-out ends at its level", "simcore/loop/battery.py", " or (b.is_low and v == level)", "",
            f"{BATTERY}::test_brownout_enters_below_6_75_and_leaves_above_7_5"),
     Mutant("60 tower points are not yet enough", "games/rebuilt/rules.py", "tower >= event.traversal",
-           "tower > event.traversal", f"{FOULS}::test_the_sheet_adds_up_and_ranking_points_follow_it"),
+           "tower > event.traversal", f"{FOULS}::test_the_score_sheet_adds_up_and_gives_the_ranking_points"),
     Mutant("100 fuel are not yet enough", "games/rebuilt/rules.py", "fuel >= event.energized",
-           "fuel > event.energized", f"{FOULS}::test_the_sheet_adds_up_and_ranking_points_follow_it"),
+           "fuel > event.energized", f"{FOULS}::test_the_score_sheet_adds_up_and_gives_the_ranking_points"),
     Mutant("ranking points while fuel still counts", "games/rebuilt/rules.py",
            "time < MATCH.duration + ASSESSMENT - 1e-9", "time < 0.0",
            f"{FOULS}::test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessment"),
@@ -264,7 +260,7 @@ MUTANTS = (
            POLICY),
     Mutant("robots that drive past a station are fed", "games/reefscape/human_players.py",
            " and robot.chassis.speed < _WAITING", "",
-           f"{REEF}::test_human_players_feed_who_waits_and_throw_what_came_through_the_processor"),
+           f"{REEF}::test_human_players_feed_waiting_robots_and_throw_processed_algae"),
     Mutant("a torque current ignores the stator limit", STAGE, "min(abs(self.asked), self._stator_limit) if",
            "abs(self.asked) if", "tests/adapters/emulator/test_output_stage.py"),
     Mutant("a supply limit is lowered at once", STAGE, "self._over > self._lower_time > 0.0",
@@ -288,22 +284,21 @@ MUTANTS = (
            "        if over < best:\n            best = over",
            f"{BODIES}::test_the_way_out_of_a_box_is_through_its_nearest_face"),
     Mutant("left and right are never swapped", WATCH, "if mirrored > abs(size) + 0.1:", "if False:",
-           f"{WATCHED}::test_a_fault_of_a_robot_that_keeps_its_heading_is_told_with_its_cause"),
+           f"{WATCHED}::test_a_fault_at_constant_heading_is_reported_with_its_cause"),
     Mutant("a heading that turns half as far again is right", WATCH,
            "most = _TURNED if 0.8 < self._share_of_turning() < 1.25 else _TURNED_WRONG", "most = _TURNED",
-           f"{WATCHED}::test_a_fault_is_told_once_with_its_cause"),
+           f"{WATCHED}::test_a_fault_is_reported_once_with_its_cause"),
     Mutant("what a camera has seen is a step of the program", WATCH, "if abs(step) > _CARRIED[0]:", "if False:",
-           f"{WATCHED}::test_a_fault_is_told_once_with_its_cause"),
+           f"{WATCHED}::test_a_fault_is_reported_once_with_its_cause"),
     Mutant("a meter that is a tenth long is told", WATCH, "max(_APART, _SHARE * self._way)", "_APART",
-           f"{WATCHED}::test_nothing_is_said_while_odometry_is_right"),
+           f"{WATCHED}::test_no_warning_while_odometry_is_right"),
     Mutant("who pushes a disabled robot is told", WATCH, "or not is_driving or", "or",
-           f"{WATCHED}::test_what_happens_while_it_is_disabled_or_after_a_reset_is_no_fault_and_what_cameras_mended_"
-           "may_break"),
+           f"{WATCHED}::test_errors_while_disabled_after_a_reset_or_mended_by_cameras_are_no_fault"),
 )  # fmt: skip
 
 
 def survives(mutant: Mutant, folder: Path) -> bool:
-    """Whether its test passes all the same, in a copy of the sources."""
+    """Return whether its test passes in a copy of the sources with the change."""
     path = folder / mutant.file
     text = path.read_text()
     if text.count(mutant.old) == 0:
@@ -322,7 +317,7 @@ def survives(mutant: Mutant, folder: Path) -> bool:
 
 
 def main() -> int:
-    """Try all mutants, or those whose name holds one of the words; 1 if one survives."""
+    """Try all mutants, or those whose name contains one of the words, and return 1 if one survives."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("words", nargs="*", metavar="WORD", help="try mutants whose name holds one of these")
     words = parser.parse_args().words

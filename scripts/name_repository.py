@@ -1,6 +1,6 @@
-"""Write the address of the repository that is released into what its package says of itself, before it is built.
+"""Write the repository's address into the package's metadata and README before a release is built.
 
-A package index shows README.md alone, where links to files of the repository lead nowhere.
+A package index shows only README.md, where links to files of the repository would not work.
 
     python scripts/name_repository.py https://host/owner/simcore v1.0.0
 """
@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 
 PLACEHOLDER = "https://ADDRESS"
-"""In pyproject.toml, and nowhere else."""
+"""Address in pyproject.toml, and nowhere else, that is replaced."""
 _LINK = re.compile(r"(!?)\[([^]]*)\]\((?!https?:|#)([^)\s]+)\)")
 
 
@@ -20,9 +20,9 @@ def name_repository(folder: Path, address: str, tag: str) -> None:
     """Rewrite `pyproject.toml` and `README.md` of a checkout.
 
     Args:
-        folder: Of the checkout.
-        address: Of the repository, as a browser opens it.
-        tag: Of the release, whose files the links mean.
+        folder: Folder of the checkout.
+        address: Address of the repository in a browser.
+        tag: Tag of the release to which the links refer.
     """
     project, readme = folder / "pyproject.toml", folder / "README.md"
     text = project.read_text(encoding="utf-8")
@@ -39,7 +39,7 @@ def name_repository(folder: Path, address: str, tag: str) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
-    parser.add_argument("address", help="of the repository, as a browser opens it")
-    parser.add_argument("tag", help="of the release")
-    told = parser.parse_args()
-    name_repository(Path(__file__).resolve().parents[1], told.address, told.tag)
+    parser.add_argument("address", help="address of the repository in a browser")
+    parser.add_argument("tag", help="tag of the release")
+    arguments = parser.parse_args()
+    name_repository(Path(__file__).resolve().parents[1], arguments.address, arguments.tag)

@@ -1,9 +1,9 @@
-"""Writes plain models of any game for AdvantageScope: field, pieces, a robot in blue and in red.
+"""Write plain models of any game for AdvantageScope: field, pieces, a robot in blue and in red.
 
     python scripts/scope_assets.py FOLDER [GAME]
 
-For a game that has no models of its own yet: what is seen is what is hit. FOLDER is AdvantageScope's custom assets
-folder; `simcore layout GAME --models FOLDER` makes a layout that shows them.
+They are for a game without its own models: the view shows the collision shapes. FOLDER is AdvantageScope's custom
+assets folder; `simcore layout GAME --models FOLDER` makes a layout that shows them.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from simcore.units import inches
 __all__ = ["IN_FLIGHT", "april_tags", "field_config", "write_assets", "write_field", "write_robots"]
 
 IN_FLIGHT = " in flight"
-"""What follows the name of a piece in that of its model in the air, if the field has one."""
+"""Suffix of the name of a piece for its model in the air, if the field has one."""
 
-_STATION_SPACING = inches(69.0)  # AdvantageScope's own, for a field whose stations are not given
+_STATION_SPACING = inches(69.0)  # AdvantageScope's spacing, for a field without given stations
 _PART = {"rotations": [], "position": [0, 0, 0]}
 
 
@@ -41,10 +41,10 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     """Write `Field3d_...` and two `Robot_...` folders, for AdvantageScope's custom assets folder.
 
     Returns:
-        The three folders.
+        Paths of the three folders.
 
     Raises:
-        OutputError: They cannot be written.
+        OutputError: If they cannot be written.
     """
     word = re.sub(r"\W", "", game.name.title())
     field, name = folder / f"Field3d_{word}", f"Simcore {game.heading}"
@@ -59,7 +59,7 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     for kind in (supply.kind for supply in game.pieces):
         for what, color, scale in ((kind.name, rgb(kind.color), 1.0), (kind.name + IN_FLIGHT, model_parts.ORANGE, 1.1)):
             mesh = model_parts.painted(model_parts.shape_mesh(kind.shape), color)
-            mesh.apply_scale(scale)  # drawn over what is drawn among all pieces, too
+            mesh.apply_scale(scale)  # pieces in the air are also drawn among all pieces, under this
             pieces[what] = mesh
     body = game.robot().body
     try:
@@ -71,18 +71,18 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
 
 
 def write_field(folder: Path, meshes: Mapping[str, Any], pieces: Sequence[Any], config: Mapping[str, Any]) -> None:
-    """Write a `Field3d_...` folder, anew.
+    """Write a `Field3d_...` folder, in place of an old one.
 
     Args:
-        folder: Made if there is none.
-        meshes: In the field frame: blue origin.
-        pieces: A mesh for each of `gamePieces` of the config.
-        config: See `field_config`.
+        folder: Folder to write; made if missing.
+        meshes: Meshes by name, in the field frame: blue origin.
+        pieces: Mesh of each of the config's `gamePieces`.
+        config: Config; see `field_config`.
     """
     model_parts.emptied_folder(folder)
     size = (inches(config["widthInches"]), inches(config["heightInches"]))
     for mesh in meshes.values():
-        mesh.vertices = to_model(mesh.vertices, size)  # a half turn: windings stay
+        mesh.vertices = to_model(mesh.vertices, size)  # a half turn keeps the winding
     model_parts.write_model(folder / "model.glb", meshes)
     for number, piece in enumerate(pieces):
         model_parts.write_model(folder / f"model_{number}.glb", [piece])
@@ -96,17 +96,17 @@ def write_robots(
     parts: Sequence[Iterable[Any]] = (),
     cameras: Sequence[Mapping[str, Any]] = (),
 ) -> list[Path]:
-    """Write a `Robot_...` folder with blue bumpers, and one with red ones beside it, anew.
+    """Write a `Robot_...` folder with blue bumpers, and one with red ones next to it, in place of old ones.
 
     Args:
-        folder: Of the blue one; both are made if there are none.
-        name: As AdvantageScope lists it.
-        body: What does not move, with bumpers in a color.
-        parts: The meshes of each of the robot's components, each about its own origin.
+        folder: Folder of the blue robot; both are made if missing.
+        name: Name in AdvantageScope's list.
+        body: Function that makes the fixed parts, with bumpers in a color.
+        parts: Meshes of each of the robot's components, about its origin.
         cameras: Views from the robot.
 
     Returns:
-        Both folders.
+        Paths of both folders.
     """
     components = [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]} for _ in parts]
     blue, red = folder, folder.with_name(f"{folder.name}Red")
@@ -126,18 +126,18 @@ def field_config(
     pieces: Sequence[str],
     stations: Sequence[tuple[float, float]] = (),
 ) -> dict[str, Any]:
-    """The `config.json` of a field; without `isFTC` AdvantageScope skips the folder in silence.
+    """Return the `config.json` of a field; without `isFTC` AdvantageScope silently skips the folder.
 
     Args:
-        name: As the 3D tab lists it.
-        field: Its size, symmetry and tags.
-        pieces: Names of the models of pieces, in their order.
-        stations: Middles of blue's driver stations 1 to 3, field frame [m]; none: evenly behind the wall.
+        name: Name in the list of the 3D tab.
+        field: Definition with size, symmetry and tags.
+        pieces: Names of the piece models, in their order.
+        stations: Centers of blue's driver stations 1 to 3, field frame [m]; none: evenly spaced behind the wall.
     """
     length, width = field.size
     blue = stations or [(0.0, width / 2.0 + offset * _STATION_SPACING) for offset in (1.0, 0.0, -1.0)]
     red = sorted((field.symmetry.flip_point(*station) for station in blue), key=lambda station: station[1])
-    both = [*blue, *red]  # either from the drivers' left to their right
+    both = [*blue, *red]  # each from the drivers' left to their right
     places = to_model(np.array([(x, y, 0.0) for x, y in both]), field.size)[:, :2]
     return {
         "name": name,
@@ -154,7 +154,7 @@ def field_config(
 
 
 def april_tags(field: FieldDefinition) -> list[dict[str, Any]]:
-    """All tags of a field; AdvantageScope has them in the frame of the model, whatever the coordinate system is."""
+    """Return all tags of a field, in the model frame, which AdvantageScope uses for them in any coordinate system."""
     tags = tag_layout(field.tags, field.size)
     turned = np.diag((-1.0, -1.0, 1.0))
     found = []
@@ -175,14 +175,14 @@ def april_tags(field: FieldDefinition) -> list[dict[str, Any]]:
 
 
 def to_model(points: FloatArray, size: tuple[float, float]) -> FloatArray:
-    """Field frame (blue corner) to AdvantageScope's model frame: origin in the middle, the red wall at -x [m]."""
+    """Convert field frame (blue corner) to AdvantageScope's model frame: origin in the middle, red wall at -x [m]."""
     middle = np.array((size[0] / 2.0, size[1] / 2.0, 0.0))
     moved: FloatArray = (points - middle) * (-1.0, -1.0, 1.0)
     return moved
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Write the models and print their folders; returns 0 written, 1 refused."""
+    """Write the models and print their folders; return 0 if written, 1 if refused."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("game", nargs="?", help="default: the newest that is installed")

@@ -1,8 +1,8 @@
-"""Reduces a CAD mesh of a field to a triangle budget and says by how much its shape moved.
+"""Reduce a CAD mesh of a field to a triangle budget, and report how far its surface moved.
 
     python scripts/simplify_field.py field_cad.obj field_collision.obj --triangles 5000
 
-Groups (`o` and `g`) stay apart, because their names choose surfaces. Small ones are kept as they are. Needs the
+Groups (`o` and `g`) are kept apart, because their names choose surfaces. Small ones are unchanged. It needs the
 optional package fast-simplification (quadric decimation): pip install fast-simplification
 """
 
@@ -19,20 +19,20 @@ import trimesh
 from scipy.spatial import KDTree
 
 from simcore.errors import SimcoreError
-from simcore.physics.obj import ObjGroup, format_obj, read_obj
 from simcore.typing import FloatArray, IntArray
+from simcore.world.obj import ObjGroup, format_obj, read_obj
 
 KEEP = 12
-"""Groups of at most so many triangles, a box, are left alone [-]."""
+"""Largest number of triangles, that of a box, of a group that is left unchanged [-]."""
 SAMPLES = 2000
-"""Points taken on each side to measure how far the shape moved, over all groups."""
+"""Number of points on each side that measure the movement of the surface, over all groups."""
 
 
 def simplify(groups: tuple[ObjGroup, ...], budget: int) -> tuple[ObjGroup, ...]:
-    """The groups with about `budget` triangles together, shared out in proportion to what each had.
+    """Return the groups with about `budget` triangles together, in proportion to their present numbers.
 
     Raises:
-        ModuleNotFoundError: fast-simplification is not installed.
+        ModuleNotFoundError: If fast-simplification is not installed.
     """
     meshes = [(group.name, *_merged(group)) for group in groups]
     counts = [len(faces) for _, _, faces in meshes]
@@ -49,13 +49,13 @@ def simplify(groups: tuple[ObjGroup, ...], budget: int) -> tuple[ObjGroup, ...]:
 
 
 def deviation(before: ObjGroup, after: ObjGroup, samples: int) -> FloatArray:
-    """Distances from points on each of two surfaces to the other one, in the unit of the mesh, shape (n,)."""
+    """Compute distances from points on each of two surfaces to the other one, in the unit of the mesh, shape (n,)."""
     a, b = (group.vertices[group.triangles()] for group in (before, after))
     return np.concatenate([_distances(_points_on(a, samples), b), _distances(_points_on(b, samples), a)])
 
 
 def _points_on(triangles: FloatArray, samples: int) -> FloatArray:
-    """Corners, where the largest moves are, and random points in proportion to area; the same ones each time."""
+    """Return corners, which move most, and random points in proportion to area; equal in each run."""
     rng = np.random.default_rng(0)
     corners = np.unique(triangles.reshape(-1, 3), axis=0)
     if len(corners) > samples:
@@ -70,10 +70,10 @@ def _points_on(triangles: FloatArray, samples: int) -> FloatArray:
 
 
 def _distances(points: FloatArray, triangles: FloatArray) -> FloatArray:
-    """Exact distance of each point to the nearest triangle.
+    """Compute the exact distance of each point to the nearest triangle.
 
-    A triangle can be nearest only if its center is within the best distance known plus its own radius. Triangles are
-    looked up by classes of radius, so that a few long ones do not make all the others candidates.
+    A triangle can be nearest only if its center is within the best known distance plus its radius. Triangles are
+    searched by classes of radius, so that a few long ones do not make all others candidates.
     """
     centers = triangles.mean(axis=1)
     radius = np.linalg.norm(triangles - centers[:, None], axis=2).max(axis=1)
@@ -99,7 +99,7 @@ def _to_triangles(points: FloatArray, triangles: FloatArray) -> FloatArray:
 
 
 def _merged(group: ObjGroup) -> tuple[FloatArray, IntArray]:
-    """Vertices and triangles with equal vertices made one: decimation cannot move a seam."""
+    """Return vertices and triangles with equal vertices merged: decimation cannot move a seam."""
     points, rows = np.unique(group.vertices, axis=0, return_inverse=True)
     faces = rows.reshape(-1)[group.triangles()]
     keep = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
@@ -111,13 +111,13 @@ def _decimated(points: FloatArray, faces: IntArray, target: int) -> tuple[FloatA
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
     # Scaled to about 1, because the package works with absolute thresholds.
     new_points, new_faces = fast_simplification.simplify((points - low) / size, faces, target_count=target)
-    if len(new_faces) == 0:  # a thin sliver that collapsed: better too many triangles than a hole
+    if len(new_faces) == 0:  # a collapsed sliver: too many triangles are better than a hole
         return points, faces
     return np.asarray(new_points, dtype=np.float64) * size + low, np.asarray(new_faces, dtype=np.int64)
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line; 0 if the file was written, 1 if not, 2 for wrong arguments."""
+    """Run the command line and return 0 if the file was written, 1 if not, 2 for wrong arguments."""
     parser = argparse.ArgumentParser(description="Reduce a field mesh to a triangle budget.")
     parser.add_argument("input", type=Path, metavar="IN.obj")
     parser.add_argument("output", type=Path, metavar="OUT.obj")

@@ -1,8 +1,8 @@
-"""Takes the picture of a page for the docs: plays the auto depot and opens its page in a headless Chromium.
+"""Take the picture of a page for the docs: play the start of a match and open its page in a headless Chromium.
 
-    python scripts/take_picture.py [PICTURE.png] [--page PAGE.html] [--at 9.3] [--size 1366x720]
+    python scripts/take_picture.py [PICTURE.png] [--page PAGE.html] [--at 45] [--size 1200x640]
 
-Needs Chromium or Chrome; simcore itself does not.
+It needs Chromium or Chrome, which simcore itself does not.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from simcore.match.players.lineup import lineup, play_match
 from simcore.match.registry import find_game
-from simcore.match.runner import play_auto
 from simcore.show.page import write_page
 from simcore.show.scene import scene_of
 from simcore.telemetry.recording import Recording
@@ -30,10 +30,10 @@ _FLAGS = (
 
 
 def find_browser() -> str:
-    """Return the path of a Chromium.
+    """Return the path of a Chromium or Chrome.
 
     Raises:
-        SystemExit: There is none on the path.
+        SystemExit: If there is none on the path.
     """
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
@@ -44,23 +44,23 @@ def find_browser() -> str:
 
 
 def take_picture(page: Path, picture: Path, *, at: float, size: tuple[int, int]) -> None:
-    """Write what a browser shows of a page.
+    """Write a picture of a page in a browser.
 
     Args:
-        page: A page of a run.
-        picture: A PNG file; its folder is there.
+        page: Page of a run.
+        picture: PNG file to write, in an existing folder.
         at: Time of the run [s].
         size: Width and height of the window [px].
 
     Raises:
-        SystemExit: There is no browser, or it takes no picture.
+        SystemExit: If there is no browser or it takes no picture.
     """
     browser = find_browser()
     picture.unlink(missing_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = [browser, *_FLAGS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
         if hasattr(os, "geteuid") and os.geteuid() == 0:
-            command.append("--no-sandbox")  # Chromium's own does not start for the administrator
+            command.append("--no-sandbox")  # Chromium's sandbox does not start for the administrator
         command += [f"--screenshot={picture.resolve()}", f"{page.resolve().as_uri()}#t={at:g}"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     if not picture.is_file():
@@ -68,20 +68,21 @@ def take_picture(page: Path, picture: Path, *, at: float, size: tuple[int, int])
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Take the picture; returns 0."""
+    """Take the picture and return 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("picture", type=Path, nargs="?", default=ROOT / "docs" / "images" / "page.png")
-    parser.add_argument("--page", type=Path, help="of a run; default: that of the auto depot, which is played")
-    parser.add_argument("--at", type=float, default=9.3, help="time of the run [s]")
-    parser.add_argument("--size", default="1366x720", help="of the window [px]")
+    parser.add_argument("--page", type=Path, help="page of a run (default: play the start of a match)")
+    parser.add_argument("--at", type=float, default=45.0, help="time of the run [s]")
+    parser.add_argument("--size", default="1200x640", help="size of the window [px]")
     options = parser.parse_args(argv)
-    find_browser()  # before a run is played for nothing
+    find_browser()  # before a run is played in vain
     with tempfile.TemporaryDirectory() as folder:
-        page = options.page or Path(folder) / "depot.html"
+        page = options.page or Path(folder) / "match.html"
         if options.page is None:
-            recording = Recording()
-            run = play_auto(find_game("rebuilt"), "depot", seconds=20.0, sinks=[recording])
-            write_page(page, recording, scene_of(run.match), title="REBUILT, auto 'depot', blue, seed 0")
+            recording, game = Recording(), find_game("rebuilt")
+            seats = lineup(game, blue="collector:3,shuttle,collector:2", red="collector:3,collector:2,defender")
+            run = play_match(game, seats, seed=4, seconds=options.at + 15.0, sinks=[recording])
+            write_page(page, recording, scene_of(run.match), title="REBUILT, match, seed 4")
             run.match.close()
         width, height = map(int, options.size.split("x"))
         take_picture(page, options.picture, at=options.at, size=(width, height))

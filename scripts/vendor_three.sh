@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes simcore/show/player/vendor/three.min.js anew: what the player uses of three.js, as one script.
-# Needs node; nobody else does. Usage: scripts/vendor_three.sh [version]
+# Make simcore/show/player/vendor/three.min.js again: the parts of three.js that the player uses, as one script.
+# It needs node. Usage: scripts/vendor_three.sh [version]
 set -eu
 version=${1:-0.179.1}
 vendor=$(cd "$(dirname "$0")/../simcore/show/player/vendor" && pwd)

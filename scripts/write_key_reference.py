@@ -1,4 +1,4 @@
-"""Writes docs/simcore_toml.md, all keys of simcore.toml, from the tables of keys that read the file.
+"""Write docs/simcore_toml.md, all keys of simcore.toml, from the tables of keys that read the file.
 
 python scripts/write_key_reference.py
 """
@@ -26,7 +26,7 @@ This page is made by `scripts/write_key_reference.py`; edit the keys, not the pa
 
 
 def text() -> str:
-    """The whole page."""
+    """Return the page."""
     return _HEAD + reference()
 
 

@@ -1,4 +1,4 @@
-"""Writes the tables of docs/telemetry.md, all keys of telemetry, from the channels that match and games declare.
+"""Write the tables of docs/telemetry.md, all telemetry keys, from the channels that match and games declare.
 
 python scripts/write_telemetry_keys.py
 """
@@ -31,7 +31,7 @@ def _steps(channel: Channel) -> str:
 
 
 def tables() -> dict[str, str]:
-    """Return each table by its name in the page."""
+    """Return each table by its name on the page."""
     found = {
         "match": _table(MATCH),
         "pieces": _table(PIECES),
@@ -46,7 +46,7 @@ def tables() -> dict[str, str]:
 
 
 def text() -> str:
-    """Return the page with its tables as they should be."""
+    """Return the page with new tables."""
     page = PAGE.read_text(encoding="utf-8")
     for name, table in tables().items():
         begin, end = f"<!-- {name}: made by scripts/write_telemetry_keys.py -->\n\n", "\n<!-- end -->"

@@ -1,18 +1,18 @@
-"""Writes the table of makers in docs/which_robots.md; the packages of all makers must be installed."""
+"""Write the table of makers in docs/which_robots.md; the packages of all makers must be installed."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from simcore.devices.makers import installed_makers
+from simcore.robotcode.program.makers import installed_makers
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "which_robots.md"
 _BEGIN, _END = "<!-- made by scripts/write_which_robots.py -->\n", "<!-- end -->"
 
 
 def table() -> str:
-    """Models by maker, as Markdown."""
+    """Return the models by maker, as Markdown."""
     rows = [(m.name, m.motors, m.encoders, m.gyros) for m in installed_makers()]
     lines = ["| maker | motor controllers | encoders | gyros |", "|---|---|---|---|"]
     lines += [f"| {name} | {' | '.join(', '.join(models) or '-' for models in kinds)} |" for name, *kinds in rows]
@@ -20,7 +20,7 @@ def table() -> str:
 
 
 def text() -> str:
-    """The page with the table as it is now."""
+    """Return the page with a new table."""
     page = PAGE.read_text(encoding="utf-8")
     head, rest = page.split(_BEGIN)
     return f"{head}{_BEGIN}\n{table()}\n{_END}{rest.split(_END, 1)[1]}"

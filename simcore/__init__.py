@@ -1,11 +1,11 @@
 """simcore: physics for FIRST Robotics Competition robots written in Python.
 
-The everyday names are here, each loaded when it is first asked for (PEP 562): importing this package loads neither the
-physics engine nor wpilib. (PYTEST_DONT_REWRITE: it is imported before pytest comes, and asserts nothing.)
+The everyday names are here, each loaded on first use (PEP 562): importing this package loads neither the physics
+engine nor wpilib. (PYTEST_DONT_REWRITE: it is imported before pytest, and asserts nothing.)
 
 >>> from simcore import FieldSymmetry
 >>> FieldSymmetry.__module__
-'simcore.geometry.symmetry'
+'simcore.world.symmetry'
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any
 from simcore.errors import SimcoreError, home_of
 
 if TYPE_CHECKING:
-    from simcore.geometry.symmetry import FieldSymmetry
-    from simcore.geometry.zones import BoxZone, CylinderZone
     from simcore.match.clock import MatchClock, Phase
     from simcore.match.game import (
         Auto,
@@ -37,35 +35,36 @@ if TYPE_CHECKING:
     from simcore.match.scatter import Scatter
     from simcore.match.scoring import ScoringTracker, ScoringZone
     from simcore.match.scripted import ScriptedRobot, ScriptSettings
-    from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
-    from simcore.phoenix6.talon_motor import TalonFXMotorSim
-    from simcore.physics.field import FieldElement, FieldGeometry
-    from simcore.physics.world import PhysicsWorld
-    from simcore.pieces.hopper import HopperConfig
-    from simcore.pieces.intake import IntakeConfig, IntakeZone
     from simcore.pieces.kinds import GamePieceConfig
     from simcore.pieces.launch import LaunchParameters
     from simcore.pieces.piece_manager import GamePieceManager
-    from simcore.pieces.placer import PlacerConfig
-    from simcore.pieces.shooter import ShooterConfig
-    from simcore.pieces.storage import StorageConfig
     from simcore.robot.climber import ClimberConfig
     from simcore.robot.fixed_wheel_config import TankConfig
+    from simcore.robot.hopper import HopperConfig
+    from simcore.robot.intake import IntakeConfig, IntakeZone
     from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+    from simcore.robot.placer import PlacerConfig
     from simcore.robot.robot import Robot
     from simcore.robot.robot_config import RobotConfig
+    from simcore.robot.shooter import ShooterConfig
+    from simcore.robot.storage import StorageConfig
     from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-    from simcore.robotpy.robot_physics import RobotPhysics, field_control
-    from simcore.robotpy.robot_program import part_of
-    from simcore.robotpy.run_variation import run_variation
-    from simcore.telemetry.networktables_sink import NetworkTablesSink
+    from simcore.robotcode.makers.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+    from simcore.robotcode.makers.phoenix6.talon_motor import TalonFXMotorSim
+    from simcore.robotcode.networktables.limelight_table import CameraTables
+    from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink
+    from simcore.robotcode.sim.robot_physics import RobotPhysics, field_control
+    from simcore.robotcode.sim.robot_program import part_of
+    from simcore.robotcode.sim.run_variation import run_variation
     from simcore.telemetry.wpilog import WpilogSink
     from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
     from simcore.vision.limelight import LimelightSim
+    from simcore.world.field import FieldElement, FieldGeometry
+    from simcore.world.symmetry import FieldSymmetry
+    from simcore.world.world import PhysicsWorld
+    from simcore.world.zones import BoxZone, CylinderZone
 
 _HOMES = {
-    "geometry.symmetry": ("FieldSymmetry",),
-    "geometry.zones": ("BoxZone", "CylinderZone"),
     "match.clock": ("MatchClock", "Phase"),
     "match.game": (
         "Auto", "FieldDefinition", "Game", "GameOption", "PieceSupply", "RobotEntry", "Rules", "StagedPieces",
@@ -76,44 +75,48 @@ _HOMES = {
     "match.scatter": ("Scatter",),
     "match.scoring": ("ScoringTracker", "ScoringZone"),
     "match.scripted": ("ScriptedRobot", "ScriptSettings"),
-    "physics.field": ("FieldElement", "FieldGeometry"),
-    "physics.world": ("PhysicsWorld",),
-    "pieces.hopper": ("HopperConfig",),
-    "pieces.intake": ("IntakeConfig", "IntakeZone"),
     "pieces.kinds": ("GamePieceConfig",),
     "pieces.launch": ("LaunchParameters",),
     "pieces.piece_manager": ("GamePieceManager",),
-    "pieces.placer": ("PlacerConfig",),
-    "pieces.shooter": ("ShooterConfig",),
-    "pieces.storage": ("StorageConfig",),
-    "phoenix6.talon_motor": ("TalonFXMotorSim",),
-    "phoenix6.swerve": ("SwerveDrivetrainSim", "swerve_config"),
     "robot.climber": ("ClimberConfig",),
+    "robot.fixed_wheel_config": ("TankConfig",),
+    "robot.hopper": ("HopperConfig",),
+    "robot.intake": ("IntakeConfig", "IntakeZone"),
     "robot.mechanisms": ("ArmConfig", "ElevatorConfig", "FlywheelConfig", "RackConfig", "RollerConfig"),
+    "robot.placer": ("PlacerConfig",),
     "robot.robot": ("Robot",),
     "robot.robot_config": ("RobotConfig",),
+    "robot.shooter": ("ShooterConfig",),
+    "robot.storage": ("StorageConfig",),
     "robot.swerve_config": ("SwerveConfig", "SwerveModuleConfig"),
-    "robot.fixed_wheel_config": ("TankConfig",),
-    "robotpy.robot_physics": ("RobotPhysics", "field_control"),
-    "robotpy.robot_program": ("part_of",),
-    "robotpy.run_variation": ("run_variation",),
-    "telemetry.networktables_sink": ("NetworkTablesSink",),
+    "robotcode.makers.phoenix6.swerve": ("SwerveDrivetrainSim", "swerve_config"),
+    "robotcode.makers.phoenix6.talon_motor": ("TalonFXMotorSim",),
+    "robotcode.networktables.limelight_table": ("CameraTables",),
+    "robotcode.networktables.networktables_sink": ("NetworkTablesSink",),
+    "robotcode.sim.robot_physics": ("RobotPhysics", "field_control"),
+    "robotcode.sim.robot_program": ("part_of",),
+    "robotcode.sim.run_variation": ("run_variation",),
     "telemetry.wpilog": ("WpilogSink",),
     "vision.camera": ("CameraBias", "CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
     "vision.limelight": ("LimelightSim",),
+    "world.field": ("FieldElement", "FieldGeometry"),
+    "world.symmetry": ("FieldSymmetry",),
+    "world.world": ("PhysicsWorld",),
+    "world.zones": ("BoxZone", "CylinderZone"),
 }  # fmt: skip
 _HOME = {name: f"simcore.{module}" for module, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "ArmConfig", "Auto", "BoxZone", "CameraConfig", "CameraMount", "ClimberConfig", "CylinderZone", "ElevatorConfig",
-    "FieldDefinition", "FieldElement", "FieldGeometry", "FieldSymmetry", "FlywheelConfig", "Game", "GameOption",
-    "GamePieceConfig", "GamePieceManager", "HopperConfig", "IntakeConfig", "IntakeZone", "LaunchParameters",
-    "LimelightSim", "Match", "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
-    "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
-    "Scatter", "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
-    "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",
-    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "field_control", "find_game", "limelight_type",
-    "part_of", "play_auto", "run_variation", "swerve_config",
+    "ArmConfig", "Auto", "BoxZone", "CameraConfig", "CameraMount", "CameraTables", "ClimberConfig", "CylinderZone",
+    "ElevatorConfig", "FieldDefinition", "FieldElement", "FieldGeometry", "FieldSymmetry", "FlywheelConfig", "Game",
+    "GameOption", "GamePieceConfig", "GamePieceManager", "HopperConfig", "IntakeConfig", "IntakeZone",
+    "LaunchParameters", "LimelightSim", "Match", "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld",
+    "PiecePipeline", "PieceSupply", "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry",
+    "RobotPhysics", "RollerConfig", "Rules", "Scatter", "ScoringTracker", "ScoringZone", "ScriptSettings",
+    "ScriptedRobot", "ShooterConfig", "SimcoreError", "StagedPieces", "StorageConfig", "SwerveConfig",
+    "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline", "TalonFXMotorSim", "TankConfig", "WpilogSink",
+    "__version__", "field_control", "find_game", "limelight_type", "part_of", "play_auto", "run_variation",
+    "swerve_config",
 ]  # fmt: skip
 __version__ = "1.0.0rc1"
 
@@ -122,20 +125,20 @@ _OTHERS = {
     "PlayedMatch": "it is Match now",
     "sim": "it is a fixture, which pytest hands to a test: def test_it(sim)",
 }
-"""Names of old, and those that are no names of a module."""
+"""Former names, and names that are not in a module, with the hint of the error."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load the home of an everyday name."""
+    """Load an everyday name from its module."""
     if name not in _HOME:
         raise _missing(name)
     return getattr(import_module(_HOME[name]), name)
 
 
 def _missing(name: str) -> Exception:
-    """Return what to raise for a name that is not here; an ImportError where its home is known.
+    """Return the error for a name that is not here; an ImportError if its module is known.
 
-    `from simcore import X` would hide the words of an AttributeError.
+    `from simcore import X` would hide the message of an AttributeError.
     """
     folder = Path(__file__).parent
     if name.startswith("_") or (folder / name).is_dir() or (folder / f"{name}.py").is_file():
@@ -151,5 +154,5 @@ def _missing(name: str) -> Exception:
 
 
 def __dir__() -> list[str]:
-    """The everyday names, for completion."""
+    """Return the everyday names, for completion."""
     return sorted(__all__)

@@ -1,4 +1,4 @@
-"""`python -m simcore`: the same as the `simcore` command."""
+"""Entry point of `python -m simcore`, which runs the `simcore` command."""
 
 from simcore.cli import main
 

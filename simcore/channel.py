@@ -1,4 +1,4 @@
-"""A line of telemetry's schema; most are in `simcore.match.channels`, games and robot programs add theirs."""
+"""Row of the telemetry schema; most are in `simcore.match.channels`, games and robot programs add theirs."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ FIELD_OF = {
     "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
     "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
 }  # fmt: skip
-"""Field of a `simcore.telemetry.snapshot.Snapshot`, by the kind of a channel."""
+"""Field of a `simcore.telemetry.snapshot.Snapshot` by the kind of a channel."""
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A line of the schema: a key, and all that is to be known of its values.
+    """Channel of telemetry: a key with the description of its values.
 
     >>> Channel("Arm/IsHome", "bool", lambda robot: True, "the arm is at its stop")
     Traceback (most recent call last):
@@ -27,17 +27,17 @@ class Channel:
     """
 
     key: str
-    """After the prefix of a robot, if it is one's; `<...>` stands for a name that its source gives."""
+    """Key, without the prefix of the robot for a robot's channel; the source gives a name for `<...>`."""
     kind: str
-    """One of `FIELD_OF`."""
+    """Type of the values, one of `FIELD_OF`."""
     of: Callable[[Any], Any]
-    """Its value, values by name where the key has a `<...>` that its source fills; None: it is not published now."""
+    """Function that gives the value, or values by name for a key with `<...>`; None: not published now."""
     meaning: str
     unit: str = ""
     decimals: int | None = None
-    """To which it is rounded; None: not at all."""
+    """Decimal places to which values are rounded; None: not rounded."""
     owner: type = object
-    """Kinds of mechanisms that have it, for a channel of mechanisms."""
+    """Type of the mechanisms that have it, for a channel of mechanisms."""
 
     def __post_init__(self) -> None:
         if self.kind not in FIELD_OF:
@@ -45,5 +45,5 @@ class Channel:
 
     @property
     def field(self) -> str:
-        """Field of a snapshot that has its values."""
+        """Snapshot field that has its values."""
         return FIELD_OF[self.kind]

@@ -1,4 +1,4 @@
-"""The `simcore` command: a table of subcommands, each loaded when it is called for."""
+"""The `simcore` command: a table of subcommands, each loaded when called."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ __all__ = ["COMMANDS", "Command", "main"]
 
 
 class Command(NamedTuple):
-    """A subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
+    """Subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
 
-    One whose arguments depend on others has `add_further_arguments(parser, words)`, too.
+    A module whose arguments depend on others also has `add_further_arguments(parser, words)`; a module with
+    `takes_command` gets the words behind `--` as `args.behind`.
     """
 
     module: str
@@ -30,37 +31,45 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
-    "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
+    "doctor": Command("simcore.robotcode.sim.doctor", "check this computer and this folder, and say what to do"),
     "play": Command("simcore.show.play_command", "play an auto of a game: score, page and log"),
-    "sweep": Command("simcore.sweep.sweep_command", "play an auto many times: how often does it score, and what if"),
-    "compare": Command("simcore.sweep.compare_command", "two versions of robot code, or two autos, on common seeds"),
-    "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
-    "view": Command("simcore.show.view_command", "the page of a log, opened in the browser"),
-    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
-    "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
-    "check": Command(
-        "simcore.robotpy.check_command", "run each mechanism of the described robot, and say what cannot be right"
+    "sweep": Command(
+        "simcore.sweep.sweep_command", "play an auto many times: share of successes, and effects of changes"
     ),
-    "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
+    "compare": Command(
+        "simcore.sweep.compare_command", "compare two versions of robot code, or two autos, on common seeds"
+    ),
+    "shots": Command(
+        "simcore.sweep.shots_command", "make the shot table of a shooter: speed and elevation by distance"
+    ),
+    "view": Command("simcore.show.view_command", "open the page of a log in the browser"),
+    "layout": Command("simcore.show.scope_layout", "make a layout for AdvantageScope or Elastic, for a game or a log"),
+    "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
+    "serve": Command("simcore.bridge.serve_command", "play with a robot program in Java or C++, stepped in lock-step"),
+    "check": Command(
+        "simcore.robotcode.sim.check_command",
+        "run each mechanism of the described robot, and report implausible results",
+    ),
+    "init": Command("simcore.robot_file.init_command", "write a simcore.toml next to robot.py"),
 }
-"""By name; the modules may need extras, and are imported only when their command runs."""
+"""Subcommands by name; a module may need extras, and is imported only for its command."""
 
 
 def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
-    """Run a subcommand; without one, say what there is.
+    """Run a subcommand; without one, list them.
 
     Args:
-        argv: Without the program's name; None: the process's.
-        program: How it was called, for messages: `simcore`, or all words up to the options of a subcommand.
+        argv: Arguments without the program's name; None: those of the process.
+        program: Name of the program for messages: `simcore`, or all words up to the options of a subcommand.
 
     Returns:
-        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call, 130 after Ctrl-C.
+        0 for success, 1 for an explained error, 2 for a wrong call, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
         print(f"{program}: an argument has a NUL character, which no name of a file can have", file=sys.stderr)
         return 2
-    if sys.stdout is None:  # closed by who called
+    if sys.stdout is None:  # closed by the caller
         sys.stdout = open(os.devnull, "w")
     try:
         status = _run(words, program)
@@ -68,13 +77,13 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         return status
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+    except BrokenPipeError:  # the reader of our output is gone, e.g. `| head -1`: no error
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # otherwise Python reports it at exit
         return 0
 
 
 class _Parser(argparse.ArgumentParser):
-    """Ends a wrong call by what is wrong, without a list of all that would be right."""
+    """Parser that ends a wrong call with the mistake, without a list of all options."""
 
     def error(self, message: str) -> NoReturn:
         print_error(self.prog, f"{message} (`{self.prog} --help` lists what there is)")
@@ -90,7 +99,7 @@ def _run(words: list[str], program: str) -> int:
     except SimcoreError as error:
         print_error(called, str(error))
         return 1
-    except Exception as error:  # a mistake of a game or a robot's file is shown from where that begins
+    except Exception as error:  # show a mistake of a game or a robot's file from where its code begins
         start = outside_part(error)
         if start is None and isinstance(error, ImportError) and (error.name or "simcore").split(".")[0] != "simcore":
             print_error(called, f"{error}: {install_command()} installs what simcore needs")
@@ -103,24 +112,27 @@ def _run(words: list[str], program: str) -> int:
 
 
 def _parse(words: list[str], program: str) -> argparse.Namespace | None:
-    """What was asked for; None: nothing, and what there is was printed.
+    """Parse the arguments; return None if help was printed instead.
 
     Raises:
-        SystemExit: The call is wrong, or help was printed.
-        SimcoreError: What the arguments depend on cannot be found.
+        SystemExit: If the call is wrong or help was printed.
+        SimcoreError: If something that the arguments depend on cannot be found.
     """
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
+    behind: list[str] = []
     for name, command in COMMANDS.items():
         called = f"simcore {name}" if program == "simcore" else program
         subparser = subparsers.add_parser(name, prog=called, help=command.help, description=command.help)
         if words[:1] == [name]:
             module = importlib.import_module(command.module)
+            if getattr(module, "takes_command", False) and "--" in words:
+                words, behind = words[: words.index("--")], words[words.index("--") + 1 :]
             module.add_arguments(subparser)
             if hasattr(module, "add_further_arguments"):
                 module.add_further_arguments(subparser, words[1:])
-            subparser.set_defaults(run=module.run)
+            subparser.set_defaults(run=module.run, behind=behind)
     if words and not words[0].startswith("-") and words[0] not in COMMANDS:
         parser.error(str(UnknownNameError("command", words[0], COMMANDS)))
     args, unknown = parser.parse_known_args(words)
@@ -137,7 +149,7 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
 
 @contextmanager
 def _modules_of_folder() -> Iterator[None]:
-    """Import from the working folder as well, after all else: a console script does not, and `python -m` does."""
+    """Import from the working folder as well, last, as `python -m` does and a console script does not."""
     folder, before = os.getcwd(), list(sys.path)
     if folder not in before and "" not in before:
         sys.path.append(folder)

@@ -1,4 +1,4 @@
-"""What can go wrong, as types, each also the builtin error that a caller expects; and how a program ends by one."""
+"""Error types, each also the builtin error that a caller expects; and how a program ends with one."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ __all__ = [
 
 
 class SimcoreError(Exception):
-    """Base of every error that simcore raises on purpose."""
+    """Base of all errors that simcore raises on purpose."""
 
 
 class ConfigError(SimcoreError, ValueError):
-    """A setting that cannot work; the message says which, what was got and what would work."""
+    """Setting that cannot work; the message says which, what was got and what would work."""
 
 
 class NonFiniteError(SimcoreError, ValueError):
-    """A NaN or an infinity where physics needs a number."""
+    """NaN or infinity where physics needs a number."""
 
 
 class CapacityError(SimcoreError, RuntimeError):
@@ -51,31 +51,31 @@ class CapacityError(SimcoreError, RuntimeError):
 
 
 class EngineError(SimcoreError, RuntimeError):
-    """The physics engine is missing, closed, or refused a call."""
+    """Physics engine that is missing or closed, or that refused a call."""
 
 
 class FieldMeshError(SimcoreError, ValueError):
-    """A field mesh that cannot be used."""
+    """Field mesh that cannot be used."""
 
 
 class OutputError(SimcoreError, OSError):
-    """A log, page or other output that cannot be written."""
+    """Log, page or other output that cannot be written."""
 
 
 class VendorError(SimcoreError, ImportError):
-    """A vendor's library that is missing, or of a year that is not supported."""
+    """Vendor library that is missing or of an unsupported year."""
 
 
 class LogError(SimcoreError, ValueError):
-    """A log that cannot be read."""
+    """Log that cannot be read."""
 
 
 class ModelError(SimcoreError, ValueError):
-    """A folder of models that AdvantageScope or the browser view cannot use."""
+    """Folder of models that AdvantageScope or the browser view cannot use."""
 
 
 class UnknownNameError(SimcoreError, KeyError):
-    """A name that nobody registered; carries the nearest ones."""
+    """Unknown name, with the nearest known ones."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind = kind
@@ -90,12 +90,12 @@ class UnknownNameError(SimcoreError, KeyError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The question after a name that is not known; empty where none is like it."""
+    """Return the question "Did you mean ...?" for an unknown name; empty without a similar one."""
     return _question(_near(name, sorted(known), 1))
 
 
 def _near(name: str, known: list[str], most: int) -> list[str]:
-    return difflib.get_close_matches(str(name), known, n=most, cutoff=0.5)  # robot code may give None
+    return difflib.get_close_matches(str(name), known, n=most, cutoff=0.5)  # robot code may pass None
 
 
 def _question(near: list[str]) -> str:
@@ -103,7 +103,7 @@ def _question(near: list[str]) -> str:
 
 
 def home_of(name: str) -> str:
-    """Return the module of simcore that defines a class or function; empty: none does.
+    """Return the module of simcore that defines a class or function; empty for none.
 
     >>> home_of("PieceSupply"), home_of("PieceSuply")
     ('simcore.match.game', '')
@@ -116,26 +116,26 @@ def home_of(name: str) -> str:
 
 
 def print_error(program: str, sentence: str) -> None:
-    """Print what is wrong after a blank line, behind all that was printed before.
+    """Print an error after a blank line and all earlier output.
 
     Args:
-        program: Who says it, as it was called.
-        sentence: What was wrong, what was got and what would work.
+        program: Name of the program, as it was called.
+        sentence: Message: what was wrong, what was got and what would work.
     """
     sys.stdout.flush()
     print(f"\n{program}: {sentence}", file=sys.stderr, flush=True)
 
 
 def start_sentence(error: BaseException, folder: Path, *, base: Path | None = None) -> str:
-    """What a start error says, and where in the files of a project it comes from.
+    """Return the message of a start error with its place in the files of a project.
 
     >>> start_sentence(SimcoreError("mass must be > 0 kg, got -1"), Path("/project"))
     'mass must be > 0 kg, got -1'
 
     Args:
-        error: As it was caught.
-        folder: Of the project, or its only file; a place in its own files is named, one in a library is not.
-        base: From where paths are written; None: from the folder.
+        error: Error that was caught.
+        folder: Folder of the project, or its only file; places in its own files are named, those in libraries are not.
+        base: Folder to which paths are relative; None: the project's.
     """
     text = str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}{_moved(error)}"
     own = [(_file(at), at.tb_lineno) for at in _places(error) if _is_in(_file(at), folder)]
@@ -150,15 +150,15 @@ def start_sentence(error: BaseException, folder: Path, *, base: Path | None = No
 
 
 def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
-    """End the process now: threads of vendors' libraries, which may crash while a program ends, do not run on.
+    """End the process at once: threads of vendors' libraries may crash while a program ends.
 
-    An error that simcore raises on purpose is one sentence. Any other is a mistake of the project's code, or of
-    simcore's own: its traceback stands before the sentence, from where the project's code begins.
+    An error that simcore raises on purpose is one sentence. Any other is a mistake in the project's code or in simcore:
+    its traceback comes before the sentence, from where the project's code begins.
 
     Args:
-        error: Why the program cannot start.
-        program: As it was called.
-        folder: Of the project.
+        error: Reason why the program cannot start.
+        program: Name of the program, as it was called.
+        folder: Folder of the project.
     """
     if not isinstance(error, SimcoreError):
         sys.stdout.flush()
@@ -169,7 +169,7 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
 
 
 def outside_part(error: BaseException) -> TracebackType | None:
-    """The traceback of an error from where others' code begins, a game's or a robot's; None: all of it is simcore's."""
+    """Return the traceback of an error from where a game's or a robot's code begins; None if all of it is simcore's."""
     here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
     for at in _places(error):
         path = Path(_file(at)).resolve()
@@ -180,7 +180,7 @@ def outside_part(error: BaseException) -> TracebackType | None:
 
 
 def _moved(error: BaseException) -> str:
-    """Return where simcore has names that are asked of another module of it, as what follows after a sentence."""
+    """Return the new modules of names imported from a former module of simcore, to follow a sentence."""
     asked = str(getattr(error, "name", "") or "")
     if not isinstance(error, ImportError) or asked.partition(".")[0] != "simcore":
         return ""
@@ -192,7 +192,7 @@ def _moved(error: BaseException) -> str:
 
 
 def _places(error: BaseException) -> Iterator[TracebackType]:
-    """Where an error came by, the innermost last."""
+    """Yield the places that an error passed, the innermost last."""
     at = error.__traceback__
     while at is not None:
         yield at
@@ -204,7 +204,7 @@ def _file(at: TracebackType) -> str:
 
 
 def _is_in(file: str, folder: Path) -> bool:
-    """Whether a file is of the project: not Python's own, nor in a library that is installed below."""
+    """Return whether a file belongs to the project: neither Python's own, nor in a library installed below."""
     path, folder = Path(file).resolve(), folder.resolve()
     own = path.is_file() and path.is_relative_to(folder)
     return own and "site-packages" not in path.relative_to(folder).parts

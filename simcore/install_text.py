@@ -1,7 +1,7 @@
-"""What installs simcore again from where it came, here and on another computer: for errors, and CI.
+"""Commands that install simcore again from its origin, here and on another computer: for errors, and CI.
 
-The bare name of the distribution stands in a command only where pip took simcore from an index by that name: on an
-index where it is not, the name is nobody's, or a stranger's.
+A command has the bare name of the distribution only where pip took simcore from an index by that name: on another index
+the name may be free, or a stranger's.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAGE) -> str:
-    """What to type to have extras, with where to type it when that matters.
+    """Return the command that installs extras, with its folder where that matters.
 
-    A checkout is named by its folder, an install by what pip noted of its origin (PEP 610): a folder, a git address or
-    a file, or nothing, if it is of an index. If that is unknown or gone, the folder of simcore's source has to be found
-    by the reader.
+    A checkout is named by its folder, an install by the origin that pip recorded (PEP 610): a folder, a git address or
+    a file, or none for an index. If the origin is unknown or gone, the reader has to find the folder of simcore's
+    source.
 
     >>> print(install_command("view", package=Path("/home/me/env/site-packages/simcore")))
     `python -m pip install ".[view]"` in the folder of simcore's source
 
     Args:
-        extras: Names of extras; none: simcore with what it always needs.
-        upgrade: Whether what is there may be too old.
-        package: Folder of the package simcore.
+        extras: Names of extras; none: simcore with its required packages.
+        upgrade: Whether installed packages may be too old.
+        package: Folder of the simcore package.
     """
     pip = f"{_PIP} --upgrade" if upgrade else _PIP
     names = f"[{','.join(extras)}]" if extras else ""
@@ -54,15 +54,15 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
 
 
 def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE) -> str:
-    """The line by which pip of another computer installs the simcore that is here; empty: from nowhere that is known.
+    """Return the requirement by which pip on another computer installs this simcore; empty without a known origin.
 
     >>> shared_requirement("robotpy", package=Path("/home/me/env/site-packages/simcore"))
     ''
 
     Args:
         extras: Names of extras.
-        source: Address for pip, `git+https://...`; empty: the index, address or clone that simcore here is from.
-        package: Folder of the package simcore.
+        source: Address for pip, `git+https://...`; empty: the index, address or clone of the simcore here.
+        package: Folder of the simcore package.
     """
     name = f"simcore[{','.join(extras)}]"
     if not source and (version := _index_version(package)):
@@ -72,7 +72,7 @@ def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE)
 
 
 def _address(package: Path) -> str:
-    """Of the commit that was installed, for pip; empty if that is on this computer alone."""
+    """Return pip's address of the installed commit; empty if it is on this computer only."""
     origin = _origin(package)
     url, version_control = str(origin.get("url", "")), origin.get("vcs_info")
     if version_control:
@@ -84,35 +84,35 @@ def _address(package: Path) -> str:
 
 
 def _clone_address(folder: Path) -> str:
-    """Where a clone is from, at its commit, without names and passwords of who cloned it."""
-    told = []
+    """Return the address of a clone's origin at its commit, without user names and passwords."""
+    output = []
     for words in (["remote", "get-url", "origin"], ["rev-parse", "HEAD"]):
         try:
-            told.append(
+            output.append(
                 subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, check=True).stdout
             )
         except (OSError, subprocess.CalledProcessError):
             return ""
-    url, commit = (text.strip() for text in told)
+    url, commit = (text.strip() for text in output)
     url = re.sub(r"^https://[^/@]*@", "https://", url)
     url = re.sub(r"^(?:ssh://)?[\w.-]+@([^/:]+)[:/]", r"https://\1/", url)
     return f"git+{url}@{commit}" if url.startswith("https://") else ""
 
 
 def is_source(folder: Path) -> bool:
-    """Return whether a folder is one that pip can install simcore from."""
+    """Return whether pip can install simcore from a folder."""
     return (folder / "pyproject.toml").is_file() and (folder / "simcore" / "install_text.py").is_file()
 
 
 def _index_version(package: Path) -> str:
-    """Which version pip took from an index by its name, which leaves no note of an origin; empty: it did not."""
+    """Return the version that pip took from an index, which leaves no record of an origin; empty otherwise."""
     found = [] if is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
     is_named = found and not (found[-1] / "direct_url.json").exists()
     return found[-1].name.removeprefix("simcore-").removesuffix(".dist-info") if is_named else ""
 
 
 def _origin(package: Path) -> Mapping[str, Any]:
-    """What pip noted when it installed a package: `direct_url.json` beside the metadata; empty if there is none."""
+    """Return pip's record of the origin, `direct_url.json` next to the metadata; empty without one."""
     notes = sorted(package.parent.glob("simcore-*.dist-info/direct_url.json"))
     try:
         found = json.loads(notes[-1].read_text(encoding="utf-8")) if notes else {}
@@ -122,7 +122,7 @@ def _origin(package: Path) -> Mapping[str, Any]:
 
 
 def _folder(url: str) -> Path:
-    """The path of a `file:` address."""
+    """Return the path of a `file:` address."""
     from urllib.parse import urlsplit
     from urllib.request import url2pathname
 

@@ -1,8 +1,8 @@
-"""Where a number from outside becomes a number inside: what a quantity may be, in which unit, and the sentence if not.
+"""Checks of numbers from outside: allowed range and unit of each quantity, and the message if a number is wrong.
 
-Configs name the quantity of each of their numbers (`require_fields`, which holds the other fields to the types that
-they are declared with), functions that of an argument (`require`), and readers of files ask `Quantity.problem`. Bounds
-leave room for every robot and field that can be built, and for none that is written in another unit.
+Configs name the quantity of each number (`require_fields`, which checks other fields by their declared types),
+functions that of an argument (`require`), and readers of files call `Quantity.problem`. Bounds leave room for every
+robot and field that can be built, and for none that is given in another unit.
 """
 
 from __future__ import annotations
@@ -100,16 +100,16 @@ _OTHER_UNITS = {
     "rad": (("degrees", math.pi / 180.0),),
     "1/s": (("rpm", 1.0 / 60.0),),
 }
-"""Of the units that people think in, what one is in ours."""
+"""Size of people's units in each SI unit."""
 
-_TINY = 1e-12  # what is less above an open bound is 0 in every formula that divides by it
-_MOST_ITEMS = 10_000_000  # of a row: `range(10**12)` is one, too
-_MOST_COMMANDED = 1e6  # V, A, m/s: the squares of what is beyond soon are no numbers
+_TINY = 1e-12  # a number this close above an open bound acts as 0 in every formula that divides by it
+_MOST_ITEMS = 10_000_000  # in a row: `range(10**12)` is also a sequence
+_MOST_COMMANDED = 1e6  # V, A, m/s: squares of larger numbers soon overflow
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What a number may be.
+    """Allowed values of a number.
 
     >>> ROBOT_LENGTH.problem(34.0)
     'must be a number above 0 and up to 3 m, got 34.0. As inches that is 0.864 m'
@@ -121,14 +121,14 @@ class Quantity:
     least: float
     most: float
     is_open: bool = False
-    """Whether `least` itself is too little."""
+    """Whether `least` itself is not allowed."""
     is_whole: bool = False
-    """Whether it counts something."""
+    """Whether it is a count."""
     may_be_infinite: bool = False
-    """Whether `math.inf` stands for no limit."""
+    """Whether `math.inf` is allowed, for no limit."""
 
     def problem(self, value: object) -> str | None:
-        """What is wrong with a value, as what follows after its name; None: nothing is."""
+        """Return what is wrong with a value, to follow its name in a message; None if nothing is."""
         number = value if type(value) is float else _number(value)
         if number is not None and self.least <= number <= self.most:
             good = number > self.least + _TINY or not self.is_open
@@ -140,7 +140,7 @@ class Quantity:
         return f"must be {self}, got {shown(value)}{hint}"
 
     def in_other_units(self, number: float) -> str:
-        """What a length, mass, heading or speed is if it was meant in another unit; empty if none makes sense."""
+        """Return the SI value of a length, mass, heading or speed given in another unit; empty if none makes sense."""
         for name, size in _OTHER_UNITS.get(self.unit, ()):
             if self.least <= number * size <= self.most:
                 return f". As {name} that is {number * size:.3g} {self.unit}"
@@ -157,21 +157,21 @@ class Quantity:
 MASS = Quantity("kg", 0.0, 1000.0, is_open=True)
 MASS_OR_NONE = Quantity("kg", 0.0, 1000.0)
 ROBOT_LENGTH = Quantity("m", 0.0, 3.0, is_open=True)
-"""Of a part of a robot, or of a piece."""
+"""Length of a part of a robot or of a piece."""
 WHEEL_RADIUS = Quantity("m", 0.0, 0.3, is_open=True)
-"""Also of rollers, drums and pinions."""
+"""Radius of wheels, rollers, drums and pinions."""
 ROBOT_HEIGHT = Quantity("m", 0.0, 3.0)
 ROBOT_PLACE = Quantity("m", -3.0, 3.0)
-"""Relative to a robot, or along a mechanism."""
+"""Position relative to a robot, or along a mechanism."""
 FIELD_LENGTH = Quantity("m", 0.0, 100.0, is_open=True)
 FIELD_PLACE = Quantity("m", -100.0, 100.0)
 ANGLE = Quantity("rad", -10_000.0, 10_000.0)
 POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
-"""Place and heading on the field."""
+"""Position and heading on the field."""
 ATTITUDE = (Quantity("", -1e6, 1e6),) * 4
-"""Of a unit quaternion x, y, z, w: `require_fields` and `require_attitude` hold it to its norm, too."""
+"""Components of a unit quaternion x, y, z, w; `require_fields` and `require_attitude` also check its norm."""
 START = (FIELD_PLACE, FIELD_PLACE, Quantity("rad", -math.tau, math.tau))
-"""The same as people write it: within a turn, for more of it are degrees."""
+"""Position and heading as people write them: headings within a turn, because larger ones are degrees."""
 DEGREES = Quantity("deg", -36_000.0, 36_000.0)
 FIELD_OF_VIEW = Quantity("deg", 1.0, 179.0)
 NOISE_DEGREES = Quantity("deg", 0.0, 360.0)
@@ -206,7 +206,7 @@ FRICTION = Quantity("", 0.0, 10.0)
 FACTOR = Quantity("", 0.0, 1000.0)
 POSITIVE = Quantity("", 0.0, 1000.0, is_open=True)
 GEARING = Quantity("", 0.0, 10_000.0, is_open=True)
-"""Rotor turns per turn of what they drive."""
+"""Rotor turns per turn of the driven part."""
 RATIO = Quantity("", -1000.0, 1000.0)
 GAIN = Quantity("", 0.0, 1e6)
 COUNT = Quantity("", 0, 10_000, is_whole=True)
@@ -214,20 +214,20 @@ MOTORS = Quantity("", 1, 20, is_whole=True)
 PORT = Quantity("", 0, 65_535, is_whole=True)
 
 Row: TypeAlias = "tuple[Quantity | Row, ...] | list[Quantity | Row]"
-"""Quantities of the numbers of a row of that length; a list of one is of a row of any length. Rows may hold rows."""
+"""Quantities of a row's numbers; a list of one is for a row of any length. Rows may contain rows."""
 
 
 def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
-    """Refuse a number that cannot be what it should be.
+    """Raise an error for a number out of range.
 
     Args:
-        owner: What it is of, for the message.
-        name: What it is.
-        value: What was given, of whatever type.
-        quantity: What it may be.
+        owner: Owner of the number, for the message.
+        name: Name of the number.
+        value: Given value, of any type.
+        quantity: Allowed values.
 
     Raises:
-        ConfigError: It is not; the message has what was got, what would work and the unit.
+        ConfigError: If the value is not allowed; the message has what was got, what would work and the unit.
 
     >>> require("ArmConfig", "mass", "5", MASS)
     Traceback (most recent call last):
@@ -239,14 +239,14 @@ def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
 
 
 def checked_number(what: str, value: Any) -> float:
-    """A command as a plain float.
+    """Return a command as a plain float.
 
     Args:
-        what: Name for the message.
-        value: From outside.
+        what: Name, for the message.
+        value: Given value.
 
     Raises:
-        NonFiniteError: It is no number, or not finite.
+        NonFiniteError: If it is not a number or not finite.
     """
     number = value if type(value) is float else _number(value)
     if number is None or not abs(number) <= _MOST_COMMANDED:
@@ -255,10 +255,10 @@ def checked_number(what: str, value: Any) -> float:
 
 
 def require_row(owner: str, name: str, values: Any, row: Row) -> None:
-    """Refuse a row of numbers, e.g. a place, of which one cannot be, or of which there are too many or too few.
+    """Raise an error for a row of numbers, e.g. a place, with a wrong number or a wrong length.
 
     Raises:
-        ConfigError: With which of them, counted from 0.
+        ConfigError: If it is wrong; the message has the index, from 0.
     """
     if isinstance(values, (str, bytes)) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
@@ -275,10 +275,10 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
 
 
 def require_count(what: str, values: Any, count: int, things: str) -> None:
-    """Refuse a command that does not have one value for each of some things.
+    """Raise an error for a command without one value for each of some things.
 
     Raises:
-        ConfigError: It has not, or is no row.
+        ConfigError: If the count differs or it is not a row.
     """
     is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict)) and getattr(values, "ndim", 1) > 0
     if not is_row or len(values) != count:
@@ -287,10 +287,10 @@ def require_count(what: str, values: Any, count: int, things: str) -> None:
 
 
 def require_attitude(owner: str, name: str, quat: Any) -> None:
-    """Refuse what is no unit quaternion x, y, z, w.
+    """Raise an error for anything but a unit quaternion x, y, z, w.
 
     Raises:
-        ConfigError: It is none.
+        ConfigError: If it is not one.
     """
     require_row(owner, name, quat, ATTITUDE)
     if not math.isclose(math.hypot(*quat), 1.0, abs_tol=1e-6):
@@ -298,12 +298,12 @@ def require_attitude(owner: str, name: str, quat: Any) -> None:
 
 
 def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:
-    """Refuse rows of three numbers that are not such, of which one cannot be, or of which there are too few.
+    """Raise an error for anything but rows of three numbers, for a wrong number, or for too few rows.
 
     Raises:
-        ConfigError: With the row, counted from 0.
+        ConfigError: If it is wrong; the message has the row, from 0.
     """
-    import numpy as np  # commands that only print their options take numbers from here, too: 0.1 s less
+    import numpy as np  # commands that only print their options import this module, too: 0.1 s less
 
     if isinstance(points, Sequence) and len(points) > _MOST_ITEMS:
         raise ConfigError(f"{owner}: {name} must be an array of shape (n >= {least}, 3), got {shown(points)}")
@@ -317,19 +317,19 @@ def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, le
 
 
 def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quantity | Row) -> None:
-    """Refuse a config of which a field cannot be; call it first in `__post_init__`.
+    """Raise an error for a config with a wrong field; call it first in `__post_init__`.
 
-    Fields that are not named are held to the types they are declared with: a config, a shape, a text, one of a few
-    words, a tuple or dict of such. Numbers of other libraries become Python's own.
+    Fields that are not named are checked by their declared types: a config, a shape, a text, one of a few words, a
+    tuple or dict of these. Numbers of other libraries become Python's own.
 
     Args:
-        config: The config.
-        owner: How messages call it; empty: by its class.
-        fields: What each field of numbers may be; of a dict, what each of its values. None is fine where it is the
-            default.
+        config: Config to check.
+        owner: Name for messages; empty: the class name.
+        fields: Allowed values of each numeric field; for a dict, of each of its values. None is accepted where it is
+            the default.
 
     Raises:
-        ConfigError: With owner, field, what was got, what would work and the unit.
+        ConfigError: If a field is wrong; the message has owner, field, what was got, what would work and the unit.
     """
     owner = f"{owner}" or type(config).__name__
     kinds = _field_types(type(config))
@@ -341,7 +341,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
         if wrong is not None:
             where, value, wanted = wrong
             raise ConfigError(f"{owner}: {where} must be {_type_text(wanted)}, got {_got(value)}")
-        if get_origin(kind) is tuple and isinstance(value, list):  # a list is no key
+        if get_origin(kind) is tuple and isinstance(value, list):  # a list is not hashable
             object.__setattr__(config, name, tuple(value))
     for name, quantity in fields.items():
         value = getattr(config, name)
@@ -364,14 +364,14 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
 
 
 class _ByName(type):
-    """A class that a module imports for type checkers alone: known by its name."""
+    """Metaclass for a class that a module imports only for type checkers: it is known by name."""
 
     def __instancecheck__(cls, value: object) -> bool:
         return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
 
 
 class _Names(dict[str, Any]):
-    """What annotations of a module speak of."""
+    """Names that the annotations of a module use."""
 
     def __missing__(self, name: str) -> Any:
         return getattr(builtins, name, None) or _ByName(name, (), {})
@@ -379,7 +379,7 @@ class _Names(dict[str, Any]):
 
 @cache
 def _field_types(config: type[DataclassInstance]) -> dict[str, Any]:
-    """The types that the fields of a config are declared with, by name."""
+    """Return the declared types of a config's fields, by name."""
     types: dict[str, Any] = {}
     for base in reversed(config.__mro__):
         names = _Names(vars(sys.modules[base.__module__]))
@@ -391,7 +391,7 @@ def _field_types(config: type[DataclassInstance]) -> dict[str, Any]:
 
 
 def _misfit(name: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
-    """Where a value is not of its type, what is there, and what should be; numbers are the affair of quantities."""
+    """Return path, value and wanted type of the first misfit in a value; numbers are checked by quantities."""
     origin, parts = get_origin(kind), get_args(kind)
     fits = True
     if origin in (Union, UnionType):
@@ -425,7 +425,7 @@ def _got(value: object) -> str:
 
 
 def _type_text(kind: Any) -> str:
-    """What is of a type, for messages."""
+    """Describe a type for messages."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Literal or origin in (Union, UnionType):
         texts = [repr(part) if origin is Literal else _type_text(part) for part in parts]
@@ -443,7 +443,7 @@ def _type_text(kind: Any) -> str:
 
 
 _OWN_BUSES = ("", "rio", "can_s2")
-"""Names of the bus that a device is on whose program names none: of a roboRIO and, since 2027, of a Systemcore.
+"""Names of the default CAN bus: of a roboRIO and, since 2027, of a Systemcore.
 
 Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 """
@@ -451,7 +451,7 @@ Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 
 @dataclass(frozen=True, slots=True, order=True)
 class DeviceAddress:
-    """Where a device is.
+    """Address of a device.
 
     >>> str(DeviceAddress(3, "canivore")), DeviceAddress(3, "rio") == DeviceAddress(3)
     ('canivore:3', True)
@@ -462,7 +462,7 @@ class DeviceAddress:
     number: int
     """CAN id, or channel of a port."""
     bus: str = ""
-    """Name of its CAN bus; empty: the controller's own."""
+    """Name of the CAN bus; empty: the controller's own."""
 
     FORM: ClassVar[str] = 'a whole number from 0 to 62, or as "canivore:3" on another bus'
 
@@ -475,12 +475,12 @@ class DeviceAddress:
 
     @property
     def in_file(self) -> int | str:
-        """As simcore.toml has it."""
+        """Form in simcore.toml."""
         return str(self) if self.bus else self.number
 
     @classmethod
     def parse(cls, value: object) -> DeviceAddress | None:
-        """What simcore.toml has; None: it is no address."""
+        """Parse an address of simcore.toml; return None if it is not one."""
         bus = ""
         if isinstance(value, str):
             bus, _, digits = value.rpartition(":")
@@ -488,7 +488,7 @@ class DeviceAddress:
         return cls(value, bus) if type(value) is int and 0 <= value <= 62 else None
 
     def among(self, built: Iterable[DeviceAddress]) -> DeviceAddress:
-        """The one of these that a file means: without a bus the only one of its number, wherever that is.
+        """Return the matching address of these: without a bus, the only one with its number on any bus.
 
         >>> DeviceAddress(3).among([DeviceAddress(3, "canivore"), DeviceAddress(4)])
         DeviceAddress(number=3, bus='canivore')
@@ -498,11 +498,11 @@ class DeviceAddress:
 
 
 DeviceKey: TypeAlias = tuple[str, DeviceAddress]
-"""A device or port: its model, as its maker writes it, and where it is."""
+"""Device or port: model, as its maker writes it, and address."""
 
 
 def number_flag(quantity: Quantity) -> Callable[[str], float]:
-    """The `type` of an option of a command that is a number.
+    """Make the `type` of a numeric command option.
 
     >>> number_flag(PORT)("99999")
     Traceback (most recent call last):
@@ -522,7 +522,7 @@ def number_flag(quantity: Quantity) -> Callable[[str], float]:
 
 
 def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """The `type` of an option of a command whose text a function reads that raises `SimcoreError`."""
+    """Make the `type` of a command option from a function that parses text and raises `SimcoreError`."""
 
     def checked(text: str) -> Any:
         try:
@@ -534,7 +534,7 @@ def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def row_text(row: Quantity | Row) -> str:
-    """What a row must be, for messages."""
+    """Describe the allowed values of a row, for messages."""
     if isinstance(row, Quantity):
         return str(row)
     if isinstance(row, list):
@@ -544,26 +544,26 @@ def row_text(row: Quantity | Row) -> str:
 
 
 def shown(value: object) -> str:
-    """A value as messages show it: whatever it is, within eighty characters."""
+    """Format any value for messages, within eighty characters."""
     try:
         text = repr(value)
-    except Exception:  # over 4300 digits, nested deeper than the stack, or of a class that cannot
+    except Exception:  # over 4300 digits, nested deeper than the stack, or of a class without a working repr
         text = f"{type(value).__name__} that cannot be shown"
     return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
 
 
 def _number(value: object) -> float | None:
-    """As a float; None for what is no number, booleans among it."""
+    """Convert to float; None for anything that is not a number, booleans included."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
         return float(value)
-    except OverflowError:  # a whole number of over 308 digits
+    except OverflowError:  # an integer of over 308 digits
         return None
 
 
 def _plain(value: Any) -> Any:
-    """Return numbers of other types (numpy's float16, Fraction) as Python's own: compiled code takes no others."""
+    """Return numbers of other types (numpy's float16, Fraction) as Python's own: compiled code accepts no others."""
     if isinstance(value, Mapping):
         plain = {key: _plain(one) for key, one in value.items()}
         return value if all(plain[key] is one for key, one in value.items()) else plain
@@ -573,14 +573,14 @@ def _plain(value: Any) -> Any:
     if getattr(value, "ndim", 0) and value.dtype.kind == "f":
         return value.astype(float, copy=False)
     if type(value) is float:
-        return value or 0.0  # -0.0 is no bound of a range from -x to x
+        return value or 0.0  # a range from -x to x must not have the bound -0.0
     if type(value) in (bool, int) or not isinstance(value, Real):
         return value
     return value.__index__() if hasattr(value, "__index__") else float(value)
 
 
 def _as_tuples(value: Any) -> Any:
-    """Return rows of numbers as tuples, which can be keys, as lists and arrays cannot."""
+    """Return rows of numbers as tuples, which can be keys, unlike lists and arrays."""
     if getattr(value, "ndim", 0):
         return _as_tuples(value.tolist())
     if not isinstance(value, (tuple, list)):

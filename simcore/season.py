@@ -1,8 +1,8 @@
-"""WPILib of 2026 and of 2027 under the names of 2027: the one module that imports it and knows which one is installed.
+"""WPILib of 2026 and 2027 under the names of 2027: the only module that imports it and checks which one is installed.
 
-Since 2027 every public name is snake_case. Where 2026 is installed, the classes that simcore uses get those names
-beside their own (`NAMES`), so that all other code is written once. Modules come when they are first asked for:
-`season.wpilib_simulation` imports wpilib.simulation, and nothing of WPILib is needed to import this.
+Since 2027 every public name is snake_case. Where 2026 is installed, the classes that simcore uses get those names in
+addition to their own (`NAMES`), so that other code is written once. Modules are imported on first use:
+`season.wpilib_simulation` imports wpilib.simulation, and importing this module needs nothing of WPILib.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ __all__ = [
 ]
 
 NetworkTables: TypeAlias = Any
-"""A `NetworkTableInstance`."""
+"""Type of a `NetworkTableInstance`."""
 
 _TOPICS = "boolean double integer raw string double_array integer_array string_array"
 _KINDS = "raw double double_array float float_array integer integer_array"
 _SUBSCRIBERS = ("Boolean", "Double", "Integer", "Raw", "String", "DoubleArray", "IntegerArray")
 
 EPOCH = 1e7
-"""Longer than a computer runs [s]; robots under test start at a multiple of it by the controller's clock."""
+"""Longest uptime of a computer [s]; robots under test start at a multiple of it on the controller's clock."""
 
 _GEOMETRY = ("Pose2d", "Pose3d", "Quaternion", "Rotation2d", "Rotation3d", "Transform3d", "Translation3d")
 DRIVES = (*(f"SwerveDrive{n}" for n in (2, 3, 4, 6)), "DifferentialDrive", "MecanumDrive")
-"""First words of its classes of kinematics and odometry."""
+"""Prefixes of the kinematics and odometry classes."""
 
 _KINEMATICS = ("Kinematics", "Odometry", "Odometry3d")
 
@@ -161,7 +161,8 @@ NAMES: dict[str, dict[str, str]] = {
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },
 }
-"""A name of 2026 that is not that of 2027 in camel case stands after a `=`, from the module where it has a dot."""
+"""Names of 2027 by module and class. A name of 2026 that is not its camel case follows a `=`; if it has a dot, it is
+looked up in the module."""
 
 
 def __getattr__(name: str) -> ModuleType:
@@ -201,34 +202,34 @@ def _value(module: ModuleType, path: str) -> Any:
 
 
 def own_name(owner: Any, name: str, old: str = "") -> str:
-    """How robot code of this season spells a name of WPILib, such as that of a method that it overrides.
+    """Return the spelling of a WPILib name in this season, e.g. of a method that robot code overrides.
 
     Args:
         owner: Class that has it.
-        name: Of 2027.
-        old: Of 2026, if it is not the same in camel case.
+        name: Name in 2027.
+        old: Name in 2026, if it is not the camel case of `name`.
     """
     old = old or camel_case(name)
     return old if hasattr(owner, old) else name
 
 
 def class_before_2027(module: str, name: str) -> Any:
-    """A class that 2027 has no more: there it is one that has no objects."""
+    """Return a class that 2027 lacks; there, return a class without instances."""
     return getattr(_module(module), name, None) or type(name, (), {})
 
 
 def loop_classes() -> tuple[Any, ...]:
-    """Robot classes whose loop is WPILib's, with `add_periodic`: TimedRobot, and OpModeRobot since 2027."""
+    """Return robot classes with WPILib's loop and `add_periodic`: TimedRobot, and OpModeRobot since 2027."""
     wpilib = _module("wpilib")
     return tuple(getattr(wpilib, name) for name in ("TimedRobot", "OpModeRobot") if hasattr(wpilib, name))
 
 
 def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
-    """Have a robot of `loop_classes` call something once a period [s], never at the instant of its own loop."""
+    """Call a function once per period [s] of a robot of `loop_classes`, never at the time of its loop."""
     if isinstance(robot, _module("wpilib").TimedRobot):
         robot.add_periodic(call, period, period / 2.0)
         return
-    halves = cycle((call, None))  # an OpModeRobot knows no offset: each second call is at the instant of its loop
+    halves = cycle((call, None))  # an OpModeRobot has no offset: every second call is at the time of its loop
 
     def half() -> None:
         due = next(halves)
@@ -239,11 +240,11 @@ def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> No
 
 
 def set_mode(mode: str, name: str = "") -> None:
-    """Let the driver station select a mode, and of an OpModeRobot the one of this name, or else the first.
+    """Select a mode on the driver station, and for an OpModeRobot the op mode of this name, or else the first.
 
     Args:
         mode: `autonomous`, `teleop` or `utility` (`test` in 2026).
-        name: Of an op mode.
+        name: Name of an op mode.
     """
     sim = _module("wpilib.simulation").DriverStationSim
     if hasattr(sim, "setAutonomous"):
@@ -261,7 +262,7 @@ def set_mode(mode: str, name: str = "") -> None:
 
 
 def op_modes(mode: str) -> list[str]:
-    """Names of the op modes of an OpModeRobot that the driver station offers in a mode."""
+    """Return names of the op modes that the driver station offers in a mode."""
     sim, hal = _module("wpilib.simulation").DriverStationSim, _module("hal")
     if not hasattr(sim, "get_opmode_options"):
         return []
@@ -271,7 +272,7 @@ def op_modes(mode: str) -> list[str]:
 
 
 def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
-    """Plug a joystick in, with so many of each."""
+    """Plug in a joystick with these numbers of axes, buttons and POVs."""
     sim = _module("wpilib.simulation").DriverStationSim
     for count, old, new in ((axes, "Axis", "axes"), (buttons, "Button", "buttons"), (povs, "POV", "povs")):
         if hasattr(sim, f"setJoystick{old}Count"):
@@ -281,13 +282,13 @@ def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
 
 
 def press_button(port: int, number: int, down: bool) -> None:
-    """Hold a button of a joystick down, or let go of it; counted from 1, as drivers do, and in 2027 from 0."""
+    """Press or release a button of a joystick, counted from 1 as drivers do (in 2027 WPILib counts from 0)."""
     sim = _module("wpilib.simulation").DriverStationSim
     sim.set_joystick_button(port, number if hasattr(sim, "setJoystickButton") else number - 1, down)
 
 
 def clock_rate() -> float:
-    """Counts of the stamps of NetworkTables a second: of microseconds in 2026, of nanoseconds in 2027 [1/s]."""
+    """Return the rate of NetworkTables time stamps: microseconds in 2026, nanoseconds in 2027 [1/s]."""
     try:
         return 1e6 if hasattr(import_module("ntcore").NetworkTableInstance, "getDefault") else 1e9
     except ImportError:
@@ -295,19 +296,19 @@ def clock_rate() -> float:
 
 
 def is_chooser(instance: NetworkTables, key: str) -> bool:
-    """Whether what NetworkTables has under a key is a `SendableChooser`, or since 2027 a `Selectable`."""
+    """Return whether a NetworkTables key holds a `SendableChooser` or, since 2027, a `Selectable`."""
     if instance.get_entry(f"{key}/.type").get_string("") == "String Chooser":
         return True
     return clock_rate() > 1e6 and key.startswith("/Tunables/")
 
 
 def chooser_keys() -> tuple[str, str]:
-    """Under a chooser's key: where a choice is written, and which one is active."""
+    """Return the subkeys of a chooser for the requested choice and for the active one."""
     return ("selected", "active") if clock_rate() == 1e6 else ("selected/tune", "selected/value")
 
 
 def set_pov(port: int, angle: int | None) -> None:
-    """Press the first hat of a joystick, clockwise from forward in steps of 45 [deg]; None lets go."""
+    """Press the first hat of a joystick, clockwise from forward in steps of 45 [deg]; None releases it."""
     sim, wpilib = _module("wpilib.simulation").DriverStationSim, _module("wpilib")
     if hasattr(sim, "setJoystickPOV"):
         sim.setJoystickPOV(port, 0, -1 if angle is None else angle)
@@ -318,7 +319,7 @@ def set_pov(port: int, angle: int | None) -> None:
 
 
 def silence_joystick_warnings() -> None:
-    """Switch off WPILib's warning of joysticks that are not there."""
+    """Switch off WPILib's warning about missing joysticks."""
     wpilib = _module("wpilib")
     if hasattr(wpilib, "DriverStationBackend"):
         wpilib.DriverStationBackend.silence_joystick_connection_alert(True)
@@ -327,16 +328,16 @@ def silence_joystick_warnings() -> None:
 
 
 def spark_sim_name(spark: Any, model: str) -> str:
-    """Name of a SPARK's SimDevice; since 2027 with the CAN port, as that has several buses."""
+    """Return the SimDevice name of a SPARK; since 2027 with the CAN port, because there are several buses."""
     port = f"{int(spark.get_can_port())}," if hasattr(spark, "get_can_port") else ""
     return f"{model} [{port}{spark.get_device_id()}]"
 
 
 def spark_factors(encoder: Any) -> tuple[float, float]:
-    """What robot code reads for a turn, and for one turn a minute, of a SPARK's encoder: since 2027 just these.
+    """Return robot code's readings per turn and per rpm of a SPARK's encoder; since 2027 both are 1.
 
     Args:
-        encoder: Its part of the SPARK's `config_accessor`.
+        encoder: Encoder part of the SPARK's `config_accessor`.
     """
     if not hasattr(encoder, "getPositionConversionFactor"):
         return 1.0, 1.0
@@ -344,10 +345,10 @@ def spark_factors(encoder: Any) -> tuple[float, float]:
 
 
 def spark_wrap(loop: Any) -> tuple[float, float] | None:
-    """Where a SPARK's position loop goes round the shorter way: in one turn since 2027; None: nowhere.
+    """Return the range in which a SPARK's position loop wraps: one turn since 2027; None without wrapping.
 
     Args:
-        loop: Its part of the SPARK's `config_accessor`.
+        loop: Closed-loop part of the SPARK's `config_accessor`.
     """
     if not loop.get_position_wrapping_enabled():
         return None
@@ -357,59 +358,59 @@ def spark_wrap(loop: Any) -> tuple[float, float] | None:
 
 
 def centered_spark_encoder(encoder: Any, written: bool) -> bool:
-    """Whether a SPARK's absolute encoder counts from -1/2 to 1/2 turn.
+    """Return whether a SPARK's absolute encoder counts from -1/2 to 1/2 turn.
 
     Args:
-        encoder: Its part of the SPARK's `config_accessor`.
-        written: What the program has configured; 2026 can write it, but not read it.
+        encoder: Encoder part of the SPARK's `config_accessor`.
+        written: Setting that the program has configured; 2026 can write it, but not read it.
     """
     return bool(encoder.is_zero_centered()) if hasattr(encoder, "is_zero_centered") else written
 
 
 def spark_answer(read: Callable[[], Any], value: float | bool) -> Any:
-    """A value as a SPARK's controller gives it to robot code: since 2027 as a signal, with its error and time.
+    """Return a value in the form of a SPARK's answer: since 2027 a signal with error and time.
 
     Args:
-        read: What REVLib itself answers with.
-        value: To give instead.
+        read: Function that returns REVLib's own answer.
+        value: Value to return instead.
     """
     own = read()
     return type(own)(value, own.get_error(), own.get_timestamp()) if hasattr(own, "get_timestamp") else value
 
 
 def show_field(field: Any, *, again: bool = False) -> None:
-    """Publish a `Field2d` under the name that the simulation's window shows; `again` after each change of it."""
+    """Publish a `Field2d` under the name that the simulation GUI shows; `again` after each change of it."""
     wpilib = _module("wpilib")
     if not hasattr(wpilib, "SmartDashboard"):
         import_module("telemetry").log("Field", field)
-    elif not again:  # it publishes changes by itself
+    elif not again:  # it publishes changes itself
         wpilib.SmartDashboard.putData("Field", field)
 
 
 def module_speed(state: Any) -> float:
-    """Of a `SwerveModuleState`, which is a `SwerveModuleVelocity` in 2027 [m/s]."""
+    """Return the speed of a `SwerveModuleState`, in 2027 a `SwerveModuleVelocity` [m/s]."""
     return float(state.speed if hasattr(state, "speed") else state.velocity)
 
 
 def pwm_speed(sim: Any) -> float:
-    """What a PWM output asks of a motor controller, of its pulse between 1 and 2 ms [-1..1]."""
+    """Return the motor controller's request from a PWM output with pulses of 1 to 2 ms [-1..1]."""
     if hasattr(sim, "getSpeed"):
         return float(sim.getSpeed())
     return max(-1.0, min(1.0, (float(sim.get_pulse_microsecond()) - 1500.0) / 500.0))
 
 
 def pwm_position(sim: Any) -> float:
-    """Where a PWM output sends a servo, of its pulse between 1 and 2 ms [0..1]."""
+    """Return the servo's request from a PWM output with pulses of 1 to 2 ms [0..1]."""
     return float(sim.getPosition()) if hasattr(sim, "getPosition") else 0.5 * (pwm_speed(sim) + 1.0)
 
 
 def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> Any:
-    """RobotPy's plugin of pytest for one robot, in a process of its own: pyfrc's, or that of wpilib.testing.
+    """Make RobotPy's pytest plugin for one robot in its own process: pyfrc's, or that of wpilib.testing.
 
     Args:
-        robot_class: Of the program.
-        robot_file: Its robot.py.
-        patience: Wall time in which the program must have started [s].
+        robot_class: Robot class of the program.
+        robot_file: Path of its robot.py.
+        patience: Wall time within which the program must start [s].
     """
     if is_installed("wpilib.testing"):
         return import_module("wpilib.testing.pytest_plugin").RobotTestingPlugin(robot_class, robot_file, True)
@@ -417,33 +418,33 @@ def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> An
 
 
 def test_controller() -> Any:
-    """The module of wpilib.testing that starts a robot under test."""
+    """Import the module of wpilib.testing that starts a robot under test."""
     return import_module("wpilib.testing.controller")
 
 
 def led_sim(channel: int) -> Any:
-    """The simulation of an `AddressableLED` on a channel."""
+    """Return the simulation of an `AddressableLED` on a channel."""
     cls = _module("wpilib.simulation").AddressableLEDSim
     return cls.createForChannel(channel) if hasattr(cls, "createForChannel") else cls(channel)
 
 
 def is_led_running(sim: Any) -> bool:
-    """Whether a strip of LEDs shows its data; since 2027 it always does."""
+    """Return whether an LED strip shows its data; since 2027 it always does."""
     return bool(sim.getRunning()) if hasattr(sim, "getRunning") else True
 
 
 def show_input_current(amps: float) -> None:
-    """What the controller reads as its own current [A]; that of 2027 does not measure it."""
+    """Set the controller's reading of its own current [A]; that of 2027 does not measure it."""
     sim = _module("wpilib.simulation").RoboRioSim
     if hasattr(sim, "setVInCurrent"):
         sim.setVInCurrent(amps)
 
 
 def start_of_clock() -> float:
-    """When a robot under test starts, by the controller's clock [s].
+    """Return the time at which a robot under test starts, on the controller's clock [s].
 
-    RobotPy sets it to zero before each test, which since 2027 has no effect: it counts from the start of the computer.
-    So there it stands from here on, at an instant that is the same in all processes.
+    RobotPy sets the clock to zero before each test, which since 2027 has no effect: it counts from the start of the
+    computer. So the clock is stopped here, at a time that is equal in all processes.
     """
     sim = _module("wpilib.simulation")
     if hasattr(sim.DriverStationSim, "setAutonomous"):
@@ -455,7 +456,7 @@ def start_of_clock() -> float:
 
 
 def user_rails() -> list[tuple[Any, Any]]:
-    """Of each user rail of the controller what switches it and what sets its count of faults."""
+    """Return the setters of each user rail of the controller: for its state, and for its count of faults."""
     sim = _module("wpilib.simulation").RoboRioSim
     rails = [
         (getattr(sim, f"setUserActive{rail}"), getattr(sim, f"setUserFaults{rail}"))
@@ -466,7 +467,7 @@ def user_rails() -> list[tuple[Any, Any]]:
 
 
 def camel_case(name: str, *, first: bool = False) -> str:
-    """A name of 2027 as 2026 has it; with `first`, the first letter is a capital one, too.
+    """Convert a name of 2027 to that of 2026; with `first`, the first letter is also a capital.
 
     >>> camel_case("get_double_topic"), camel_case("value_all", first=True)
     ('getDoubleTopic', 'ValueAll')
@@ -481,15 +482,15 @@ _SEASONAL |= {f"robotpy-{part}" for part in "commands-v2 wpilib-utilities rev ct
 
 
 def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, list[str]]:
-    """What is installed of WPILib, and of vendors for it, by season: names with versions.
+    """Return installed packages of WPILib and of vendors by season: names with versions.
 
-    Phoenix 6 counts by its own year; from 26.50 on it is that of 2027.
+    Phoenix 6 has its own years; from 26.50 on it belongs to 2027.
 
     >>> installed_seasons([("wpilib", "2026.2.2"), ("phoenix6", "26.70.0a2"), ("numpy", "2.4")])
     {2026: ['wpilib 2026.2.2'], 2027: ['phoenix6 26.70.0a2']}
 
     Args:
-        distributions: Name and version of each.
+        distributions: Name and version of each package.
     """
     found: dict[int, list[str]] = {}
     for name, version in sorted(distributions):
@@ -505,24 +506,24 @@ def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, lis
 
 
 def mixed_seasons(seasons: dict[int, list[str]]) -> str:
-    """One sentence if libraries of several seasons are installed; else empty."""
+    """Return one sentence if libraries of several seasons are installed; otherwise empty."""
     if len(seasons) < 2:
         return ""
     main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
     odd = ", ".join(text for year in others for text in seasons[year])
-    return f"two seasons are mixed, {odd} beside WPILib of {main}: make a new environment with one of them"
+    return f"two seasons are mixed, {odd} next to WPILib of {main}: make a new environment with one of them"
 
 
 def is_installed(name: str) -> bool:
-    """Whether a package of WPILib can be imported."""
+    """Return whether a package of WPILib can be imported."""
     try:
         return find_spec(name) is not None
-    except ModuleNotFoundError:  # not even the package that it is in
+    except ModuleNotFoundError:  # its parent package is missing
         return False
 
 
 def pub_sub_options(**options: Any) -> Any:
-    """NetworkTables' `PubSubOptions`, by the names of 2027: `periodic`, `poll_storage`, `send_all`, ..."""
+    """Make NetworkTables' `PubSubOptions` from the names of 2027: `periodic`, `poll_storage`, `send_all`, ..."""
     options_class = _module("ntcore").PubSubOptions
     try:
         return options_class(**options)
@@ -531,7 +532,7 @@ def pub_sub_options(**options: Any) -> Any:
 
 
 def is_local(instance: NetworkTables) -> bool:
-    """Whether only this program can see an instance, as under `robotpy test`."""
+    """Return whether only this program can see an instance, as under `robotpy test`."""
     modes = _module("ntcore").NetworkTableInstance.NetworkMode
     local = modes.LOCAL if hasattr(modes, "LOCAL") else modes.kNetModeLocal
     return int(instance.get_network_mode()) == int(local)
@@ -541,12 +542,12 @@ def initialize_hal() -> None:
     """Start the hardware layer in simulation, as a robot program does.
 
     Raises:
-        ConfigError: It cannot be started.
+        ConfigError: If it cannot be started.
     """
     hal = _module("hal")
     try:
         is_up = hal.initialize()
-    except TypeError:  # of 2026: a time-out and what to do with other programs
+    except TypeError:  # of 2026: a timeout, and what to do with other programs
         is_up = hal.initialize(500, 0)
     if not is_up:
         raise ConfigError("WPILib's hardware layer does not start; is another robot program running?")
@@ -558,6 +559,6 @@ def start_server(instance: NetworkTables, address: str, port: int) -> None:
     The clock of NetworkTables then counts from the start of the process, as in a robot program, and not from 1970.
     """
     _module("ntcore")
-    import_module("hal")  # loading it sets the clock that ntcore stamps and answers with; nothing else of it runs
+    import_module("hal")  # loading it sets the clock of ntcore's time stamps; it starts nothing else
     third = "" if hasattr(type(instance), "start_ds_client") else 0  # the mDNS service, in 2026 the port of NT3
     instance.start_server("", address, third, port)

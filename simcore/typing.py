@@ -1,4 +1,4 @@
-"""Names for the arrays, suppliers and words that packages hand each other."""
+"""Names of the arrays, suppliers and literals that packages exchange."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 FloatSupplier: TypeAlias = Callable[[], float]
-"""Called once a tick for one number."""
+"""Supplier of one number, called once a tick."""
 
 
 def alliance_in(name: str) -> Alliance | None:
-    """`blue` or `red`, if that is the first word of a name of something; otherwise None.
+    """Return `blue` or `red` if it is the first word of a name, otherwise None.
 
     >>> alliance_in("blue_tower"), alliance_in("RedShelf"), alliance_in("bluebird")
     ('blue', 'red', None)

@@ -1,4 +1,4 @@
-"""Units of the game manual turned into SI, so that numbers can be written as they are printed, and a portable sum."""
+"""Conversion of the game manual's units to SI, so that code can show numbers as printed, and a portable sum."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ GRAVITY = 9.80665
 """Standard gravity [m/s^2] (CGPM 1901)."""
 
 TICK = 0.02
-"""Length of a tick [s]: the loop of a TimedRobot."""
+"""Length of a tick [s], the period of a TimedRobot."""
 
 
 def inches(value: float) -> float:
-    """Length in inches as meters.
+    """Convert a length in inches to meters.
 
     >>> inches(47)
     1.1938
@@ -24,30 +24,30 @@ def inches(value: float) -> float:
 
 
 def feet(value: float) -> float:
-    """Length in feet as meters."""
+    """Convert a length in feet to meters."""
     return value * 0.3048
 
 
 def pounds(value: float) -> float:
-    """Mass in pounds (avoirdupois) as kilograms."""
+    """Convert a mass in pounds (avoirdupois) to kilograms."""
     return value * 0.45359237
 
 
 def degrees(value: float) -> float:
-    """Angle in degrees as radians."""
+    """Convert an angle in degrees to radians."""
     return math.radians(value)
 
 
 def rpm(value: float) -> float:
-    """Revolutions per minute as radians per second."""
+    """Convert revolutions per minute to radians per second."""
     return value * math.tau / 60.0
 
 
 def plain_sum(values: Iterable[float]) -> float:
-    """Sum from left to right, the same to the last bit on every Python.
+    """Add from left to right, with a result equal to the last bit on every Python version.
 
-    The builtin `sum` of floats keeps the rounding errors and adds them at the end since Python 3.12, and does not
-    before: a simulation that used it would differ between versions.
+    Since Python 3.12 the builtin `sum` of floats compensates rounding errors: a simulation that used it would differ
+    between versions.
 
     >>> plain_sum([0.1] * 10)
     0.9999999999999999

@@ -8,6 +8,7 @@ from constants import PIECE_CAMERA, START_BLUE, TAG_CAMERAS
 from simcore import (
     CameraConfig,
     CameraMount,
+    CameraTables,
     Match,
     NetworkTablesSink,
     PiecePipeline,
@@ -20,7 +21,7 @@ from simcore import (
     run_variation,
     swerve_config,
 )
-from simcore.phoenix6.talon_motor import MotorType
+from simcore.robotcode.makers.phoenix6.talon_motor import MotorType
 
 FRONT_RIGHT, FRONT_LEFT = TAG_CAMERAS
 CAMERAS = (
@@ -61,7 +62,7 @@ class PhysicsEngine(RobotPhysics):
             scatter=variation.scatter,
             practice=True,
             sinks=[NetworkTablesSink(tables)],
-            network=tables,
+            network=CameraTables(tables),
         )
         simulated = match.robots[0]
         shooter, hood, feeder, spindexer, deploy, roller = simulated.mechanisms.values()

@@ -1,4 +1,4 @@
-"""REBUILT, the game of 2026: fuel, hubs and bumps. Loading it loads no physics engine."""
+"""REBUILT, the game of 2026: fuel, hubs and bumps. Importing this package loads no physics engine."""
 
 from games.rebuilt.game import REBUILT, RebuiltSim
 

@@ -1,4 +1,4 @@
-"""`python -m games.rebuilt`: play a scripted auto; the same as `simcore play rebuilt`."""
+"""Command `python -m games.rebuilt`: play a scripted auto; the same as `simcore play rebuilt`."""
 
 import sys
 

@@ -15,8 +15,8 @@ from games.rebuilt.dimensions import (
 )
 from games.rebuilt.field import HUB_TARGET
 from simcore.match.game import Auto
+from simcore.match.players.driven_robot import DriverControls
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.players.driven_robot import DriverControls
 from simcore.units import degrees
 
 __all__ = ["AUTOS", "DRIVING", "SETTINGS"]
@@ -27,12 +27,12 @@ SETTINGS = ScriptSettings(
     shot_elevation=degrees(68.0),  # steep enough to fall into the funnel
     feed_volts={"feeder": 9.0, "spindexer": 6.0},
     roller_volts=9.0,
-    intake_x=-0.62,  # to the middle of the intake zone, rack out
+    intake_x=-0.62,  # to the middle of the intake zone, with the rack out
 )
 
 
 def depot(robot: ScriptedRobot) -> Steps:
-    """Shoot the preload, back into the depot with the intake out, come back and shoot what it held."""
+    """Shoot the preload, back into the depot with the intake out, return and shoot what it held."""
     x, y = DEPOT_DEPTH / 2, DEPOT_Y
     yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
@@ -40,7 +40,7 @@ def depot(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(x + 0.5, y, 0.0, speed=1.5, timeout=1.8)
     low, high = (0.0, y - DEPOT_WIDTH / 2), (1.0, y + DEPOT_WIDTH / 2)
     yield from robot.collect_in(low, high, aside=0.14, timeout=5.0)
-    yield from robot.collect_in((0.0, y - 1.2), (1.5, y + 1.5), aside=1.3, timeout=4.0)  # what jumped the barrier
+    yield from robot.collect_in((0.0, y - 1.2), (1.5, y + 1.5), aside=1.3, timeout=4.0)  # fuel that jumped the barrier
     robot.spin_up(HUB_TARGET)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)
@@ -48,7 +48,7 @@ def depot(robot: ScriptedRobot) -> Steps:
 
 
 def neutral(robot: ScriptedRobot) -> Steps:
-    """Shoot the preload, cross the bump intake first, sweep the neutral zone, come back over the bump and shoot."""
+    """Shoot the preload, cross the bump intake first, sweep the neutral zone, return over the bump and shoot."""
     y = BUMP_LEFT_Y
     yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
@@ -58,7 +58,7 @@ def neutral(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(FIELD_LENGTH / 2 - 0.3, y - 1.2, math.pi * 0.75, speed=1.5, tolerance=0.2)
     yield from robot.drive_to(_HUB_X + 1.7, y, math.pi, speed=3.0, tolerance=0.2)
     robot.spin_up(HUB_TARGET)
-    # At 2.5 m/s one robot of ten lands on fuel that it has pushed over the bump, and stays there, wheels in the air.
+    # At 2.5 m/s one robot in ten gets stuck on fuel that it has pushed over the bump, with its wheels in the air.
     yield from robot.drive_to(_HUB_X - 1.6, y, math.pi, speed=1.4, tolerance=0.15)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)
@@ -75,13 +75,13 @@ def tour(robot: ScriptedRobot) -> Steps:
 
 
 def _shoot(robot: ScriptedRobot) -> Steps:
-    """Aim at the hub and shoot whatever comes in, for as long as it is asked for."""
+    """Aim at the hub and shoot whatever comes in, as long as the driver holds the button."""
     while True:
         yield from robot.shoot_until_empty(HUB_TARGET, timeout=10.0)
 
 
 DRIVING = DriverControls(settings=SETTINGS, actions={"shoot": _shoot})
-"""What the buttons of a person do who drives the robot."""
+"""Button actions for a human driver."""
 
 AUTOS: dict[str, Auto] = {
     auto.name: auto
@@ -107,4 +107,4 @@ AUTOS: dict[str, Auto] = {
         ),
     )
 }
-"""By name; the first is played if none is named."""
+"""Autos by name; the first is the default."""

@@ -1,4 +1,4 @@
-"""Where everything of the 2026 field stands and how large it is: pure numbers in meters, field frame.
+"""Positions and dimensions of the 2026 field: numbers in meters, field frame.
 
 Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center.
 "Left" and "right" are seen from the alliance's own drivers, so for blue, left is +y.
@@ -18,15 +18,15 @@ from simcore.units import inches
 # --- Field -----------------------------------------------------------------------------------------------------------
 
 FIELD_LENGTH: Final = 16.541
-"""Along x, between the alliance walls. Tags; manual 5.2 prints ~651.2 in = 16.540."""
+"""Length along x, between the alliance walls. Tags; manual 5.2 prints ~651.2 in = 16.540."""
 FIELD_WIDTH: Final = 8.069
-"""Along y, between the guardrails. Tags; manual 5.2 prints ~317.7 in = 8.070."""
+"""Width along y, between the guardrails. Tags; manual 5.2 prints ~317.7 in = 8.070."""
 FIELD_CENTER: Final = (FIELD_LENGTH / 2.0, FIELD_WIDTH / 2.0)
 GUARDRAIL_HEIGHT: Final = inches(20.0)  # manual 5.2
 ALLIANCE_WALL_HEIGHT: Final = inches(36.8) + inches(42.0)
-"""Diamond plate plus plastic sheet, manual 5.9.1; the top rail, of which no size is printed, is left out.
+"""Diamond plate plus plastic sheet, manual 5.9.1; without the top rail, whose size is not printed.
 
-The tower wall, 49.25 in wide and 78.25 in (1.988 m) high (manual 5.8), is a part of it: 14 mm higher than it is.
+Includes the tower wall, 49.25 in wide and 78.25 in (1.988 m) high (manual 5.8), which is 14 mm lower.
 """
 PERIMETER_THICKNESS: Final = 0.3  # ours, not the field's: outward, so that no ball can pass at 40 m/s
 ALLIANCE_ZONE_DEPTH: Final = inches(158.6)  # manual 5.3
@@ -38,28 +38,31 @@ HUB_SIZE: Final = inches(47.0)
 HUB_CENTER: Final = (inches(158.6) + HUB_SIZE / 2.0, FIELD_WIDTH / 2.0)
 """Manual 5.4: 158.6 in from the alliance wall, centered between the bumps. Tags 26 and 20 agree to 0.3 mm."""
 HUB_BOX_TOP: Final = 1.2
-"""Top of the solid base, floor of the collection volume. Java; estimate, the manual prints nothing."""
+"""Top of the solid base, floor of the collection volume. Java; estimate, the manual has no figure."""
 HUB_OPENING_HEIGHT: Final = inches(72.0)
 """Rim of the opening. Manual 5.4 (front edge)."""
 HUB_OPENING_APOTHEM: Final = inches(41.7) / 2.0
-"""Center to a flat edge of the hexagon: the 41.7 in of manual 5.4 taken across flats, as Java does."""
+"""Apothem of the hexagonal opening: the 41.7 in of manual 5.4 taken across flats, as in Java."""
 HUB_OPENING_CIRCUMRADIUS: Final = HUB_OPENING_APOTHEM * 2.0 / sqrt(3.0)
-"""Center to a corner. One flat edge faces the alliance wall, so the corners stick out 15 mm over the base in y."""
+"""Circumradius of the opening. One flat edge faces the alliance wall, so the corners extend 15 mm past the base in
+y."""
 HUB_THROAT_CIRCUMRADIUS: Final = 0.300
-"""Center to a corner of the hexagonal hole at the bottom of the funnel. Java; estimate."""
+"""Circumradius of the hexagonal hole at the bottom of the funnel. Java; estimate."""
 HUB_THROAT_APOTHEM: Final = HUB_THROAT_CIRCUMRADIUS * sqrt(3.0) / 2.0
 HUB_THROAT_HEIGHT: Final = inches(56.5)
 """Bottom of the funnel. 6328 (`innerHeight`); the funnel is then 55 degrees steep."""
 HUB_RIM_THICKNESS: Final = inches(1.0)
-"""From the opening to the outer skirt; estimate. The rim falls outward by as much: on a flat one balls came to rest."""
+"""Thickness from the opening to the outer skirt; estimate. The rim falls outward by as much: balls rested on a flat
+one."""
 HUB_SHOULDER_RISE: Final = 0.26
-"""Of the slopes on the four corners of the base; estimate. About 45 degrees, so that no ball stays up there."""
+"""Rise of the slopes on the four corners of the base; estimate. About 45 degrees, so that no ball stays up there."""
 HUB_BACKBOARD_TOP: Final = 3.0
-"""Top of the net behind the opening, on the neutral side. Java; the manual prints nothing."""
+"""Top of the net behind the opening, on the neutral side. Java; the manual has no figure."""
 HUB_EXIT_X: Final = HUB_CENTER[0] + HUB_SIZE / 2.0
-"""Face of the base with the exit, towards the neutral zone. Manual 5.4."""
+"""Face of the base with the exit, toward the neutral zone. Manual 5.4."""
 HUB_EXIT_WIDTH: Final = inches(47.0) - 2.0 * inches(5.72)
-"""Of the one opening, 35.6 in. Drawing GE-26306, as cited by rebuilt-sim-2026; figure 5-8 of the manual shows four."""
+"""Width of the single opening, 35.6 in. Drawing GE-26306, as cited by rebuilt-sim-2026; figure 5-8 of the manual shows
+four."""
 HUB_EXIT_BOTTOM: Final = inches(30.13)  # drawing GE-26306
 HUB_EXIT_TOP: Final = inches(38.88)  # drawing GE-26306
 
@@ -68,11 +71,11 @@ HUB_EXIT_TOP: Final = inches(38.88)  # drawing GE-26306
 BUMP_WIDTH: Final = inches(73.0)  # along y, manual 5.5
 BUMP_DEPTH: Final = inches(44.4)  # along x, manual 5.5
 BUMP_HEIGHT: Final = inches(6.513)
-"""Manual 5.5. Two ramps from the floor to here are 16.4 degrees steep, not the printed 15: we keep height and depth.
-(15 degrees fit if each ramp starts with a lip of 0.565 in, about the thickness of its 0.5 in plate.)
+"""Manual 5.5. Two ramps from the floor to this height are 16.4 degrees steep, not the printed 15: we keep height and
+depth. (15 degrees fit if each ramp starts with a lip of 0.565 in, about the thickness of its 0.5 in plate.)
 """
 BUMP_X: Final = HUB_CENTER[0]
-BUMP_LEFT_Y: Final = HUB_CENTER[1] + (HUB_SIZE + BUMP_WIDTH) / 2.0  # beside the hub, manual 5.5
+BUMP_LEFT_Y: Final = HUB_CENTER[1] + (HUB_SIZE + BUMP_WIDTH) / 2.0  # next to the hub, manual 5.5
 BUMP_RIGHT_Y: Final = HUB_CENTER[1] - (HUB_SIZE + BUMP_WIDTH) / 2.0
 
 # --- Trenches --------------------------------------------------------------------------------------------------------
@@ -82,13 +85,14 @@ TRENCH_HEIGHT: Final = inches(40.25)  # manual 5.6
 TRENCH_CLEAR_WIDTH: Final = inches(50.34)  # from the guardrail, manual 5.6
 TRENCH_CLEAR_HEIGHT: Final = inches(22.25)  # under the arm, manual 5.6
 TRENCH_LEG_WIDTH: Final = FIELD_WIDTH / 2.0 - HUB_SIZE / 2.0 - BUMP_WIDTH - TRENCH_CLEAR_WIDTH
-"""From the clear opening to the bump: 12.0 in, as 6328 (`blockWidth`) and MapleSim have it.
+"""Width from the clear opening to the bump: 12.0 in, as in 6328 (`blockWidth`) and MapleSim.
 
-The printed outer width, 65.65 in, does not fit between guardrail and bump, where there are 62.35 in. So the clear width
-is kept and the other 3.3 in must be frame outside the guardrail, which no robot or ball meets.
+The printed outer width, 65.65 in, does not fit between guardrail and bump, 62.35 in apart. We keep the clear width; the
+other 3.3 in must be frame outside the guardrail, which no robot or ball meets.
 """
 TRENCH_ARM_DEPTH: Final = inches(4.0)
-"""Of the arm across the opening, along x. 6328 (`barWidth`); tags 17 and 28, on its two sides, are 2.95 in apart."""
+"""Depth of the arm across the opening, along x. 6328 (`barWidth`); tags 17 and 28, on its two sides, are 2.95 in
+apart."""
 TRENCH_X: Final = HUB_CENTER[0]  # tags 17 and 28 stand on both sides of this line
 TRENCH_LEFT_Y: Final = FIELD_WIDTH - TRENCH_CLEAR_WIDTH / 2.0
 """Middle of the clear opening. Tag 22 agrees to 6 mm."""
@@ -97,7 +101,7 @@ TRENCH_RIGHT_Y: Final = TRENCH_CLEAR_WIDTH / 2.0
 # --- Tower -----------------------------------------------------------------------------------------------------------
 
 TOWER_Y: Final = 3.7457
-"""Tag 31, which 6328 takes for the middle; MapleSim's uprights are 2 mm to the right."""
+"""Tag 31, the middle according to 6328; MapleSim's uprights are 2 mm to the right."""
 TOWER_BASE_WIDTH: Final = inches(39.0)  # along y, manual 5.8
 TOWER_BASE_DEPTH: Final = inches(45.18)  # from the tower wall, manual 5.8
 TOWER_BASE_HEIGHT: Final = inches(0.25)  # manual 5.8: edges of 0.2 to 0.3 in
@@ -121,7 +125,7 @@ TOWER_BRACE_TOP: Final = inches(43.38)  # manual 5.8 (approximately)
 # --- Driver stations --------------------------------------------------------------------------------------------------
 
 _STATION_WIDTH: Final = inches(72.0)
-"""Of one driver station. Estimate: it fills what walls of the tower and the outpost leave."""
+"""Width of one driver station. Estimate: it fills the space next to the walls of tower and outpost."""
 _TOWER_WALL_WIDTH: Final = inches(49.25)  # manual 5.8
 _STATION_X: Final = -0.01  # behind the face of the alliance wall, where its panel hangs
 DRIVER_STATIONS: Final = (
@@ -129,7 +133,7 @@ DRIVER_STATIONS: Final = (
     (_STATION_X, TOWER_Y + _TOWER_WALL_WIDTH / 2.0 + 0.5 * _STATION_WIDTH),
     (_STATION_X, TOWER_Y - _TOWER_WALL_WIDTH / 2.0 - 0.5 * _STATION_WIDTH),
 )
-"""Middles of stations 1 to 3, from the drivers' left to their right: the third is beyond the tower's wall."""
+"""Centers of stations 1 to 3, from the drivers' left to their right: the third is beyond the tower wall."""
 
 # --- Depot -----------------------------------------------------------------------------------------------------------
 
@@ -138,11 +142,11 @@ DEPOT_DEPTH: Final = inches(27.0)  # from the alliance wall, outside, manual 5.7
 DEPOT_BARRIER_WIDTH: Final = inches(3.0)  # manual 5.7
 DEPOT_BARRIER_HEIGHT: Final = inches(1.125)  # 1.0 in on hook fastener, manual 5.7
 DEPOT_BARRIER_BEVEL: Final = inches(1.0)
-"""Of both long edges, estimate: the manual prints no section. A driven tire climbs a square edge by gripping it; our
-contacts leave grip to the tire model, so the edge itself has to be a ramp.
+"""Bevel of both long edges, estimate: the manual prints no section. A driven tire climbs a square edge by gripping it;
+our contacts leave grip to the tire model, so the edge itself has to be a ramp.
 """
 DEPOT_Y: Final = FIELD_WIDTH / 2.0 + inches(75.93)
-"""Middle. 6328 (`distanceFromCenterY`); its right edge at 5.430 is Java's 5.429."""
+"""Middle of the depot. 6328 (`distanceFromCenterY`); its right edge at 5.430 is Java's 5.429."""
 
 # --- Outpost ---------------------------------------------------------------------------------------------------------
 # Chute and corral lie behind the alliance wall, in the alliance area, where the human player stands (manual 5.9.2).

@@ -1,4 +1,4 @@
-"""The field of REBUILT: its mesh, its materials, and where fuel scores."""
+"""Field of REBUILT: mesh, materials and scoring zones."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from games.rebuilt import dimensions as dim
 from games.shipped import shipped
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.contact_law import POLYCARBONATE, RUBBER, WALL
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.robot.climber import Rung
+from simcore.world.contact_law import POLYCARBONATE, RUBBER, WALL
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import CylinderZone
 
 __all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "scoring_zones"]
 
@@ -21,16 +21,16 @@ FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
 
 HUB_TARGET = (*dim.HUB_CENTER, dim.HUB_OPENING_HEIGHT)
-"""Where to aim: the middle of the blue hub's opening [m]."""
+"""Point to aim at: the middle of the blue hub's opening [m]."""
 
-_NET = replace(WALL, name="NET", friction=0.6, restitution=0.2)  # estimate: it hangs loose and takes most of a hit
+_NET = replace(WALL, name="NET", friction=0.6, restitution=0.2)  # estimate: it hangs loose and absorbs most of a hit
 
 _SURFACES = {
     "*": WALL,
     "*_hub_funnel_*": POLYCARBONATE,
     "*_hub_shoulder_*": POLYCARBONATE,
     "*_hub_backboard": _NET,
-    "*_alliance_wall": POLYCARBONATE,  # the sheet above the diamond plate; a ball meets little else
+    "*_alliance_wall": POLYCARBONATE,  # the sheet above the diamond plate, which balls mostly hit
     "*_bump_*": POLYCARBONATE,  # HDPE plates: as slippery
     "*_depot_barrier_*": RUBBER,
 }
@@ -40,7 +40,7 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _rungs() -> tuple[Rung, ...]:
-    """The three of each alliance's tower, from end to end between and beyond its uprights."""
+    """Return the three rungs of each alliance's tower, from end to end between and beyond its uprights."""
     x, reach = dim.TOWER_UPRIGHT_X, 0.5 * dim.TOWER_RUNG_LENGTH
     rungs = []
     for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
@@ -60,11 +60,11 @@ FIELD = FieldDefinition(
     tags="2026-welded",
     rungs=_rungs(),
 )
-"""The whole field."""
+"""Complete field."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
-    """One zone in each hub: the throat under its funnel. What falls through it has scored."""
+    """Return one zone in each hub: the throat under its funnel. A fuel that falls through it has scored."""
     zones = []
     alliances: tuple[Alliance, Alliance] = ("blue", "red")
     for alliance in alliances:
@@ -81,7 +81,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
 
 
 def _hub_opening(alliance: Alliance) -> ShotOpening:
-    """The hexagon over the funnel."""
+    """Return the hexagon over the funnel."""
     (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
     reach, height = dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT
     corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]

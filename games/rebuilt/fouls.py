@@ -1,4 +1,4 @@
-"""The fouls that geometry decides (game manual, section 7.4, as of team update 22)."""
+"""Fouls that follow from geometry (game manual, section 7.4, as of team update 22)."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ __all__ = ["MAJOR", "MINOR", "Fouls", "crosses_center", "is_closed", "is_outside
 
 MINOR, MAJOR = 5, 15
 _ASLEEP, _HELD = int(PieceStatus.ASLEEP), int(PieceStatus.HELD)
-_FEW_SECONDS = 3.0  # [s]; what goes on for so long is a further foul
-_MOMENT = 0.5  # [s]; ours: what a robot holds for less, it holds for a moment
-_NEAR = 0.05  # [m]; ours: a fuel this near to a robot's bumpers touches it
-_PASSES = 0.7  # [m]; ours: a robot does not pass through a gap that is narrower
-_STANDS = 0.5  # [m/s]; ours: a robot that is faster passes, and closes nothing off
+_FEW_SECONDS = 3.0  # [s]; after this time it is a further foul
+_MOMENT = 0.5  # [s]; ours: a robot that holds a piece for less holds it for a moment
+_NEAR = 0.05  # [m]; ours: a fuel this close to a robot's bumpers touches it
+_PASSES = 0.7  # [m]; ours: a robot does not fit through a narrower gap
+_STANDS = 0.5  # [m/s]; ours: a faster robot passes through, and closes nothing off
 
 
 def is_outside_zone(outline: FloatArray) -> bool:
-    """Whether no part of a robot's bumpers, as blue's [m], shape (4, 2), is in its alliance zone or on its line."""
+    """Return whether a robot's bumpers, as blue [m], shape (4, 2), are outside of its alliance zone and its line."""
     return bool(outline[:, 0].min() > dim.ALLIANCE_ZONE_DEPTH)
 
 
 def crosses_center(outline: FloatArray) -> bool:
-    """Whether a robot's bumpers, as blue's [m], shape (4, 2), are completely across the center line."""
+    """Return whether a robot's bumpers, as blue [m], shape (4, 2), are completely across the center line."""
     return bool(outline[:, 0].min() > dim.FIELD_CENTER[0])
 
 
 def is_closed(passage: tuple[float, float], robots: Iterable[tuple[float, float]]) -> bool:
-    """Whether robots leave no gap in a passage that another one could pass through.
+    """Return whether robots leave no gap in a passage that another one fits through.
 
     Args:
-        passage: From where to where it goes, across [m].
-        robots: The same of each robot in it [m].
+        passage: Both ends of the passage, across it [m].
+        robots: Both ends of each robot in it [m].
     """
     edge, widest = passage[0], 0.0
     for low, high in sorted(robots):
@@ -61,39 +61,39 @@ def is_closed(passage: tuple[float, float], robots: Iterable[tuple[float, float]
 
 
 class Fouls:
-    """Looks for them in one match, in auto and teleop.
+    """Fouls in auto and teleop of one match.
 
     Args:
-        match: In which.
-        towers: Who is on a tower.
+        match: Match to judge.
+        towers: Judge of the towers.
     """
 
     def __init__(self, match: PlayedMatch, towers: TowerJudge) -> None:
         self._match, self._towers = match, towers
         self.book = FoulBook(match)
-        """What was found."""
+        """Fouls that were found."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
-        self._shots: dict[int, tuple[int, bool]] = {}  # fuel by slot: who shot it, and whether from outside its zone
-        self._emerged: dict[int, int] = {}  # fuel out of a hub that has touched nothing else, -1 or the robot it met
+        self._shots: dict[int, tuple[int, bool]] = {}  # fuel by slot: shooter, and whether from outside its zone
+        self._emerged: dict[int, int] = {}  # fuel out of a hub by slot: the robot that it touched first, or -1
         self._kept: dict[int, float] = {}  # since when a robot holds one of those [s]
-        self._thrown: dict[int, int] = {}  # how many fuel each robot has thrown off the field
+        self._thrown: dict[int, int] = {}  # number of fuel that each robot has thrown off the field
         self._closed: dict[tuple[Alliance, str], float] = {}  # for how long [s]
 
-    # --- what the rules tell ----------------------------------------------------------------------------------------
+    # --- events from the rules --------------------------------------------------------------------------------------
 
     def emerged(self, slot: int) -> None:
-        """A fuel has come out of a hub."""
+        """Record a fuel that has come out of a hub."""
         self._emerged[slot] = -1
 
     def scored(self, event: ScoreEvent) -> None:
-        """G407: a robot that is wholly outside of its alliance zone shoots into its hub; a volley is one foul."""
+        """Judge G407: a robot that is wholly outside of its alliance zone shoots into its hub; a volley is one foul."""
         robot, outside = self._shots.pop(event.slot, (-1, False))
         if outside and event.alliance == self._match.alliances[robot]:
             self.book.call("G407", robot, MAJOR, "shoots into its hub from outside of its alliance zone")
 
     def left_field(self, slot: int, *, untouched: bool) -> None:
-        """G405: a robot throws a fuel off the field; one that hit something before was not thrown there on purpose."""
+        """Judge G405: a robot throws fuel off the field; not intended if the fuel hit something before."""
         robot, _ = self._shots.pop(slot, (-1, False))
         if robot >= 0 and untouched:
             before = self._thrown.get(robot, 0)
@@ -103,7 +103,7 @@ class Fouls:
     # --- once a tick ------------------------------------------------------------------------------------------------
 
     def after_tick(self) -> None:
-        """After everything has moved."""
+        """Judge the tick, after everything has moved."""
         match = self._match
         for piece in self._releases.update():
             self._shots[piece.slot] = piece.robot, is_outside_zone(match.outline(piece.robot))
@@ -119,7 +119,7 @@ class Fouls:
             self._judge_passages()
 
     def _judge_emerged(self) -> None:
-        """G408: a robot keeps fuel that came out of a hub before it touched anything else."""
+        """Judge G408: a robot keeps fuel that came out of a hub before the fuel touched anything else."""
         match, pieces, slots = self._match, self._match.pieces, list(self._emerged)
         if not slots:
             return
@@ -141,7 +141,7 @@ class Fouls:
                 if self._emerged[slot] < 0:
                     del self._emerged[slot]
             elif met >= 0 and place[2] < pieces.types[0].rest_height + _NEAR:
-                del self._emerged[slot]  # it has come to the carpet
+                del self._emerged[slot]  # it has touched the carpet
 
     def _judge_contacts(self) -> None:
         match, phase = self._match, self._match.timer.phase
@@ -163,12 +163,12 @@ class Fouls:
                         self._towers.awarded.add(other)
 
     def _is_at_tower(self, number: int) -> bool:
-        """Whether a robot touches its tower."""
+        """Return whether a robot touches its tower."""
         own = f"{self._match.alliances[number]}_tower_*"
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
-        """Pairs of robots that touch the same fuel, each in both orders."""
+        """Return pairs of robots that touch the same fuel, each in both orders."""
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]
         if not climbing:
@@ -180,14 +180,14 @@ class Fouls:
         return pairs
 
     def _judge_pins(self) -> None:
-        """G418."""
+        """Judge G418: pins."""
         match = self._match
         places = {robot.number: robot.chassis.pose[:2] for robot in match.robots}
         for (number, other), before in self._pins.update(TICK, pins_of(match), places):
             self.book.call("G418", number, MAJOR if before else MINOR, f"pins robot {other}", other, before)
 
     def _judge_passages(self) -> None:
-        """G419: robots of an alliance close off both trenches, or both bumps, of a side for a few seconds."""
+        """Judge G419: robots of an alliance close off both trenches, or both bumps, of a side for a few seconds."""
         match = self._match
         for alliance in ALLIANCES:
             slow = [
@@ -217,7 +217,7 @@ _PASSAGES = {
 
 
 def _extent(outline: FloatArray) -> tuple[float, float, float, float]:
-    """Lowest x and y and highest x and y of an outline [m]."""
+    """Return lowest x and y and highest x and y of an outline [m]."""
     (x, y), (far_x, far_y) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
     return x, y, far_x, far_y
 

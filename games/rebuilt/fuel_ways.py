@@ -1,4 +1,4 @@
-"""How fuel comes back into play: through a hub, or from outside of the field in the hands of the crew."""
+"""Return of fuel to play: out of a hub, or from outside of the field by the crew."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ __all__ = ["HUB_EXITS", "FuelWays", "hub_exit", "own_first"]
 HUB_EXITS = "hub_exits"
 """Option: scored fuel comes out of the hub's exit into the neutral zone, as on the real field."""
 
-# Estimates: nobody has published what the motors of a hub do, and the manual says "randomly distributed".
+# Estimates: no figures are published for the motors of a hub, and the manual says "randomly distributed".
 _DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s] from the throat to the exit, and its spread to both sides
 _PERIOD = 0.1  # [s] between two fuel of a hub, at most 10 a second
 _SPEED, _SPEED_SPREAD = 2.0, 0.3  # [m/s]
 _FAN, _DIP, _DIP_SPREAD = degrees(15.0), degrees(15.0), degrees(2.5)  # to both sides, downward
-_CREW = (3.0, 8.0)  # [s] until people have brought back what left the field
+_CREW = (3.0, 8.0)  # [s] until people have brought back fuel that left the field
 
 
 def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Place [m] and velocity [m/s] of a fuel that leaves a hub's exit into the neutral zone, shape (3,) each."""
+    """Return position [m] and velocity [m/s] of a fuel that leaves a hub into the neutral zone, shape (3,) each."""
     half = 0.5 * dim.HUB_EXIT_WIDTH - FUEL.bounding_radius
     low, high = dim.HUB_EXIT_BOTTOM + FUEL.bounding_radius, dim.HUB_EXIT_TOP - FUEL.bounding_radius
     fan, dip = rng.uniform(-_FAN, _FAN), _DIP + rng.uniform(-_DIP_SPREAD, _DIP_SPREAD)
@@ -44,16 +44,16 @@ def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, 
 
 
 def own_first(match: PlayedMatch) -> list[tuple[Alliance, np.random.Generator]]:
-    """Both alliances, that of the first robot first, each with chance of its own: so that red is blue flipped."""
+    """Return both alliances, the first robot's first, each with its own generator: so red is blue flipped."""
     own = match.entries[0].alliance
     return list(zip((own, other_alliance(own)), match.rules_rng.spawn(2), strict=True))
 
 
 class FuelWays:
-    """Fuel in both hubs, and outside of the field, of one match.
+    """Fuel inside of both hubs, and outside of the field, in one match.
 
     Args:
-        match: Which.
+        match: Match to play.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -61,21 +61,21 @@ class FuelWays:
         self._rng = dict(own_first(match))
         self._hubs: dict[Alliance, deque[tuple[float, int]]] = {alliance: deque() for alliance in self._rng}
         self._last = dict.fromkeys(self._rng, -math.inf)
-        self._outside: dict[int, tuple[float, float, float]] = {}  # when it comes back, and where to [s, m, m]
+        self._outside: dict[int, tuple[float, float, float]] = {}  # time and place of its return [s, m, m]
 
     def in_hub(self, alliance: Alliance) -> int:
-        """How many fuel are on their way through a hub."""
+        """Return the number of fuel inside of a hub."""
         return len(self._hubs[alliance])
 
     def enter_hub(self, alliance: Alliance, slot: int) -> None:
-        """A fuel has fallen into a hub; without the option `HUB_EXITS` it stays there."""
+        """Take a fuel into a hub; without the option `HUB_EXITS` it stays there."""
         if HUB_EXITS in self._match.options:
             self._match.pieces.set_aside(np.array([slot]))
             delay = _DELAY + self._rng[alliance].uniform(-_DELAY_SPREAD, _DELAY_SPREAD)
             self._hubs[alliance].append((self._match.time + delay, slot))
 
     def leave_field(self, slot: int) -> bool:
-        """A fuel has left the field: people keep it for a while. Returns True, for they have it."""
+        """Give a fuel that has left the field to people, who keep it for a while; return True: they have taken it."""
         pieces = self._match.pieces
         x, y = pieces.state.pos[slot, :2].tolist()
         if not math.isfinite(x + y):
@@ -87,7 +87,7 @@ class FuelWays:
         return True
 
     def act(self) -> list[int]:
-        """Let out of the hubs what is due, and put back what left the field. Returns slots out of the hubs."""
+        """Release due fuel from the hubs, and put back fuel that left the field; return slots of the former."""
         match, out = self._match, []
         for alliance, queue in self._hubs.items():
             if queue and queue[0][0] <= match.time and match.time - self._last[alliance] > _PERIOD - 0.5 * TICK:

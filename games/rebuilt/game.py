@@ -1,4 +1,4 @@
-"""REBUILT, the game of 2026, and a match of it with its defaults."""
+"""Definition of REBUILT, the game of 2026, and a match of it with its defaults."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ REBUILT = Game(
     ),
     models=shipped("rebuilt", "advantagescope"),
 )
-"""The whole game."""
+"""Complete game."""
 
 
 class RebuiltSim(Match):
-    """A match of REBUILT.
+    """Match of REBUILT.
 
     Args:
-        staging: How much fuel lies where; None: the manual's 504.
-        robots: Who plays; none: one blue robot of the game's own kind.
+        staging: Amounts of staged fuel; None: the manual's 504.
+        robots: Robots of the match; none: one blue robot, the game's own.
         settings: Further arguments of `Match`.
     """
 

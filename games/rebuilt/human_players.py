@@ -1,6 +1,6 @@
-"""Human players at the outposts: they open the chute's door for robots that wait, and throw fuel at their hub.
+"""Human players at the outposts: they open the chute for robots that wait, and throw fuel at their hub.
 
-A person in their place may also push fuel out through the corral's opening.
+A person in their place may also push fuel out through the opening of the corral.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ __all__ = ["HUMAN_PLAYERS", "HumanPlayers"]
 
 _AWAKE, _ASLEEP = int(PieceStatus.AWAKE), int(PieceStatus.ASLEEP)
 HUMAN_PLAYERS = "human_players"
-"""Option: human players feed and throw the fuel of their outposts, and what leaves the field is carried back."""
+"""Option: human players feed and throw the fuel of their outposts, and return fuel that leaves the field."""
 
 # Estimates.
 _DUMP_PERIOD = 0.12  # [s] between two fuel through the open door: 24 in 3 s
-_DOOR_OPEN = 1.0  # [s] for which a person has the door open at a time: nine fuel
-_PUSH_PERIOD = 0.5  # [s] between two fuel that are pushed out of the corral
-_AT_WALL = 0.05  # [m]; fuel this near to the opening of the corral rolls into it
-# How fuel comes out of each opening: from the wall, height [m], speed [m/s], downward [rad]; the chute has 15 degrees.
+_DOOR_OPEN = 1.0  # [s] for which a person opens the door at a time: nine fuel
+_PUSH_PERIOD = 0.5  # [s] between two fuel pushed out of the corral
+_AT_WALL = 0.05  # [m]; fuel this close to the opening of the corral rolls into it
+# Motion of fuel out of each opening: from the wall, height [m], speed [m/s], downward [rad]; the chute has 15 degrees.
 _CHUTE = (FUEL.bounding_radius, dim.OUTPOST_OPENING_BOTTOM + 0.08, 1.2, degrees(15.0))
 _CORRAL = (FUEL.bounding_radius + 2.0 * _AT_WALL, FUEL.bounding_radius, 2.0, 0.0)
 _DOOR_Y = 0.5 * dim.OUTPOST_OPENING_WIDTH - FUEL.bounding_radius
 _WAITING, _REACH = 0.7, 1.3  # [m/s] and [m] from the wall, of a robot that waits for fuel
 _THROW_PERIOD = 1.3  # [s]
-_THROW_FROM = (-0.45, 1.5, 2.05)  # in the outpost area, with the arms up over the alliance wall [m]
+_THROW_FROM = (-0.45, 1.5, 2.05)  # [m]; in the outpost area, with the arms up over the alliance wall
 _THROW_ELEVATION = degrees(55.0)
-_THROW_ERROR = 0.07  # standard deviation, [rad] and share of the speed: 79 of 200 throws were hits
-_KEEPS = 8  # fuel that stays in the chute for robots while there are robots to feed
+_THROW_ERROR = 0.07  # standard deviation, [rad] and fraction of the speed: 79 of 200 throws were hits
+_KEEPS = 8  # fuel kept in the chute while there are robots to feed
 
 
 class HumanPlayers:
-    """One at each outpost; each takes half of the fuel that waits off the field.
+    """Human players, one at each outpost; each has half of the fuel off the field.
 
     Args:
-        match: With pieces staged.
+        match: Match with staged pieces.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -62,7 +62,7 @@ class HumanPlayers:
                 ("PushFuel", "push a fuel out of the corral", partial(self._roll, *_CORRAL), _PUSH_PERIOD, 0.0),
             )
         )
-        """What the manual lets them do (G425)."""
+        """Actions that the manual allows (G425)."""
         waiting = np.nonzero(match.pieces.state.status == PieceStatus.STAGED)[0].tolist()
         half = (len(waiting) + 1) // 2
         for number, (alliance, rng) in enumerate(own_first(match)):
@@ -72,11 +72,11 @@ class HumanPlayers:
 
     @property
     def stock(self) -> Mapping[Alliance, int]:
-        """Fuel in each alliance's chute and corral."""
+        """Number of fuel in each alliance's chute and corral."""
         return {alliance: feeder.stock for alliance, feeder in self._feeders.items()}
 
     def act(self) -> None:
-        """Take what has come into the corrals, feed who waits, and throw while the own hub counts; once a tick."""
+        """Take fuel from the corrals, feed waiting robots, and throw while the alliance's hub counts; once a tick."""
         match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
             feeder.take_off(rolled_in[alliance])
@@ -88,15 +88,15 @@ class HumanPlayers:
             elif feeder.stock > kept and self._wants_throws(alliance):
                 throw.take(match.timer, alliance)
 
-    # --- inside -----------------------------------------------------------------------------------------------------
+    # --- internals --------------------------------------------------------------------------------------------------
 
     def _wants_throws(self, alliance: Alliance) -> bool:
-        """Whether a throw of now will count; it flies for a second."""
+        """Return whether a throw at this time will count; its flight takes a second."""
         zone = next(zone for zone in self._match.game.zones if zone.alliance == alliance)
         return bool(self._match.rules.worth(zone))
 
     def _is_awaited(self, alliance: Alliance) -> bool:
-        """Whether a robot of an alliance waits in front of its outpost."""
+        """Return whether a robot of an alliance waits in front of its outpost."""
         match = self._match
         x, y = (0.0, dim.OUTPOST_Y) if alliance == "blue" else FIELD.symmetry.flip_point(0.0, dim.OUTPOST_Y)
         for robot, owner in zip(match.robots, match.alliances, strict=True):
@@ -107,14 +107,14 @@ class HumanPlayers:
         return False
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw a fuel at the hub, as well as people do."""
+        """Throw a fuel at the hub, with the accuracy of people."""
         flip = FIELD.symmetry if alliance == "red" else None
         self._feeders[alliance].throw(
             _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip
         )
 
     def _roll(self, x: float, z: float, speed: float, dip: float, alliance: Alliance) -> None:
-        """Let a fuel come out of an opening, somewhere in its width."""
+        """Release a fuel from an opening, at a random place across it."""
         feeder = self._feeders[alliance]
         aside = min(max(0.15 * float(feeder.errors(1)[0]), -_DOOR_Y), _DOOR_Y)
         place = np.array([[x, dim.OUTPOST_Y + aside, z]])
@@ -124,7 +124,7 @@ class HumanPlayers:
         feeder.put(place[0], velocity=vel[0])
 
     def _in_corrals(self) -> dict[Alliance, list[int]]:
-        """Slots of the fuel in the opening of each corral, which lies behind the wall."""
+        """Return slots of the fuel in the opening of each corral, which is behind the wall."""
         state, (length, width) = self._match.pieces.state, FIELD.size
         on_field = (state.status == _AWAKE) | (state.status == _ASLEEP)
         at_wall = np.abs(state.pos[:, 0] - 0.5 * length) > 0.5 * length - FUEL.bounding_radius - _AT_WALL

@@ -1,28 +1,28 @@
-"""The default robot of REBUILT: swerve, over-the-bumper intake at the back, hopper, and a shooter with two barrels.
+"""Default robot of REBUILT: swerve, over-the-bumper intake at the back, hopper, and a shooter with two barrels.
 
-Numbers without a source are a plausible robot's, chosen by us.
+Numbers without a source are our choice for a plausible robot.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from simcore.geometry.linkage import Joint
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, default_friction
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
+from simcore.world.linkage import Joint
 
 __all__ = ["CLIMBER", "MECHANISMS", "climbing_robot", "rebuilt_robot"]
 
-_PINION = 0.019  # [m]; of the intake's rack
+_PINION = 0.019  # [m]; pinion radius of the intake's rack
 _OUTWARD = (-1.0, 0.0, 0.0)
 
 MECHANISMS: dict[str, MechanismConfig] = {
@@ -63,7 +63,7 @@ MECHANISMS: dict[str, MechanismConfig] = {
 
 
 def _slide(share: float, drop: float = 0.0) -> tuple[Joint, ...]:
-    """Out at the back with a share of the rack's travel, and down over the bumper [m per m of rack]."""
+    """Return a joint with a share of the rack's travel: out at the back, and down by `drop` [m per m of rack]."""
     joint = Joint(mechanism="intake_deploy", axis=_OUTWARD, slides=True, ratio=share * _PINION)
     if not drop:
         return (joint,)
@@ -98,12 +98,13 @@ _COMPONENTS = (
     ComponentConfig(name="shooter wheel, right", joints=_turn("shooter", (0.27, -0.08, 0.50))),
     ComponentConfig(name="shooter backspin roller", joints=_turn("shooter", (0.055, 0.0, 0.40), ratio=-1.0)),
 )
-"""In the order of the model files. Fuel rises behind the feeder and shooter wheels, and leaves where the hood, which
-turns about the shooter wheels' axle, lets it go: straight up at 20 degrees, at 45 degrees when it stands at 65."""
+"""Components in the order of the model files. Fuel rises behind the feeder and shooter wheels. It leaves where the
+hood, which turns about the shooter wheels' axle, releases it: straight up at 20 degrees, at 45 degrees when it is at
+65."""
 
 
 def rebuilt_robot() -> RobotConfig:
-    """55 kg with bumpers of 0.8 x 0.8 m, room for 50 fuel, and eight shots a second from each of two barrels."""
+    """Build a robot of 55 kg with bumpers of 0.8 x 0.8 m, room for 50 fuel, and eight shots a second per barrel."""
     module = SwerveModuleConfig(
         x=0.0,
         y=0.0,
@@ -125,7 +126,7 @@ def rebuilt_robot() -> RobotConfig:
                 stretch=Joint(mechanism="intake_deploy", axis=_OUTWARD, slides=True, ratio=_PINION),
             ),
         ),
-        # 54 fuel in layers that lie in one another's hollows, up to the height limit of 30 in
+        # 54 fuel in layers, each in the hollows of the one below, up to the height limit of 30 in
         storage=StorageConfig(capacity=50, low=(-0.36, -0.305, 0.18), high=(0.17, 0.305, 0.76)),
         shooters=(
             ShooterConfig(
@@ -151,11 +152,11 @@ _WINCH = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=50.0, stator
 
 
 def climbing_robot() -> RobotConfig:
-    """The same on a frame of 0.70 m, which fits between the uprights of a tower, with a hook for the low rung."""
+    """Build the robot on a frame of 0.70 m, which fits between a tower's uprights, with a hook for the low rung."""
     robot = rebuilt_robot()
     assert isinstance(robot.drivetrain, SwerveConfig)
     hook = ElevatorConfig(
-        # as of REEFSCAPE's robot: its gears' friction is twice what the robot's weight pulls
+        # as for REEFSCAPE's robot: gear friction is twice what the robot's weight pulls
         gearbox=replace(_WINCH, friction_torque=default_friction(_WINCH)),
         carriage_mass=2.0,
         drum_radius=_HOOK_DRUM,

@@ -1,4 +1,4 @@
-"""The rules of a match of REBUILT, hook by hook: hubs, tower, fouls, game data, and the final score sheet."""
+"""Rules of a match of REBUILT: hubs, towers, fouls, game data and the score sheet."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def _each(of: Callable[[Alliance], Any]) -> dict[str, Any]:
 
 
 class RebuiltRules(Rules):
-    """Counts fuel as the hubs' sensors see it, judges towers and fouls, and lets human players act.
+    """Rules that count fuel as the hubs' sensors see it, judge towers and fouls, and let human players act.
 
     Args:
-        match: Which is played.
-        event: Thresholds of ranking points, and what else differs from event to event.
+        match: Match to judge.
+        event: Thresholds of ranking points, and other settings of the event.
     """
 
     channels = (
@@ -51,25 +51,25 @@ class RebuiltRules(Rules):
     def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:
         super().__init__(match)
         self.event = event or EventSettings()
-        # whose hub is off first in a tie: counted from the first robot's alliance, so that red is blue flipped
+        # alliance whose hub is off first in a tie: relative to the first robot's alliance, so that red is blue flipped
         own: Alliance = match.entries[0].alliance
         self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
         self.ways = FuelWays(match)
-        """Fuel that is in a hub, or off the field."""
-        self._forget()
+        """Fuel inside of hubs and off the field."""
+        self._clear_points()
 
-    def _forget(self) -> None:
+    def _clear_points(self) -> None:
         self.hubs = HubCount(self._coin, practice=self.match.practice)
         self.towers = TowerJudge(self.match)
         self.fouls = Fouls(self.match, self.towers)
         self._tower_points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
 
     def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
-        """Whether a fuel counts that the sensors see at a time of the match [s], now if none is given."""
+        """Return whether fuel counts that the sensors see at a time of the match [s], or now."""
         return self.hubs.period(alliance, self.match.timer.time if time is None else time) != UNCOUNTED
 
     def hub_light(self, alliance: Alliance) -> str:
-        """Return what the light of an alliance's hub shows."""
+        """Return the state of the light on an alliance's hub."""
         return self.hubs.light(alliance, self.match.timer.time)
 
     def levels(self, level: Callable[[int], int]) -> dict[str, str]:
@@ -79,34 +79,34 @@ class RebuiltRules(Rules):
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """The human players take the fuel of their chutes."""
+        """Set up human players and the callback for fuel that leaves the field."""
         self.match.pieces.out_of_field = self._left_field
         self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
     def start_mode(self, mode: str) -> None:
-        """An auto begins without points."""
+        """Clear the points as an auto begins."""
         if mode == "auto":
-            self._forget()
+            self._clear_points()
 
     def before_tick(self) -> None:
-        """Hubs let fuel out, people bring back what left the field, human players feed and throw."""
+        """Release fuel from hubs, return fuel that left the field, and let human players act."""
         for slot in self.ways.act():
             self.fouls.emerged(slot)
         if self.human_players is not None:
             self.human_players.act()
 
     def worth(self, zone: ScoringZone) -> int:
-        """One point, if the hub counts as its sensors see the fuel."""
+        """Return one point if the hub is active as its sensors see the fuel, else 0."""
         return zone.points if self.is_active(zone.alliance, self._sensed) else 0
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count the fuel in its period; the hub lets it out again."""
+        """Count the fuel in its period and pass it to the hub."""
         self.hubs.count(event.alliance, self._sensed)
         self.fouls.scored(event)
         self.ways.enter_hub(event.alliance, event.slot)
 
     def after_tick(self) -> None:
-        """Look for fouls and at the towers."""
+        """Judge fouls and towers."""
         self.fouls.after_tick()
         self.towers.after_tick()
         for alliance in ALLIANCES:
@@ -116,15 +116,15 @@ class RebuiltRules(Rules):
                 self._tower_points[alliance] = points
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """What may be done at an outpost, where somebody is there."""
+        """Return the actions at the outposts, if there are human players."""
         return () if self.human_players is None else self.human_players.actions
 
     def game_data(self) -> str:
-        """Empty before teleop, then `B` or `R`: whose hub is inactive first."""
+        """Return an empty text before teleop, then `B` or `R`: the alliance whose hub is inactive first."""
         return self.hubs.first_inactive[0].upper() if self.match.timer.time >= MATCH.start("transition") else ""
 
     def breakdown(self) -> Mapping[str, int]:
-        """The score sheet by alliance, in the names of FIRST's score API."""
+        """Return the score sheet by alliance, with the names of FIRST's score API."""
         rows: dict[str, int] = {}
         for alliance in ALLIANCES:
             (auto, final), book = self.towers.points(alliance), self.fouls.book
@@ -146,20 +146,20 @@ class RebuiltRules(Rules):
             rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
         return rows
 
-    # --- inside -----------------------------------------------------------------------------------------------------
+    # --- internals --------------------------------------------------------------------------------------------------
 
     @property
     def _sensed(self) -> float:
-        """When the sensors see a fuel that falls through a hub's throat now [s]."""
+        """Time at which the sensors see a fuel that falls through a hub's throat now [s]."""
         return self.match.timer.time + self.event.sensor_delay
 
     def _left_field(self, slot: int) -> bool:
-        """A fuel is outside of the field. In a match people bring it back later; otherwise it is back at once."""
+        """Handle a fuel outside of the field: in a match people return it later, otherwise it is back at once."""
         self.fouls.left_field(slot, untouched=bool(self.match.pieces.is_untouched[slot]))
         return self.human_players is not None and self.ways.leave_field(slot)
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Ranking points beside those of the result."""
+        """Return the ranking points other than those for the result."""
         fuel, event = self.hubs.counted(alliance), self.event
         tower = math.fsum(self.towers.points(alliance))
         return {
@@ -169,7 +169,7 @@ class RebuiltRules(Rules):
         }
 
     def _result(self, alliance: Alliance) -> int:
-        """Ranking points of a match that has been assessed: 3 for a win, 1 for a tie."""
+        """Return the ranking points for the result of an assessed match: 3 for a win, 1 for a tie."""
         totals, time = self.match.tracker.totals, self.match.timer.time
         if time < MATCH.duration + ASSESSMENT - 1e-9:
             return 0

@@ -1,4 +1,4 @@
-"""`python -m games.reefscape`: play a scripted auto; the same as `simcore play reefscape`."""
+"""Command `python -m games.reefscape`: play a scripted auto; the same as `simcore play reefscape`."""
 
 import sys
 

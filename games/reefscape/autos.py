@@ -23,7 +23,7 @@ __all__ = ["AUTOS"]
 
 _PAST_LEFT_MARK = ((2.3, 6.7),)
 _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
-"""Between a station and the reef, so that the algae on the mark in between stays there [m]."""
+"""Waypoint between a station and the reef that avoids the algae on the mark between them [m]."""
 
 
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:
@@ -40,7 +40,7 @@ def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] 
 
 
 def three_l4(robot: ScriptedRobot) -> Steps:
-    """The preload and two coral of the left station on level 4."""
+    """Place the preload and two coral of the left station on level 4."""
     make_ready(robot)
     yield from place_coral(robot, 2, "right", 4)
     yield from _load(robot, "left", ((4.6, 5.9),))
@@ -50,7 +50,7 @@ def three_l4(robot: ScriptedRobot) -> Steps:
 
 
 def station_cycle(robot: ScriptedRobot) -> Steps:
-    """The preload on level 4, then coral of the right station on levels 3 and 2."""
+    """Place the preload on level 4, then coral of the right station on levels 3 and 2."""
     make_ready(robot)
     yield from place_coral(robot, 4, "left", 4)
     yield from _load(robot, "right", ((4.6, 2.15),))
@@ -60,7 +60,7 @@ def station_cycle(robot: ScriptedRobot) -> Steps:
 
 
 def algae(robot: ScriptedRobot) -> Steps:
-    """The preload on level 4, one algae of the reef through the processor and one into the net."""
+    """Place the preload on level 4, bring one algae of the reef to the processor and one into the net."""
     make_ready(robot)
     yield from place_coral(robot, 3, "left", 4)
     yield from take_algae(robot, 3)
@@ -104,4 +104,4 @@ AUTOS: dict[str, Auto] = {
         ),
     )
 }
-"""By name; the first is played if none is named."""
+"""Autos by name; the first is the default."""

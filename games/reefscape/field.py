@@ -1,4 +1,4 @@
-"""The field of REEFSCAPE: its mesh, its materials, what robots hang on, and where algae go through a wall."""
+"""Field of REEFSCAPE: mesh, materials, cages and processor zones."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import replace
 
 from games.reefscape import dimensions as dim
 from games.shipped import shipped
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone
 from simcore.match.game import FieldDefinition, GameOption
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.contact_law import POLYCARBONATE, WALL
-from simcore.physics.hanging import HangingConfig
-from simcore.physics.shapes import Box
 from simcore.robot.climber import Rung
+from simcore.world.contact_law import POLYCARBONATE, WALL
+from simcore.world.hanging import HangingConfig
+from simcore.world.shapes import Box
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import BoxZone
 
 __all__ = [
     "ALLIANCES", "CAGE_OPTIONS", "FIELD", "FIELD_SIZE", "arrange", "scoring_zones"
@@ -23,7 +23,7 @@ ALLIANCES: tuple[Alliance, Alliance] = ("blue", "red")
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
 
-# Estimates: friction of PVC on steel pipe is 0.2 to 0.3, on the HDPE of troughs and chutes the same.
+# Estimates: friction of PVC on steel pipe is 0.2 to 0.3, and the same on the HDPE of troughs and chutes.
 _PIPE = replace(WALL, name="PIPE", friction=0.7, restitution=0.6)
 _NET = replace(WALL, name="NET", friction=0.8, restitution=0.15, rolling=0.01)
 
@@ -38,12 +38,12 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _cage_name(alliance: Alliance, number: int) -> str:
-    """Of a cage; 1 is the one beside the guardrail. The option `<its name>_shallow` lets it hang so."""
+    """Return the name of a cage; 1 is next to the guardrail. The option `<name>_shallow` raises it."""
     return f"{alliance}_cage_{number}"
 
 
 def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
-    """The field with its six cages: each deep, or shallow if the option `<its name>_shallow` is on."""
+    """Return the field with its six cages: each deep, or shallow if the option `<its name>_shallow` is on."""
     cages, rungs, half = [], [], dim.CAGE_SIZE / 2.0
     for alliance in ALLIANCES:
         for number, y in enumerate(dim.CAGE_YS, start=1):
@@ -87,11 +87,11 @@ FIELD = arrange(
     ),
     frozenset(),
 )
-"""The whole field, with all cages deep."""
+"""Complete field, with all cages deep."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
-    """The processors: an algae in the opening has scored. What stays on the reef or in a net is judged by the rules."""
+    """Return the processors: algae in the opening have scored. The rules judge pieces on the reef or in a net."""
     half, bottom = dim.PROCESSOR_OPENING_WIDTH / 2.0, dim.PROCESSOR_OPENING_BOTTOM
     low = (dim.PROCESSOR_X - half, -0.8, bottom)
     high = (dim.PROCESSOR_X + half, -0.05, bottom + dim.PROCESSOR_OPENING_HEIGHT)

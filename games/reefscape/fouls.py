@@ -1,4 +1,4 @@
-"""The fouls that geometry decides: who touches whom where, who holds too much, takes, throws or lays what where."""
+"""Fouls that follow from geometry: contacts, pieces held, taken, launched or placed, and positions."""
 
 from __future__ import annotations
 
@@ -6,47 +6,47 @@ import math
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
-from simcore.geometry.footprints import corners, hexagon, overlaps
 from simcore.match.foul_book import FoulBook, PinCounts, Releases, pins_of
 from simcore.match.game import PlayedMatch
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.units import TICK
+from simcore.world.footprints import corners, hexagon, overlaps
 
 __all__ = ["BARGE_ZONE", "REEF_ZONE", "Fouls"]
 
 _MINOR, _MAJOR = 2, 6
-_FEW_SECONDS = 3.0  # [s] for which a pin may last, and a second robot may be beyond the barge before it is another foul
-_LAUNCHED = 1.5  # [m/s] over the carpet, away from the robot; ours: a coral that is only let go is slower
-_KNOCKED = 1.0  # [s]; ours: a coral that falls so soon after a robot touched it was knocked off by that robot
+_FEW_SECONDS = 3.0  # [s]; time limit of a pin, and of a second robot beyond the barge
+_LAUNCHED = 1.5  # [m/s] over the carpet, away from the robot; ours: a coral that is only released is slower
+_KNOCKED = 1.0  # [s]; ours: a robot knocked off a coral that falls within this time of its touch
 
 REEF_ZONE = hexagon(dim.REEF_CENTER, dim.REEF_ZONE_APOTHEM)
-"""Corners of blue's, in turn [m], shape (6, 2)."""
+"""Corners of blue's reef zone, in order [m], shape (6, 2)."""
 _FAR_EDGE = dim.FIELD_CENTER[0] + 0.5 * dim.BARGE_ZONE_DEPTH
 _BARGE_Y = dim.FIELD_WIDTH - 0.5 * dim.BARGE_ZONE_WIDTH
 BARGE_ZONE = corners(dim.FIELD_CENTER[0], _BARGE_Y, 0.0, dim.BARGE_ZONE_DEPTH, dim.BARGE_ZONE_WIDTH)
-"""The same of blue's barge zone, shape (4, 2)."""
+"""Corners of blue's barge zone, in order [m], shape (4, 2)."""
 
 
 class Fouls:
-    """Looks for them in one match, in auto and teleop.
+    """Fouls in auto and teleop of one match.
 
     Args:
-        match: In which.
+        match: Match to judge.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self.book = FoulBook(match)
-        """What was found."""
+        """Fouls that were found."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
         self._owners = {body.config.name: body.config.alliance for body in match.hanging}
-        self._released: dict[int, int] = {}  # algae by slot: robot that let it go, until it lies
-        self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
+        self._released: dict[int, int] = {}  # algae by slot: the robot that released it, until it rests
+        self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: the robot that touched it last, and when
 
     def after_tick(self) -> None:
-        """Once a tick, after everything has moved."""
+        """Judge the tick, after everything has moved."""
         match, released = self._match, self._releases.update()
         if not match.timer.is_enabled or match.timer.is_over:
             return
@@ -72,17 +72,17 @@ class Fouls:
                 self.book.call("G421", number, _MINOR, text, every=_FEW_SECONDS, later=_MAJOR)
 
     def removed(self, event: PlaceEvent) -> None:
-        """A coral has left its place: G410, if a robot of the other alliance took it or knocked it off."""
+        """Judge G410: a robot of the other alliance takes a coral from its place or knocks it off."""
         touched, time = self._touched.get(event.slot, (-1, -math.inf))
         robot = event.holder if event.holder >= 0 else touched if self._match.time - time < _KNOCKED else -1
         if robot >= 0 and "Coral" in event.place.kinds:
             if event.place.alliance != self._match.alliances[robot]:
                 self.book.call("G410", robot, _MAJOR, f"takes a coral off {event.place.name}", event.slot)
 
-    # --- inside -----------------------------------------------------------------------------------------------------
+    # --- internals ------------------------------------------------------------------------------------------------
 
     def _is_beyond(self, number: int) -> bool:
-        """Whether a robot is on the other side of the barge with all of its bumpers."""
+        """Return whether a robot is on the other side of the barge with all of its bumpers."""
         return bool(self._match.outline(number)[:, 0].min() > _FAR_EDGE)
 
     def _judge_contacts(self) -> None:
@@ -107,14 +107,14 @@ class Fouls:
                 self._touched[slot] = number, match.time
 
     def _climbs(self, number: int) -> bool:
-        """Whether a robot hangs on a cage of its alliance, or touches it."""
+        """Return whether a robot hangs on a cage of its alliance, or touches it."""
         rungs = [climber.rung for climber in self._match.robots[number].climbers]
         owners = [rung.alliance for rung in rungs if rung]
         owners += [self._owners[cage] for robot, cage in self._match.contacts.hanging if robot == number]
         return self._match.alliances[number] in owners
 
     def _judge_released(self) -> None:
-        """Algae that robots let go and that now lie: G411 on the opponent's reef."""
+        """Judge released algae that now rest: G411 on the opponent's reef."""
         match, state = self._match, self._match.pieces.state
         for slot, number in list(self._released.items()):
             if state.status[slot] in (PieceStatus.AWAKE, PieceStatus.IN_FLIGHT):

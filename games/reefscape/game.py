@@ -1,4 +1,4 @@
-"""REEFSCAPE, the game of 2025."""
+"""Definition of REEFSCAPE, the game of 2025."""
 
 from __future__ import annotations
 
@@ -44,4 +44,4 @@ REEFSCAPE = Game(
     options=CAGE_OPTIONS,
     arrange=arrange,
 )
-"""The whole game."""
+"""Complete game."""

@@ -1,4 +1,4 @@
-"""How a scripted robot handles coral, algae and a cage, as a blue robot."""
+"""Scripts with which a robot handles coral, algae and a cage, as a blue robot."""
 
 from __future__ import annotations
 
@@ -8,39 +8,39 @@ from games.reefscape import dimensions as dim
 from games.reefscape.human_players import station_faces
 from games.reefscape.robot import ALGAE_REACH, CORAL_REACH, CORAL_TILT, FLOOR_PIVOT_HEIGHT, PIVOT, elevator_turns
 from games.reefscape.staging import reef_algae_places
-from simcore.geometry.symmetry import Pose
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
+from simcore.world.symmetry import Pose
 
 __all__ = [
     "NET_X", "SETTINGS", "before_algae", "before_branch", "before_station", "hang", "lower_claw", "lower_wheel",
     "make_ready", "place_coral", "process", "put_in_net", "raise_to", "raise_to_net", "take_algae", "tuck",
 ]  # fmt: skip
 
-SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the wheel that is unloaded slides
+SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the unloaded wheel slips
 
 _ELEVATOR_TOLERANCE = 0.3  # [rad] of its drum, 2 cm
 _BEYOND = {4: 0.02, 3: -0.18, 2: -0.18}
-"""By level, from the end of a branch to the near end of the coral that is let go [m]: over level 4 it falls on by
+"""Distance by level from the end of a branch to the near end of the released coral [m]: over level 4 it falls on by
 itself, on the others most of it is on the branch already."""
 _TUCKED = degrees(85.0)  # of the arm while driving
 _CARRY = elevator_turns(0.75)
-_APPROACH, _NEAR_ENOUGH = 0.35, 0.05  # [m], of the robot along a branch, and from where it lets a coral go
-_ALGAE_ARM = degrees(35.0)  # while it takes algae off the reef
+_APPROACH, _NEAR_ENOUGH = 0.35, 0.05  # [m], of the robot along a branch, and where it releases a coral
+_ALGAE_ARM = degrees(35.0)  # while the wheel takes algae off the reef
 _ALGAE_OUT = dim.REEF_ALGAE_RADIUS + PIVOT[0] + ALGAE_REACH * math.cos(_ALGAE_ARM)  # [m] from the reef's center
 _NET_ARM = degrees(40.0)  # as an algae falls into the net
 _OVER_NET = elevator_turns(2.08)
 NET_X = dim.FIELD_CENTER[0] - 0.02 - PIVOT[0] - ALGAE_REACH * math.cos(_NET_ARM)
-"""Of a robot's center then [m]."""
+"""X of the robot's center for the net [m]."""
 _AT_STATION = 0.46  # [m] from a station's face to the robot's center
 _ASIDE = {"left": -dim.BRANCH_OFFSET, "middle": 0.0, "right": dim.BRANCH_OFFSET}
 
 
 def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
-    """How to place on a level: distance of the robot's center from the reef's [m], drum and arm angle [rad].
+    """Return the posture for a level: distance of the robot's center from the reef's [m], drum and arm angle [rad].
 
-    The coral is let go in line with the branch; over the trough it is let fall nearly upright. The drum is for a robot
-    that has so far left to go along a branch [m].
+    The robot releases the coral in line with the branch; over the trough nearly upright. The drum angle is for a robot
+    that still has `left` to go along a branch [m].
     """
     if level == 1:
         return dim.REEF_APOTHEM + 0.44, elevator_turns(0.85), degrees(-27.0)
@@ -54,32 +54,32 @@ def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
 
 
 def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
-    """Where a robot stands in front of a face, so far from the reef's center, and aside (left seen from there)."""
+    """Return the pose in front of a face, this far from the reef's center and aside (left seen from there) [m]."""
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
     (cx, cy), c, s = dim.REEF_CENTER, math.cos(yaw), math.sin(yaw)
     return cx + out * c - aside * s, cy + out * s + aside * c, yaw + math.pi
 
 
 def before_station(side: str, aside: float = 0.0) -> Pose:
-    """Where a robot stands with its back at a station, left or right, and aside (left seen from the station) [m]."""
+    """Return the pose with the back at a station, left or right, and aside (left seen from the station) [m]."""
     x, y, yaw = station_faces("blue")[side]
     c, s = math.cos(yaw), math.sin(yaw)
     return x + _AT_STATION * c - aside * s, y + _AT_STATION * s + aside * c, yaw
 
 
 def raise_to(robot: ScriptedRobot, level: int) -> None:
-    """Bring the elevator to where placing on a level begins."""
+    """Bring the elevator to the height where placing on a level begins."""
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
 def raised_to(robot: ScriptedRobot, level: int) -> Steps:
-    """Bring the elevator to where placing on a level begins, and wait for it."""
+    """Bring the elevator to the height where placing on a level begins, and wait for it."""
     raise_to(robot, level)
     yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
 
 
 def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
-    """Wait until it is nearly where it was sent [rad], for 1.5 s at most."""
+    """Wait until the elevator is near its goal [rad], for 1.5 s at most."""
     for _ in range(75):
         if abs(robot.robot.mechanisms["elevator"].position - goal) < _ELEVATOR_TOLERANCE:
             break
@@ -87,7 +87,7 @@ def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
 
 
 def before_branch(face: int, side: str, level: int) -> Pose:
-    """Where placing on a branch begins."""
+    """Return the pose where placing on a branch begins."""
     return _before_face(face, _reach(level)[0] + _APPROACH, _ASIDE[side])
 
 
@@ -102,15 +102,15 @@ def place_coral(
 ) -> Steps:
     """Drive to a face, put the coral on a branch (left or right as seen from there) or into the trough, and back off.
 
-    Where something keeps the robot from the branch, it keeps the coral.
+    The robot keeps the coral if something keeps it from the branch.
 
     Args:
-        robot: Which has it.
-        face: Of the reef.
-        side: Of the face; `middle` for the trough.
-        level: 1 to 4.
-        way: Corners of the way there [m].
-        error: How far to the left of the branch it puts the coral [m].
+        robot: Robot with the coral.
+        face: Face of the reef.
+        side: Side of the face; `middle` for the trough.
+        level: Level, 1 to 4.
+        way: Waypoints [m].
+        error: Distance to the left of the branch at which it puts the coral [m].
     """
     out, _, arm = _reach(level)
     raise_to(robot, level)
@@ -133,13 +133,13 @@ def place_coral(
 
 
 def make_ready(robot: ScriptedRobot) -> None:
-    """Take the preload into the claw, with the arm as it is while the robot drives."""
+    """Take the preload into the claw, with the arm in its driving position."""
     robot.set_volts("claw", 8.0)
     robot.set_position("arm", _TUCKED)
 
 
 def before_algae(face: int) -> Pose:
-    """Where taking the algae of a face begins."""
+    """Return the pose where taking the algae of a face begins."""
     return _before_face(face, _ALGAE_OUT + 0.45)
 
 
@@ -168,21 +168,21 @@ def _let_algae_go(robot: ScriptedRobot) -> Steps:
 
 
 def lower_claw(robot: ScriptedRobot) -> None:
-    """Bring the claw down before the front bumper, where it takes coral off the carpet."""
+    """Lower the claw in front of the front bumper, where it takes coral off the carpet."""
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", elevator_turns(FLOOR_PIVOT_HEIGHT))
     robot.set_position("arm", degrees(-60.0))
 
 
 def lower_wheel(robot: ScriptedRobot, height: float) -> None:
-    """Hold the algae wheel out, at the height of the middle of an algae that lies free [m]."""
+    """Hold the algae wheel out at the height of the center of an algae that lies free [m]."""
     robot.set_volts("algae_wheel", 8.0)
     robot.set_position("elevator", 0.0)
     robot.set_position("arm", math.asin((height - PIVOT[2]) / ALGAE_REACH))
 
 
 def tuck(robot: ScriptedRobot) -> None:
-    """Bring arm and elevator to where they are while the robot drives, and stop the algae wheel."""
+    """Bring arm and elevator to their driving positions, and stop the algae wheel."""
     robot.set_volts("algae_wheel", 0.0)
     robot.set_position("elevator", _CARRY)
     robot.set_position("arm", _TUCKED)
@@ -201,7 +201,7 @@ def process(robot: ScriptedRobot) -> Steps:
 
 
 def raise_to_net(robot: ScriptedRobot) -> None:
-    """Bring the elevator to where an algae goes over the rim of the net."""
+    """Bring the elevator to the height where an algae goes over the rim of the net."""
     robot.set_position("elevator", _OVER_NET)
 
 

@@ -12,7 +12,6 @@ from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
-from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.game import PlayedMatch
 from simcore.match.human_actions import Feeder, HumanAction
 from simcore.match.scoring import Alliance, other_alliance
@@ -20,6 +19,7 @@ from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import degrees
+from simcore.world.rotation import from_rpy, rotate
 
 __all__ = ["HumanPlayers", "station_faces"]
 
@@ -32,17 +32,17 @@ _HALF_CHUTE = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)  # [m] to bot
 _STATION_YAW = math.radians(dim.STATION_YAW_DEG)
 _HALF_DROP = (
     dim.STATION_FACE_CENTER[0] - (_DROP_DEPTH + 0.5 * dim.CORAL_OUTER_DIAMETER) * math.cos(_STATION_YAW)
-) / math.sin(_STATION_YAW) - 0.5 * dim.CORAL_LENGTH  # [m]; farther aside, so deep in the chute, is the alliance wall
-_DROP_GAP = 0.003  # [m] over the chute
-_REACH = 0.7  # [m] from a station's face to the middle of a robot that waits for coral, and
-_WAITING = 0.7  # [m/s] its greatest speed
+) / math.sin(_STATION_YAW) - 0.5 * dim.CORAL_LENGTH  # [m]; beyond, this deep in the chute, is the alliance wall
+_DROP_GAP = 0.003  # [m]; height over the chute
+_REACH = 0.7  # [m] from a station's face to the center of a robot that waits for coral, and
+_WAITING = 0.7  # [m/s] the top speed of such a robot
 _THROW_HEIGHT = 2.0  # [m]
 _THROW_ELEVATION = degrees(60.0)
 _THROW_ERROR = 0.03  # of the speed, and [rad] of the direction; standard deviation
 
 
 def station_faces(alliance: Alliance) -> dict[str, tuple[float, float, float]]:
-    """Middle of each of an alliance's two stations' faces and the direction out of it [m, m, rad]."""
+    """Return the middle of each face of an alliance's two stations, and its outward direction [m, m, rad]."""
     (x, y), yaw = dim.STATION_FACE_CENTER, _STATION_YAW
     faces = {"right": (x, y, yaw), "left": (x, dim.FIELD_WIDTH - y, -yaw)}
     if alliance == "blue":
@@ -51,10 +51,10 @@ def station_faces(alliance: Alliance) -> dict[str, tuple[float, float, float]]:
 
 
 class HumanPlayers:
-    """All of them in one match.
+    """All human players of one match.
 
     Args:
-        match: With pieces staged and robots in their places.
+        match: Match with staged pieces and placed robots.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -91,24 +91,24 @@ class HumanPlayers:
             modes=("teleop",),
         )
         self.actions = (*self._stations.values(), self._net)
-        """What they can do."""
+        """Actions of human players."""
 
     @property
     def stock(self) -> Mapping[Alliance, int]:
-        """Coral at each alliance's stations."""
+        """Number of coral at each alliance's stations."""
         return {alliance: feeder.stock for alliance, feeder in self._coral.items()}
 
     @property
     def waiting_algae(self) -> Mapping[Alliance, int]:
-        """Algae at each alliance's human player."""
+        """Number of algae at each alliance's human player."""
         return {alliance: feeder.stock for alliance, feeder in self._algae.items()}
 
     def take_algae(self, scored_by: Alliance, slot: int) -> None:
-        """An algae came through a processor: the other alliance's human player has it."""
+        """Give an algae that came through a processor to the other alliance's human player."""
         self._algae[other_alliance(scored_by)].keep(slot)
 
     def act(self) -> None:
-        """Drop and throw what is due; once a tick."""
+        """Drop coral and throw algae that are due; once a tick."""
         timer = self._match.timer
         for alliance in ALLIANCES:
             if alliance in self._match.persons:
@@ -119,7 +119,7 @@ class HumanPlayers:
             self._net.take(timer, alliance)
 
     def _waits_at(self, alliance: Alliance, side: str) -> float | None:
-        """How far to the left, seen out of a station, a robot without coral waits there [m]; None: none does."""
+        """Return how far to the left, seen out of a station, a robot without coral waits there [m]; None: none does."""
         x, y, yaw = self._faces[alliance][side]
         c, s = math.cos(yaw), math.sin(yaw)
         for robot, owner in zip(self._match.robots, self._match.alliances, strict=True):
@@ -131,7 +131,7 @@ class HumanPlayers:
         return None
 
     def _drop(self, side: str, alliance: Alliance) -> None:
-        """Drop a coral before the robot that waits at a station, or in its middle."""
+        """Drop a coral in front of the robot that waits at a station, or at its middle."""
         feeder = self._coral[alliance]
         aside = (self._waits_at(alliance, side) or 0.0) + _DROP_SPREAD * float(feeder.errors(1)[0])
         feeder.put(*_in_chute(*self._faces[alliance][side], min(max(aside, -_HALF_DROP), _HALF_DROP)))
@@ -140,7 +140,7 @@ class HumanPlayers:
         return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw an algae at the net, as well as people do."""
+        """Throw an algae at the net, with the accuracy of people."""
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
         hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
         flip = FIELD.symmetry if alliance == "blue" else None
@@ -148,13 +148,13 @@ class HumanPlayers:
 
 
 def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:
-    """Place and attitude of a coral that lies across a chute, to roll down it.
+    """Return position and attitude of a coral that lies across a chute, to roll down it.
 
     Args:
-        x: Of the middle of the station's face [m].
-        y: Of the same [m].
-        yaw: Out of the face [rad].
-        aside: From the middle to the left as seen from the station [m].
+        x: X of the middle of the station's face [m].
+        y: Y of the middle of the station's face [m].
+        yaw: Outward direction of the face [rad].
+        aside: Distance from the middle to the left, as seen from the station [m].
     """
     lip = dim.STATION_OPENING_BOTTOM + dim.CHUTE_LIP_LENGTH * math.tan(dim.CHUTE_LIP_SLOPE)
     floor = lip + (_DROP_DEPTH - dim.CHUTE_LIP_LENGTH) * math.tan(dim.CHUTE_SLOPE)

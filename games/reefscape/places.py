@@ -1,4 +1,4 @@
-"""Where coral and algae stay and count: the branches and the trough of each reef, and the nets."""
+"""Resting places of coral and algae: the branches and the trough of each reef, and the nets."""
 
 from __future__ import annotations
 
@@ -9,33 +9,34 @@ import numpy as np
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
-from simcore.geometry.zones import BoxZone, CapsuleZone
 from simcore.match.scoring import Alliance
 from simcore.pieces.resting_places import RestingPlace
+from simcore.world.zones import BoxZone, CapsuleZone
 
 __all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
 
 BRANCH_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}
-"""Branches of a level, as The Blue Alliance calls them."""
+"""Rows of branches by level, with The Blue Alliance's names."""
 _LABELS = {row: f"L{level}" for level, row in BRANCH_ROWS.items()} | {"trough": "L1", "net": "Net"}
 _BORE_SPARE = 0.04
-"""How far the middle of a coral on a branch may be from the branch's axis [m]: 30 mm are free in its bore; beside the
-branch it would be 78 mm away."""
-_TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: all of it, and a coral that stands in it
+"""Largest distance of the center of a coral on a branch from the branch's axis [m]: its bore has a clearance of 30 mm;
+next to the branch it would be 78 mm away."""
+_TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: includes a coral that stands in it
 
 
 @cache
 def level_of(alliance: Alliance, row: str) -> str:
-    """Name of a level: one alliance's places of a row, e.g. `BlueL4`."""
+    """Return the name of a level, the places of a row of one alliance, e.g. `BlueL4`."""
     return f"{alliance.capitalize()}{_LABELS[row]}"
 
 
 def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Where the last straight stretch of one of blue's branches begins, and its tip [m].
+    """Return the start of the last straight part of one of blue's branches, and its tip [m].
 
     Args:
-        number: 0 to 11: A to L of the manual, counter-clockwise from the face to the alliance wall.
-        level: 2 to 4.
+        number: Number of the branch, 0 to 11: A to L of the manual, counter-clockwise from the face to the alliance
+            wall.
+        level: Level, 2 to 4.
     """
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6])  # faces are numbered the other way round
     aside = dim.BRANCH_OFFSET if number % 2 else -dim.BRANCH_OFFSET
@@ -72,7 +73,7 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
             )
     out = dim.REEF_APOTHEM - 0.5 * dim.TROUGH_DEPTH
     half, z = out * math.tan(math.radians(30.0)), dim.TROUGH_EDGE_HEIGHT
-    for face in range(6):  # counter-clockwise, as the branches over them
+    for face in range(6):  # counter-clockwise, like the branches over them
         yaw_deg = dim.REEF_FACE_YAWS_DEG[-face % 6]
         (cx, cy), c, s = dim.REEF_CENTER, math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
         ends = [(cx + out * c - t * s, cy + out * s + t * c, z) for t in (-half, half)]
@@ -93,4 +94,4 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
 
 
 PLACES = tuple(place for alliance in ALLIANCES for place in _places(alliance))
-"""All of both alliances."""
+"""Places of both alliances."""

@@ -1,4 +1,4 @@
-"""What scripted players do in a match of REEFSCAPE, written for a blue robot."""
+"""Scripted players of REEFSCAPE, written for a blue robot."""
 
 from __future__ import annotations
 
@@ -34,32 +34,32 @@ from games.reefscape.places import BRANCH_ROWS, level_of
 from games.reefscape.robot import ALGAE_REACH, PIVOT
 from games.reefscape.rules import COOP_ALGAE, CORAL_A_LEVEL, MATCH, ReefscapeRules
 from games.reefscape.staging import reef_algae_places
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Role
+from simcore.match.players.player import SKILLS, Defense, Place, Player, idle, make_role
 from simcore.match.scripted import Steps
-from simcore.players.player import SKILLS, Defense, Place, Player, idle, make_role
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.symmetry import Pose
 
 __all__ = ["ROLES"]
 
 Branch: TypeAlias = tuple[int, str, int]
 """Face of the reef, side of the face, level."""
 Spot: TypeAlias = tuple[str, float]
-"""At a station: which one, and how far aside of its middle [m]."""
+"""Station, and offset from its middle [m]."""
 _T = TypeVar("_T")
 
 _ROWS = {1: "trough", **BRANCH_ROWS}
 _SPOTS: tuple[Spot, ...] = tuple((side, aside) for side in ("left", "right") for aside in (-0.48, 0.48))
 _NET_YS = (4.9, 5.7, 6.5, 7.3)  # [m]
 _PARKING_X = 8.05  # [m]; with the front bumper in the barge zone, before the cages
-_THERE = 0.15  # [m]; how near to a place a player comes before it handles a piece there
-_ROOM = 0.95  # [m] between the middles of robots that do not touch
+_THERE = 0.15  # [m]; distance from a place at which a player begins to handle a piece there
+_ROOM = 0.95  # [m] between centers of robots that do not touch
 _MARGIN = 0.45  # [m] from walls, where a robot can take pieces
-_OWN_SIDE = dim.FIELD_CENTER[0] - 1.0  # [m]; who collects no farther does not go beyond the barge
-_PLACING, _LOADING = 2.5, 2.0  # [s] that take longer than the way there
-_LEVER = 0.4  # [m]; by which an error of the heading puts a coral aside: level 1 then misses every second branch
-_FOR_RANKING = 2.0  # points, for who plans, of a coral on a level that a ranking point still wants
-_ALIGNING = 5.0  # times of its reaction that a player takes before a branch
+_OWN_SIDE = dim.FIELD_CENTER[0] - 1.0  # [m]; a robot that collects up to here does not go beyond the barge
+_PLACING, _LOADING = 2.5, 2.0  # [s] in addition to the time to get there
+_LEVER = 0.4  # [m]; lever arm with which a heading error offsets a coral: level 1 then misses every second branch
+_FOR_RANKING = 2.0  # bonus points, for a planning player, of a coral on a level that a ranking point still needs
+_ALIGNING = 5.0  # times its reaction time, which a player takes to align at a branch
 _WAITS = 4.0  # [s] at a station
 _CLIMB_TIME = 15.0  # [s] before the end
 _PASSAGE = (dim.CAGE_YS[1] + dim.CAGE_YS[2]) / 2.0  # [m]; between two of the own cages
@@ -69,26 +69,26 @@ _NEAR_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 1.5  # [m] f
 
 @dataclass(slots=True)
 class _Memory:
-    """What a player remembers."""
+    """Memory of a player."""
 
     failed: Counter[Branch | Spot | int] = field(default_factory=Counter)
-    """How often it has failed at a branch, a station or a face's algae."""
+    """Number of failures at a branch, a station or a face's algae."""
     lying_until: float = -math.inf
-    """When it looks for coral on the carpet again [s]."""
+    """Time until which it ignores coral on the carpet [s]."""
 
 
-def _has(player: Player, kind: str) -> bool:
+def _holds(player: Player, kind: str) -> bool:
     pieces = player.match.pieces
     return any(pieces.kind_name(slot) == kind for slot in player.robot.held)
 
 
 def _is_free(player: Player, place: Place) -> bool:
-    """Whether no other robot is where this one wants to be."""
+    """Return whether no other robot is at a place."""
     return all(math.dist(other.place, place) > _ROOM for other in player.others)
 
 
-def _way(player: Player, place: Place) -> float:
-    """How long a way takes [s]; around the reef, if that is in between."""
+def _travel_time(player: Player, place: Place) -> float:
+    """Return the time to a place [s]; around the reef if that is in between."""
     (x, y), reef = player.pose[:2], dim.REEF_CENTER
     along = (reef[0] - x) * (place[0] - x) + (reef[1] - y) * (place[1] - y)
     share = along / (player.away(place) ** 2 + 1e-9)
@@ -97,19 +97,19 @@ def _way(player: Player, place: Place) -> float:
     return (player.away(place) + detour) / player.skill.speed
 
 
-def _go(
+def _drive_to_best(
     player: Player, available: Callable[[], dict[_T, float]], pose: Callable[[_T], Pose], *, timeout: float = 8.0
 ) -> Generator[None, None, _T | None]:
-    """Drive to one of several places: the best, or the next one when that is available no more.
+    """Drive to the best of several places, or to the next one if that is no longer available.
 
     Args:
-        player: Who does.
-        available: What each place is worth.
-        pose: Of a robot there.
-        timeout: Gives up after this long [s].
+        player: Player that drives.
+        available: Function that returns the value of each available place.
+        pose: Function that returns the pose of a robot there.
+        timeout: Time limit [s].
 
     Returns:
-        The place, once the robot is there; None: it did not come there.
+        The place, once the robot is there; None: it did not get there.
     """
     chosen: _T | None = None
 
@@ -129,9 +129,9 @@ def _go(
 
 
 def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
-    """Free branches and troughs that nobody stands at, each with its points a second.
+    """Return free branches and troughs where no robot is, with the points per second of each.
 
-    Who plans counts a level for more that has not yet what a ranking point asks of it.
+    A planning player adds a bonus for levels that a ranking point still needs.
     """
     counts, worth = player.match.pieces.places.counts(), {}
     highest = min(4, 2 + SKILLS.index(player.skill))
@@ -139,7 +139,7 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
     for level, row in _ROWS.items():
         taken = counts[level_of(player.alliance, row)]
         points = level + 1 + _FOR_RANKING * player.skill.planning * (taken.sum() < CORAL_A_LEVEL)
-        for free in np.nonzero(taken == 0)[0].tolist():  # in a trough one coral would lean in the next one's way
+        for free in np.nonzero(taken == 0)[0].tolist():  # a coral in a trough would block the next one
             number = free if level > 1 else 2 * free
             side = "middle" if level == 1 else "right" if number % 2 else "left"
             branch = (-(number // 2) % 6, side, level)
@@ -147,7 +147,7 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
             before = x + 0.8 * math.cos(yaw), y + 0.8 * math.sin(yaw)  # between the robot and the reef
             if level > highest or not _is_free(player, (x, y)) or (np.hypot(*(in_the_way - before).T) < 0.45).any():
                 continue
-            worth[branch] = points / (_PLACING + _way(player, (x, y))) * 0.4 ** memory.failed[branch]
+            worth[branch] = points / (_PLACING + _travel_time(player, (x, y))) * 0.4 ** memory.failed[branch]
     return worth
 
 
@@ -161,28 +161,28 @@ def _score(player: Player, memory: _Memory) -> Steps:
         return place
 
     tuck(player)
-    branch = yield from _go(player, lambda: _branches(player, memory), pose)
+    branch = yield from _drive_to_best(player, lambda: _branches(player, memory), pose)
     if branch is None:
         yield from player.wait(player.skill.reaction)
         return
     yield from player.wait(_ALIGNING * player.skill.reaction)
     error = player.skill.aim * _LEVER * float(player.rng.standard_normal())
     yield from place_coral(player, *branch, error=error)
-    if branch[2] > 1 or _has(player, "Coral"):  # a branch is asked again only if nothing stays there
+    if branch[2] > 1 or _holds(player, "Coral"):  # a failed branch is tried again only if nothing stays there
         memory.failed[branch] += 1
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Which coral on the carpet a player may want: on its side, and not at a wall."""
+    """Return a mask of coral on the carpet for a player: on its side, and not at a wall."""
     x, y = places.T
     inside: BoolArray = (x > _MARGIN) & (x < _OWN_SIDE) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     return inside
 
 
 def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
-    """Where nobody waits at a station, each as it is near."""
+    """Return free spots at the stations, with a value that falls with the distance."""
     return {
-        spot: 0.5 ** memory.failed[spot] / (_LOADING + _way(player, place))
+        spot: 0.5 ** memory.failed[spot] / (_LOADING + _travel_time(player, place))
         for spot in _SPOTS
         for place in [before_station(*spot)[:2]]
         if _is_free(player, place)
@@ -190,31 +190,31 @@ def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
 
 
 def _fetch(player: Player, memory: _Memory) -> Steps:
-    """Take a coral off the carpet, if one is nearer than the stations, or wait for one at a station."""
+    """Take a coral off the carpet if one is nearer than the stations, else wait for one at a station."""
     make_ready(player)
     lying = player.seen_pieces["Coral"][:, :2]
     lying = lying[_can_be_taken(lying)]
-    nearest = min((_way(player, (x, y)) for x, y in lying.tolist()), default=math.inf)
+    nearest = min((_travel_time(player, (x, y)) for x, y in lying.tolist()), default=math.inf)
     stations = _stations(player, memory)
     if player.time > memory.lying_until and nearest < 1.0 / max(stations.values(), default=0.01):
         lower_claw(player)
-        yield from player.collect(_can_be_taken, until=lambda: _has(player, "Coral"), timeout=5.0, kind="Coral")
-        if not _has(player, "Coral"):
+        yield from player.collect(_can_be_taken, until=lambda: _holds(player, "Coral"), timeout=5.0, kind="Coral")
+        if not _holds(player, "Coral"):
             memory.lying_until = player.time + 8.0
         player.intake(False)
         tuck(player)
         return
     tuck(player)
     player.intake(True)
-    spot = yield from _go(player, lambda: _stations(player, memory), lambda spot: before_station(*spot))
+    spot = yield from _drive_to_best(player, lambda: _stations(player, memory), lambda spot: before_station(*spot))
     if spot is not None:
         pose = before_station(*spot)
         ends = player.match.time + _WAITS
-        while player.match.time < ends and not _has(player, "Coral"):
+        while player.match.time < ends and not _holds(player, "Coral"):
             player.steer_along([pose[:2]], pose[2], speed=0.6)
             yield
         yield from player.wait(player.skill.reaction)
-        memory.failed[spot] = 0 if _has(player, "Coral") else memory.failed[spot] + 1
+        memory.failed[spot] = 0 if _holds(player, "Coral") else memory.failed[spot] + 1
     player.intake(False)
 
 
@@ -229,7 +229,7 @@ def scorer(player: Player, until: float = math.inf) -> Steps:
 
 
 def _cycle(player: Player, memory: _Memory) -> Steps:
-    yield from _score(player, memory) if _has(player, "Coral") else _fetch(player, memory)
+    yield from _score(player, memory) if _holds(player, "Coral") else _fetch(player, memory)
 
 
 # --- algae --------------------------------------------------------------------------------------------------------
@@ -240,17 +240,17 @@ def _algae_at(places: FloatArray, place: FloatArray) -> bool:
 
 
 def _faces(player: Player, memory: _Memory) -> dict[int, float]:
-    """Faces of the reef with an algae where nobody stands, each as it is near."""
+    """Return faces of the reef with an algae and no robot, with a value that falls with the distance."""
     places = player.piece_positions("Algae")
     return {
-        face: 0.3 ** memory.failed[face] / (1.0 + _way(player, before_algae(face)[:2]))
+        face: 0.3 ** memory.failed[face] / (1.0 + _travel_time(player, before_algae(face)[:2]))
         for face, place in enumerate(reef_algae_places())
         if _algae_at(places, place) and _is_free(player, before_algae(face)[:2])
     }
 
 
 def _lying_algae(player: Player) -> list[tuple[float, float, float]]:
-    """Algae on the carpet and on the marks' coral, the nearest first [m]."""
+    """Return positions of algae on the carpet and on the marks' coral, the nearest first [m]."""
     places = player.piece_positions("Algae")
     low = places[(places[:, 2] < 0.6) & _can_be_taken(places[:, :2])]
     return sorted(((x, y, z) for x, y, z in low.tolist()), key=lambda place: player.away(place[:2]))
@@ -261,7 +261,7 @@ def _take_lying(player: Player) -> Steps:
 
     def goal() -> Pose | None:
         places = _lying_algae(player)
-        if not places or _has(player, "Algae"):
+        if not places or _holds(player, "Algae"):
             return None
         x, y, z = places[0]
         lower_wheel(player, z)
@@ -274,7 +274,7 @@ def _take_lying(player: Player) -> Steps:
 
 
 def _bring_algae(player: Player) -> Steps:
-    """Bring an algae to the processor until that is enough for coopertition, then to the net."""
+    """Bring an algae to the processor until coopertition is reached, then to the net."""
 
     def before_net(y: float) -> Pose:
         if player.away((NET_X, y)) < 1.8:
@@ -288,7 +288,7 @@ def _bring_algae(player: Player) -> Steps:
         yield from process(player)
         yield from player.drive_to(dim.PROCESSOR_X, 1.2, -math.pi / 2, speed=2.0, tolerance=0.12)
     else:
-        y = yield from _go(
+        y = yield from _drive_to_best(
             player,
             lambda: {y: -player.away((NET_X, y)) for y in _NET_YS if _is_free(player, (NET_X - 0.5, y))},
             before_net,
@@ -300,14 +300,14 @@ def _bring_algae(player: Player) -> Steps:
 
 
 def algae(player: Player) -> Steps:
-    """Bring the reef's and the carpet's algae to the processor and the net; without any left, it is a scorer."""
+    """Bring algae from reef and carpet to processor and net; score coral when none are left."""
     memory = _Memory()
     make_ready(player)
     yield
     while True:
-        if _has(player, "Algae"):
+        if _holds(player, "Algae"):
             yield from _bring_algae(player)
-        elif _has(player, "Coral"):
+        elif _holds(player, "Coral"):
             yield from _score(player, memory)
         elif faces := _faces(player, memory):
             player.set_volts("claw", 0.0)
@@ -315,10 +315,10 @@ def algae(player: Player) -> Steps:
             if lying and player.away(lying[0][:2]) / player.skill.speed + 1.0 < 1.0 / max(faces.values()):
                 yield from _take_lying(player)
             else:
-                face = yield from _go(player, lambda: _faces(player, memory), before_algae)
+                face = yield from _drive_to_best(player, lambda: _faces(player, memory), before_algae)
                 if face is not None:
                     yield from take_algae(player, face)
-                    memory.failed[face] += not _has(player, "Algae")
+                    memory.failed[face] += not _holds(player, "Algae")
         elif _lying_algae(player):
             yield from _take_lying(player)
         else:
@@ -326,16 +326,16 @@ def algae(player: Player) -> Steps:
         yield
 
 
-# --- the end of the match, and defense ----------------------------------------------------------------------------
+# --- end of the match, and defense --------------------------------------------------------------------------------
 
 
 def parker(player: Player) -> Steps:
-    """A scorer that stands in its barge zone as the match ends."""
+    """Score, and be in the barge zone as the match ends."""
     yield from scorer(player, until=MATCH.duration - 4.0 - 7.0 / player.skill.speed)
     player.intake(False)
     tuck(player)
     while True:
-        yield from _go(
+        yield from _drive_to_best(
             player,
             lambda: {y: -player.away((_PARKING_X, y)) for y in _NET_YS if _is_free(player, (_PARKING_X, y))},
             lambda y: (_PARKING_X, y, 0.0),
@@ -344,14 +344,14 @@ def parker(player: Player) -> Steps:
 
 
 def climber(player: Player) -> Steps:
-    """A scorer that hangs on a cage as the match ends."""
+    """Score, and hang on a cage as the match ends."""
     yield from scorer(player, until=MATCH.duration - _CLIMB_TIME - 7.0 / player.skill.speed)
     player.intake(False)
     tuck(player)
     player.set_position("elevator", 0.0)
     y = None
     while y is None:
-        y = yield from _go(
+        y = yield from _drive_to_best(
             player,
             lambda: {y: -player.away((dim.CAGE_X, y)) for y in dim.CAGE_YS if _is_free(player, (dim.CAGE_X - 0.5, y))},
             lambda y: (dim.CAGE_X - 1.3, y, math.pi),
@@ -362,25 +362,25 @@ def climber(player: Player) -> Steps:
         yield
 
 
-def _is_left_alone(player: Player, place: Place) -> bool:
-    """Whether an opponent is not on its stations' side, or near to its reef, where touching it is a foul (G427)."""
+def _spares_opponent(player: Player, place: Place) -> bool:
+    """Return whether a defender leaves an opponent alone: off its stations' side, or near its reef (G427)."""
     ahead = 0.8 * player.skill.reaction
     return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
 
-_DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_is_left_alone)
+_DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_spares_opponent)
 
 
 def defender(player: Player) -> Steps:
-    """Stand in the way of opponents who bring coral to their reef; it commits no G403, G425 and G427.
+    """Block opponents who bring coral to their reef, without fouls G403, G425 and G427.
 
-    In auto it scores what it has, on its own side; then it crosses between its own cages.
+    In auto the defender scores its preload on its own side; then it crosses between its own cages.
     """
     memory = _Memory()
     make_ready(player)
     yield
     while player.time < MATCH.start("teleop"):
-        if _has(player, "Coral"):
+        if _holds(player, "Coral"):
             yield from _score(player, memory)
         yield
     tuck(player)
@@ -391,7 +391,7 @@ def defender(player: Player) -> Steps:
     yield from _DEFENSE.play(player)
 
 
-_SETTINGS = replace(SETTINGS, intake_x=0.5)  # who collects from the carpet drives forward
+_SETTINGS = replace(SETTINGS, intake_x=0.5)  # a robot that collects from the carpet drives forward
 
 ROLES: dict[str, Role] = {
     role.name: role
@@ -404,4 +404,4 @@ ROLES: dict[str, Role] = {
         make_role(idle, "stands still", _SETTINGS),
     )
 }
-"""By name."""
+"""Roles by name."""

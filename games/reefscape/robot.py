@@ -1,6 +1,6 @@
-"""The default robot of REEFSCAPE: swerve, elevator, an arm with a coral claw and an algae wheel, funnel and climber.
+"""Default robot of REEFSCAPE: swerve, elevator, an arm with a coral claw and an algae wheel, funnel and climber.
 
-Numbers without a source are a plausible robot's, chosen by us.
+Numbers without a source are our choice for a plausible robot.
 """
 
 from __future__ import annotations
@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from games.reefscape.dimensions import CAGE_SIZE
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import from_rpy
-from simcore.pieces.intake import IntakeConfig, IntakeZone
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, default_friction
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
+from simcore.world.linkage import Joint
+from simcore.world.rotation import from_rpy
 
 __all__ = [
     "ALGAE_REACH",
@@ -33,24 +33,25 @@ __all__ = [
     "reefscape_robot",
 ]
 
-_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages and the carriage, thrice its drum's radius; and
-_HOOK_DRUM = 0.012  # of the climber's winch
+_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages and the carriage, three times its drum's radius
+_HOOK_DRUM = 0.012  # [m]; drum radius of the climber's winch
 BUMPER = 0.80
 """Length and width with bumpers [m]."""
 PIVOT = (0.12, 0.0, 0.45)
-"""Of the arm, with the elevator down [m]."""
+"""Pivot of the arm, with the elevator down [m]."""
 CORAL_REACH = 0.46
-"""From the arm's pivot to the middle of the coral [m]."""
+"""Distance from the arm's pivot to the center of the coral [m]."""
 CORAL_TILT = degrees(35.0)
-"""Of the coral in the claw, from across the arm back to the robot: upright while the arm points so far down."""
+"""Tilt of the coral in the claw, from across the arm back to the robot: upright while the arm points down by as
+much."""
 FLOOR_PIVOT_HEIGHT = 0.62
-"""Of the arm's pivot while the claw takes coral off the carpet [m]."""
+"""Height of the arm's pivot while the claw takes coral off the carpet [m]."""
 ALGAE_REACH = 0.73
-"""From the arm's pivot to the middle of the algae, which is held farther out [m]."""
+"""Distance from the arm's pivot to the center of the algae, which is held farther out [m]."""
 
 
 def elevator_turns(pivot_height: float) -> float:
-    """Angle of the elevator's drum that brings the arm's pivot to a height [m]; [rad]."""
+    """Return the angle of the elevator's drum [rad] for a height of the arm's pivot [m]."""
     return (pivot_height - PIVOT[2]) / _DRUM
 
 
@@ -66,7 +67,7 @@ _MECHANISMS: dict[str, MechanismConfig] = {
         inertia=0.6,
         mass=3.0,
         center_of_mass=0.3,
-        min_angle=degrees(-75.0),  # so low that it does not count as lowered while a coral is let go over level 4
+        min_angle=degrees(-75.0),  # so low that it does not count as lowered while it releases a coral over level 4
         max_angle=degrees(90.0),
         start_angle=degrees(85.0),
     ),
@@ -74,7 +75,7 @@ _MECHANISMS: dict[str, MechanismConfig] = {
     "algae_wheel": RollerConfig(gearbox=_gearbox(6.0, limit=40.0), inertia=0.002, radius=0.05),
     "funnel": RollerConfig(gearbox=_gearbox(3.0, limit=40.0), inertia=0.001, radius=0.025),
     "climber": ElevatorConfig(
-        # its gears' friction, 11.8 N m, is twice what the robot's weight pulls: it holds without power
+        # gear friction, 11.8 N m, is twice what the robot's weight pulls: it holds without power
         gearbox=replace(_WINCH, friction_torque=default_friction(_WINCH)),
         carriage_mass=2.0,
         drum_radius=_HOOK_DRUM,
@@ -88,24 +89,24 @@ _HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.30)
 
 
 _BEFORE_BUMPER = IntakeZone(x_min=0.24, x_max=0.50, y_min=-0.25, y_max=0.25, z_min=-0.62, z_max=-0.42)
-"""Where the claw takes coral off the carpet, from the arm's pivot."""
+"""Zone where the claw takes coral off the carpet, from the arm's pivot."""
 
 
 def _roller(name: str, x: float, z: float) -> Joint:
-    """About an axle across the robot [m]."""
+    """Return the joint of a roller about an axle across the robot [m]."""
     return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
 
 
 def _around(reach: float, spare: float) -> IntakeZone:
-    """A box about a place so far out on the arm [m]."""
+    """Return a box around a point at a distance from the pivot along the arm [m]."""
     return IntakeZone(x_min=reach - spare, x_max=reach + spare, y_min=-spare, y_max=spare, z_min=-spare, z_max=spare)
 
 
 def reefscape_robot() -> RobotConfig:
-    """52 kg, 11 of which the elevator lifts.
+    """Build a robot of 52 kg, 11 of which the elevator lifts.
 
-    A coral comes in at the back from a station, or off the carpet in front of the lowered arm; it leaves at the front,
-    and algae are held beyond it. A cage comes into the bay in its back until the hook is above or in it: the robot then
+    A coral comes in at the back from a station, or off the carpet in front of the lowered arm. It leaves at the front,
+    where algae are held farther out. A cage enters the bay in the back until the hook is above or in it: the robot then
     hangs level.
     """
     module = SwerveModuleConfig(
@@ -129,7 +130,7 @@ def reefscape_robot() -> RobotConfig:
                 roller="funnel",
                 kinds=("Coral",),
             ),
-            IntakeConfig(  # the claw before the front bumper
+            IntakeConfig(  # the claw in front of the front bumper
                 joints=(_LIFT,),
                 zone=_BEFORE_BUMPER,
                 roller="claw",
@@ -168,7 +169,7 @@ def reefscape_robot() -> RobotConfig:
             ComponentConfig(name="funnel roller", joints=(_roller("funnel", -0.15, 0.68),)),
             ComponentConfig(name="hook", joints=(_HOOK,)),
         ),
-        # What the elevator's motors feel of them is its carriage's mass, 8 kg: 3 / 3 + 2 * 3 / 3 + 2 + 3.
+        # The elevator's motors feel the carriage's mass, 8 kg: 3 / 3 + 2 * 3 / 3 + 2 + 3.
         moving_masses=(
             MovingMass(name="elevator stage 1", mass=3.0, joints=(replace(_LIFT, ratio=_DRUM / 3.0),)),
             MovingMass(name="elevator stage 2", mass=3.0, joints=(replace(_LIFT, ratio=2.0 * _DRUM / 3.0),)),

@@ -1,4 +1,4 @@
-"""The rules of scoring: phases of the match, points by level, what is judged when, ranking points."""
+"""Rules of scoring: phases of the match, points by level, times of judging, ranking points."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from games.reefscape.fouls import BARGE_ZONE, Fouls
 from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.channel import Channel
-from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import PlayedMatch, Rules
 from simcore.match.human_actions import HumanAction
@@ -20,6 +19,7 @@ from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_allia
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
+from simcore.world.footprints import overlaps
 
 __all__ = ["ASSESSMENT", "COOP_ALGAE", "CORAL_A_LEVEL", "MATCH", "ReefscapeRules"]
 
@@ -31,7 +31,7 @@ MATCH = MatchClock(
         Phase("end game", 20.0),
     ]
 )
-"""2:33 of match: 15 s auto, 3 s pause, 2:15 teleop."""
+"""Match of 2:33: 15 s auto, 3 s pause, 2:15 teleop."""
 
 _CORAL_ROWS = (*BRANCH_ROWS.values(), "trough")
 _AUTO_CORAL = {1: 3, 2: 4, 3: 6, 4: 7}
@@ -40,14 +40,15 @@ _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
 CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points, before championships
 COOP_ALGAE = 2
-"""Through each alliance's processor, for coopertition."""
+"""Number of algae through each alliance's processor for coopertition."""
 ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
 
 
 class ReefscapeRules(Rules):
-    """Counts what is in its place, again and again: a coral that falls off takes its points along.
+    """Rules that count pieces in their places continuously: a coral that falls off loses its points.
 
-    Auto points stay with the branches that held a coral at the end of auto, and with as many coral of the trough.
+    Auto points stay with the branches that held a coral at the end of auto, and with that number of coral in the
+    trough.
     """
 
     channels = (
@@ -63,9 +64,9 @@ class ReefscapeRules(Rules):
 
     def __init__(self, match: PlayedMatch) -> None:
         super().__init__(match)
-        self._forget()
+        self._clear_points()
 
-    def _forget(self) -> None:
+    def _clear_points(self) -> None:
         self._where: dict[int, RestingPlace] = {}  # by slot
         self._count: Counter[str] = Counter()  # of those, by level
         self._auto_branches: frozenset[str] = frozenset()  # names of the places
@@ -75,51 +76,51 @@ class ReefscapeRules(Rules):
         self._points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
         self._processed: Counter[Alliance] = Counter()
         self.fouls = Fouls(self.match)
-        """Finds fouls."""
+        """Judge of fouls."""
 
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """The human players take their coral."""
+        """Set up the human players, with their coral."""
         self.human_players = HumanPlayers(self.match)
 
     def start_mode(self, mode: str) -> None:
-        """An auto begins without points."""
+        """Clear the points as an auto begins."""
         if mode == "auto":
-            self._forget()
+            self._clear_points()
 
     def before_tick(self) -> None:
-        """Human players act."""
+        """Let human players act."""
         self.human_players.act()
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """What may be done at stations and at the processor."""
+        """Return the actions at stations and at the processor."""
         return self.human_players.actions
 
     def worth(self, zone: ScoringZone) -> int:
-        """Points of an algae in a processor, until the assessment after the match is over."""
+        """Return the points of an algae in a processor; 0 once the match is assessed."""
         return 0 if self._is_assessed else zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """An algae through the processor is the other alliance's."""
+        """Pass an algae through the processor to the other alliance."""
         self.human_players.take_algae(event.alliance, event.slot)
         self._processed[event.alliance] += bool(event.points)
 
     def placed(self, event: PlaceEvent) -> None:
-        """A coral is on a branch or in the trough, or an algae in a net."""
+        """Count a coral on a branch or in the trough, or an algae in a net."""
         self._where[event.slot] = event.place
         self._count = Counter(place.level for place in self._where.values())
         self._judge()
 
     def removed(self, event: PlaceEvent) -> None:
-        """It fell off, or a robot took it."""
+        """Stop counting a piece that fell off or was taken by a robot."""
         self._where.pop(event.slot, None)
         self._count = Counter(place.level for place in self._where.values())
         self.fouls.removed(event)
         self._judge()
 
     def after_tick(self) -> None:
-        """Robots have left at the end of auto; after the match they are looked at until the assessment is over."""
+        """Judge robots that left at the end of auto, and their ends until the assessment after the match is over."""
         self.fouls.after_tick()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
@@ -129,15 +130,15 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Robots park or hang; they are looked at until the assessment is over."""
+        """Judge robots that park or hang; this repeats until the assessment is over."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
-        """How many algae an alliance has brought through its processor."""
+        """Return the number of algae that an alliance has brought through its processor."""
         return self._processed[alliance]
 
     def breakdown(self) -> Mapping[str, int]:
-        """Counts by alliance, in the names of The Blue Alliance's score breakdown."""
+        """Return counts by alliance, with the names of The Blue Alliance's score breakdown."""
         rows: dict[str, int] = {}
         now, auto = self._count, self._auto_count
         for alliance in ALLIANCES:
@@ -172,13 +173,13 @@ class ReefscapeRules(Rules):
 
     @property
     def ends(self) -> dict[str, str]:
-        """End of each robot, by its place in the list."""
+        """Return the end of each robot, by its place in the list."""
         return {str(robot.number + 1): self._ends.get(robot.number, "None") for robot in self.match.robots}
 
-    # --- what counts ----------------------------------------------------------------------------------------------
+    # --- scoring ------------------------------------------------------------------------------------------------------
 
     def _judge(self) -> None:
-        """Look at what is placed, and give or take the difference in points."""
+        """Judge placed pieces and add the difference in points."""
         time = self.match.timer.time
         if self._is_assessed:
             return
@@ -199,7 +200,7 @@ class ReefscapeRules(Rules):
         return self.match.timer.time > MATCH.duration + ASSESSMENT + 1e-9 and not self.match.practice
 
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
-        """Points of an alliance's coral at auto's worth and at teleop's."""
+        """Return the points of an alliance's coral at auto's worth and at teleop's."""
         now, trough = self._count, level_of(alliance, "trough")
         first = min(now[trough], self._auto_count[trough])
         early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
@@ -211,7 +212,7 @@ class ReefscapeRules(Rules):
         return early, late
 
     def _worth_of(self, alliance: Alliance) -> int:
-        """Points of an alliance, but for its processor and fouls."""
+        """Return the points of an alliance, without its processor and fouls."""
         early, late = self._coral(alliance)
         net = _NET_POINTS * self._count[level_of(alliance, "net")]
         return early + late + net + self._mobility(alliance) + self._barge(alliance)
@@ -226,7 +227,7 @@ class ReefscapeRules(Rules):
         return _LEAVE_POINTS * len([1 for robot in self._robots_of(alliance) if self._left.get(robot.number)])
 
     def _barge(self, alliance: Alliance) -> int:
-        """Points of parked and hanging robots."""
+        """Return the points of parked and hanging robots."""
         ends = [self._ends.get(robot.number, "None") for robot in self._robots_of(alliance)]
         return int(math.fsum(_END_POINTS[end] for end in ends))
 
@@ -238,7 +239,7 @@ class ReefscapeRules(Rules):
         return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Ranking points beside those of the result. Some fouls of the other alliance give theirs away."""
+        """Return the ranking points other than those for the result. Some fouls of the other alliance grant them."""
         robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
         have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
         is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)
@@ -250,19 +251,19 @@ class ReefscapeRules(Rules):
         }
 
     def _result(self, alliance: Alliance) -> int:
-        """Ranking points of a match that has been assessed: 3 for a win, 1 for a tie."""
+        """Return the ranking points for the result of an assessed match: 3 for a win, 1 for a tie."""
         totals = self.match.tracker.totals
         ahead = totals[alliance] - totals[other_alliance(alliance)]
         is_early = self.match.timer.time < MATCH.duration + ASSESSMENT - 1e-9
         return 0 if is_early or ahead < 0 else 3 if ahead else 1
 
     def _has_left(self, robot: Robot) -> bool:
-        """Whether no part of its bumpers is over its alliance's starting line."""
+        """Return whether no part of the robot's bumpers is over its alliance's starting line."""
         x = self.match.outline(robot.number)[:, 0]
         return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
 
     def _end_of(self, robot: Robot) -> str:
-        """How a robot ends the match: on a cage of its alliance, off the carpet, or partly in the barge zone."""
+        """Return how a robot ends the match: on a cage of its alliance, off the carpet, or partly in the barge zone."""
         alliance = self.match.alliances[robot.number]
         for climber in robot.climbers:
             rung = climber.rung

@@ -1,4 +1,4 @@
-"""Where coral and algae are when a match starts: 126 and 18 in all."""
+"""Staging of coral and algae at the start of a match: 126 and 18 in all."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ __all__ = ["ALGAE_COUNT", "CORAL_COUNT", "ROBOTS", "STATION_STOCK", "mark_places
 
 ROBOTS = 6
 STATION_STOCK = 60
-"""Coral of an alliance's two stations, its preloads included."""
+"""Number of coral at an alliance's two stations, preloads included."""
 CORAL_COUNT = 2 * (STATION_STOCK + len(dim.MARK_YS))
 ALGAE_COUNT = 2 * (6 + len(dim.MARK_YS))
-_ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # of an algae that lies on it [m]
-_LODGED = 20.0  # [N] to pull an algae out of the reef's pipes, along them; estimate: 15 to 30 are told
-_JITTER = 0.001  # [m] either way: hands put them on their marks
+_ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # [m]; of an algae that rests on it
+_LODGED = 20.0  # [N] to pull an algae out of the reef's pipes, along them; estimate: teams report 15 to 30
+_JITTER = 0.001  # [m] to both sides: scatter of placing by hand
 
 
 def mark_places() -> FloatArray:
-    """Middles of blue's three marks on the carpet [m], shape (3, 2)."""
+    """Return the middles of blue's three marks on the carpet [m], shape (3, 2)."""
     return np.array([(dim.MARK_X, y) for y in dim.MARK_YS])
 
 
 def reef_algae_places() -> FloatArray:
-    """Centers of the six algae on blue's reef [m], shape (6, 3): one on each face, high and low in turn."""
+    """Return the centers of the six algae on blue's reef [m], shape (6, 3): one per face, alternately high and low."""
     low, high = dim.REEF_ALGAE_HEIGHTS
     (cx, cy), r = dim.REEF_CENTER, dim.REEF_ALGAE_RADIUS
     places = []
@@ -45,10 +45,10 @@ def reef_algae_places() -> FloatArray:
 
 
 def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Where the pieces of a match are, seen from blue; a preload that a robot leaves out is at its stations.
+    """Return the staged pieces of a match, seen from blue; an unused preload is at its stations.
 
     Raises:
-        ConfigError: A robot would begin with more than one coral.
+        ConfigError: A robot begins with more than one coral.
     """
     preloads = 0
     for entry in entries:
@@ -60,12 +60,12 @@ def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Stage
         marks = mark_places() + rng.uniform(-_JITTER, _JITTER, (len(dim.MARK_YS), 2))
         coral = np.column_stack([marks, np.full(len(marks), CORAL.rest_height)])
         on_top = np.column_stack([marks, np.full(len(marks), dim.CORAL_LENGTH + _ABOVE_BORE)])
-        on_reef = _of(alliance, reef_algae_places())
-        staged.append(StagedPieces(kind=CORAL.name, positions=_of(alliance, coral)))
-        staged.append(StagedPieces(kind=ALGAE.name, positions=_of(alliance, on_top), resting=True))
+        on_reef = _of_alliance(alliance, reef_algae_places())
+        staged.append(StagedPieces(kind=CORAL.name, positions=_of_alliance(alliance, coral)))
+        staged.append(StagedPieces(kind=ALGAE.name, positions=_of_alliance(alliance, on_top), resting=True))
         staged.append(StagedPieces(kind=ALGAE.name, positions=on_reef, lodged=_LODGED))
     return [*staged, StagedPieces(kind=CORAL.name, off_field=2 * STATION_STOCK - preloads)]
 
 
-def _of(alliance: Alliance, places: FloatArray) -> FloatArray:
+def _of_alliance(alliance: Alliance, places: FloatArray) -> FloatArray:
     return places if alliance == "blue" else FIELD.symmetry.flip_points(places)

@@ -25,10 +25,15 @@ from simcore.loop.body import apply_impulse
 from simcore.loop.compiled import compiled, inlined
 from simcore.loop.contact import (
     air_acceleration,
+    foam_energy,
     foam_force,
+    foam_loss,
+    foam_memory,
     foam_slope,
     friction_stiffness,
-    normal_force,
+    hardened,
+    rolling_resistance,
+    step_limit,
     steps_for,
 )
 from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_balls, near_pairs, near_solids
@@ -47,12 +52,12 @@ from simcore.loop.state import (
 )
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts"]
+__all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "first_step", "list_contacts"]
 
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
-_PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
+_COMES = 1.5 * STEP  # [s]; stiff pairs that meet so soon cut the next step
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
 _GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
@@ -61,6 +66,7 @@ _BESIDE = 0.003  # [m]; balls so near may lean on each other
 _LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
 _TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
 _RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into, in which no force has pressed it
+_STOPPING = 0.1  # share of the relative spin that the resistance of a pair to rolling takes in a step, at most
 _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
 
 
@@ -88,6 +94,8 @@ class Listed(NamedTuple):
     """Distance from its center up to which gaps are known [m], shape (size,)."""
     gap: FloatArray
     """Smallest to anything that is so near; below 0: a contact [m], shape (size,)."""
+    nearest: IntArray
+    """Solid at that gap, shape (size,)."""
     steps: IntArray
     """Into how many it cuts the step, shape (size,)."""
 
@@ -114,6 +122,19 @@ def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
     else:
         spring[i, s, 3] = max(0.0, min(spring[i, s, 3], depth) - _RISES * h)
     return depth - spring[i, s, 3]
+
+
+@inlined
+def _push(spring, i, s, is_new, depth, closing, k1, k3, hard_from, hard, restitution, h):
+    """Return the force of the foam of a contact with memory [N]; one that is old but unsqueezed so far has rested."""
+    loss, band = foam_loss(restitution)
+    energy = foam_energy(depth, k1, k3, hard_from, hard)
+    if is_new:
+        spring[i, s, 4] = min(1.0, 2.0 * max(0.0, closing) * h / depth) if depth > 0.0 else 1.0
+    else:
+        spring[i, s, 4] = foam_memory(spring[i, s, 4], energy, spring[i, s, 5], band, h)
+    spring[i, s, 5] = energy
+    return foam_force(depth, k1, k3, hard_from, hard) * (1.0 + loss * spring[i, s, 4])
 
 
 @inlined
@@ -228,17 +249,62 @@ def _wake(status, still, hold, i):
     hold[i] = 0.0
 
 
+@inlined
+def _pair_foam(foam, a, b):
+    """Return the foam of two balls, two springs in a row: each is squeezed by a part."""
+    linear, cubic = foam[a, 0] * foam[b, 0] / (foam[a, 0] + foam[b, 0]), 0.0625 * (foam[a, 1] + foam[b, 1])
+    return linear, cubic, foam[a, 2] + foam[b, 2], 0.125 * (foam[a, 3] + foam[b, 3])
+
+
+@inlined
+def _pair_limit(square, foam, surface, masses, a, b, depth, closing, h):
+    """Return the square of a step [s^2], cut for two balls that are so deep in each other [m] and close [m/s]."""
+    linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
+    slope = foam_slope(max(0.0, depth) + max(0.0, closing) * h, linear, cubic, hard_from, hard)
+    mass = masses[a] * masses[b] / (masses[a] + masses[b])
+    return step_limit(square, hardened(slope, surface[a, 1] * surface[b, 1]), mass)
+
+
+@inlined
+def _closing(vel, a, b, nx, ny, nz):
+    """Return the closing speed of two balls times the length of the way from b to a [m^2/s]."""
+    return (vel[b, 0] - vel[a, 0]) * nx + (vel[b, 1] - vel[a, 1]) * ny + (vel[b, 2] - vel[a, 2]) * nz
+
+
 @compiled
-def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
-    """Add the forces of balls on each other, and return into how many steps the stiffest contact cuts one of h [s].
+def first_step(balls, pairs, step, h):
+    """Return the longest step, of `step` [s] at most, that the pairs of balls allow which touch or soon will [s].
+
+    Mark the pairs that may need shorter ones within h [s], because they are stiff, deep or fast.
+    """
+    first, second, count, is_stiff = pairs
+    pos, vel, radii, status, longest = balls.pos, balls.vel, balls.radius, balls.status, step * step
+    foam, surface, masses = balls.foam, balls.surface, balls.mass
+    for p in range(count):
+        a, b = first[p], second[p]
+        nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
+        distance = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
+        depth, uncut, fastest = radii[a] + radii[b] - distance, STEP * STEP, speed(vel, a) + speed(vel, b)
+        is_stiff[p] = _pair_limit(uncut, foam, surface, masses, a, b, depth, fastest, h) < uncut
+        if is_stiff[p] and not (sleeps(status, a) and sleeps(status, b)):
+            closing = _closing(vel, a, b, nx, ny, nz) / distance
+            if depth > -max(0.0, closing) * _COMES:
+                longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, step)
+    return math.sqrt(longest)
+
+
+@compiled
+def _collide(balls, memory, gravity, pairs, force, h):
+    """Add the forces of balls on each other in h [s], and return the longest next step their contacts allow [s].
 
     `force` has of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
     key, stamp, spring, now, is_put = memory.key, memory.stamp, memory.spring, memory.clock[0], balls.is_put
-    steps = 1
-    for p in range(pairs):
+    first, second, count, is_stiff = pairs
+    longest, slowing = STEP * STEP, 0.4 * _STOPPING / h
+    for p in range(count):
         a, b = first[p], second[p]
         sleeper = a if sleeps(status, a) else b if sleeps(status, b) else NOBODY
         if sleeper == a and sleeps(status, b):
@@ -250,6 +316,11 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
                 _wake(status, still, hold, sleeper)
                 sleeper = NOBODY
         if square >= reach * reach:
+            if is_stiff[p]:
+                closing = _closing(vel, a, b, nx, ny, nz) / reach
+                comes = reach + max(0.0, closing) * _COMES
+                if square < comes * comes:
+                    longest = _pair_limit(longest, foam, surface, masses, a, b, 0.0, closing, h)
             continue
         distance = math.sqrt(square)
         if distance > 1e-9:
@@ -265,23 +336,21 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
         uy = vel[a, 1] - vel[b, 1] - (wz * nx - wx * nz)
         uz = vel[a, 2] - vel[b, 2] - (wx * ny - wy * nx)
         closing = -(ux * nx + uy * ny + uz * nz)
-        # two springs in a row: each is squeezed by a part
-        linear, cubic = foam[a, 0] * foam[b, 0] / (foam[a, 0] + foam[b, 0]), 0.0625 * (foam[a, 1] + foam[b, 1])
-        hard_from, hard = foam[a, 2] + foam[b, 2], 0.125 * (foam[a, 3] + foam[b, 3])
+        linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
         mass = masses[a] * masses[b] / (masses[a] + masses[b])
-        later = foam_slope(depth + max(0.0, closing) * h, linear, cubic, hard_from, hard)
-        steps = max(steps, steps_for(later, _PAIR_ROOM * mass, h))
+        if is_stiff[p]:
+            longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, h)
         i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
         s = _slot(key, stamp, i, _PAIR - j)
         is_new = stamp[i, s] < now - 1 or is_put[a] == JUST_PUT or is_put[b] == JUST_PUT
         stamp[i, s] = now
         depth = _squeeze(spring, i, s, is_new, is_put[a] or is_put[b], depth, closing, h)
         slope = foam_slope(depth, linear, cubic, hard_from, hard)
-        push = normal_force(
-            depth, foam_force(depth, linear, cubic, hard_from, hard), slope, linear, closing, is_new,
-            surface[a, 1] * surface[b, 1], mass, h, table,
-        )  # fmt: skip
+        bounce = surface[a, 1] * surface[b, 1]
+        push = _push(spring, i, s, is_new, depth, closing, linear, cubic, hard_from, hard, bounce, h)
         if sleeper >= 0:
+            if is_put[sleeper] == JUST_PUT:  # from now on this contact is no new one
+                is_put[sleeper] = 1
             most = hold[sleeper] if hold[sleeper] > 0.0 else press[sleeper] + _LIFTED * masses[sleeper] * gravity
             if push > most or (closing > _QUIET_SPEED and hold[sleeper] == 0.0):
                 _wake(status, still, hold, sleeper)
@@ -292,23 +361,28 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
         )  # fmt: skip
         fx, fy, fz = push * nx + sign * fx, push * ny + sign * fy, push * nz + sign * fz
         tx, ty, tz = ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx
+        wx, wy, wz = spin[a, 0] - spin[b, 0], spin[a, 1] - spin[b, 1], spin[a, 2] - spin[b, 2]
+        smaller, turning = min(radii[a], radii[b]), wx * wx + wy * wy + wz * wz
+        brake = slowing * mass * smaller * smaller  # most torque over the relative spin
+        if turning > 1e-12:
+            brake = min(brake, rolling_resistance(push, turning, depth, radii[a] * radii[b] / reach, bounce))
         force[a, 0] += fx
         force[a, 1] += fy
         force[a, 2] += fz
-        force[a, 3] -= ra * tx
-        force[a, 4] -= ra * ty
-        force[a, 5] -= ra * tz
+        force[a, 3] -= ra * tx + brake * wx
+        force[a, 4] -= ra * ty + brake * wy
+        force[a, 5] -= ra * tz + brake * wz
         force[b, 0] -= fx
         force[b, 1] -= fy
         force[b, 2] -= fz
-        force[b, 3] -= rb * tx
-        force[b, 4] -= rb * ty
-        force[b, 5] -= rb * tz
+        force[b, 3] -= rb * tx - brake * wx
+        force[b, 4] -= rb * ty - brake * wy
+        force[b, 5] -= rb * tz - brake * wz
         force[a, 6] += 1.0
         force[b, 6] += 1.0
         force[a, 7] = max(force[a, 7], push)
         force[b, 7] = max(force[b, 7], push)
-    return steps
+    return math.sqrt(longest)
 
 
 # --- one step -------------------------------------------------------------------------------------------------------
@@ -330,7 +404,9 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
         h: Step whose second half counts for gaps [s].
     """
     queue, start, near, found, which = listed.queue, listed.start, listed.near, listed.found, listed.which
-    number, is_leaving, reaches, gaps = listed.number, listed.is_leaving, listed.reach, listed.gap
+    number, is_leaving, reaches, gaps, nearest = (
+        listed.number, listed.is_leaving, listed.reach, listed.gap, listed.nearest,
+    )  # fmt: skip
     status, pos, vel, radii, leaves = balls.status, balls.pos, balls.vel, balls.radius, balls.leaves
     owner, box, begin, plane, corner = solids.body, solids.box, solids.first, solids.plane, solids.corner
     origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.com, bodies.vel, bodies.rate
@@ -339,7 +415,7 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
         i = queue[q]
         is_asleep = sleeps(status, i)
         n = 0
-        number[q], is_leaving[q] = 0, 0
+        number[q], is_leaving[q], nearest[q] = 0, 0, _FLOOR
         if is_asleep and not has_bodies[q]:
             continue
         x, y, z, radius = pos[i, 0], pos[i, 1], pos[i, 2], radii[i]
@@ -370,7 +446,9 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
             if distance < radius and b >= 0 and b == leaves[i]:
                 is_leaving[q] = 1
                 continue
-            gap = min(gap, distance - radius)
+            if distance - radius < gap:
+                gap = distance - radius
+                nearest[q] = s
             if distance < radius:
                 n = _add_contact(found, which, q, n, s, distance, radius, nx, ny, nz, is_face)
         if n > 1:
@@ -379,35 +457,38 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
 
 
 @compiled
-def choose_step(balls, listed, first, last, least, h):
+def choose_step(balls, solids, floor, listed, h):
     """Choose into how many steps listed balls cut one of h [s]: so many as their speed and stiffest contact need.
 
     Args:
         balls: All of them.
+        solids: What they touch.
+        floor: The floor.
         listed: Of `list_contacts`, with their contacts.
-        first: Place of the first ball in its queue.
-        last: Place behind the last one.
-        least: Fewest steps.
         h: Step [s].
     """
     queue, start, number, found, steps = listed.queue, listed.start, listed.number, listed.found, listed.steps
     reach, gap, status, vel, radii, foam = listed.reach, listed.gap, balls.status, balls.vel, balls.radius, balls.foam
-    for q in range(first, last):
+    nearest, which, surface, material = listed.nearest, listed.which, balls.surface, solids.surface
+    masses, on_floor = balls.mass, floor.restitution
+    for q in range(listed.size):
         i = queue[q]
         if sleeps(status, i):
             continue
         k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
-        vx, vy, vz, mass, most = vel[i, 0], vel[i, 1], vel[i, 2], balls.mass[i], least
+        vx, vy, vz, mass, most = vel[i, 0], vel[i, 1], vel[i, 2], masses[i], 1
         if start[q + 1] > start[q]:
             most = max(most, math.ceil(speed(vel, i) * h / (_FARTHEST * radii[i])))
-        comes = reach[q] - radii[i]  # within this step
-        if 0.0 <= gap[q] < comes:  # it will touch
-            most = max(most, steps_for(foam_slope(comes - gap[q], k1, k3, hard_from, hard), mass, h))
+        comes, stiffness, own = reach[q] - radii[i], 0.0, surface[i, 1]
+        if 0.0 <= gap[q] < comes:  # it will touch within this step
+            restitution = own * (material[nearest[q], 1] if nearest[q] >= 0 else on_floor)
+            stiffness = hardened(foam_slope(comes - gap[q], k1, k3, hard_from, hard), restitution)
         for k in range(number[q]):
             closing = -(vx * found[k, q, 0] + vy * found[k, q, 1] + vz * found[k, q, 2])
             depth = found[k, q, 3] + max(0.0, closing) * h
-            most = max(most, steps_for(foam_slope(depth, k1, k3, hard_from, hard), mass, h))
-        steps[q] = most
+            restitution = own * (material[which[k, q, 0], 1] if which[k, q, 0] >= 0 else on_floor)
+            stiffness = max(stiffness, hardened(foam_slope(depth, k1, k3, hard_from, hard), restitution))
+        steps[q] = max(most, steps_for(stiffness, mass, h))
 
 
 @inlined
@@ -427,7 +508,7 @@ def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass,
 
 
 @compiled
-def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahead):
+def integrate(balls, memory, solids, bodies, floor, listed, force, h, ahead):
     """Move all listed balls on by the forces of their contacts, and push the bodies that they touch.
 
     A ball goes through the step in as many as it has chosen. Bodies feel one that sleeps; it wakes if they push
@@ -439,7 +520,6 @@ def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahe
         solids: What they touch.
         bodies: All, in the middle of the step.
         floor: The floor, and gravity.
-        table: `DAMPING_RATIOS`.
         listed: Of `list_contacts`, with their contacts and steps.
         force: Of balls on each other, which becomes 0, shape (n, 8).
         h: Step [s].
@@ -478,9 +558,7 @@ def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahe
                 if step == 0:  # back to the middle of the first of them
                     for c in range(3):
                         pos[i, c] += late * vel[i, c]
-                find_contacts(balls, solids, bodies, floor, listed, q, q + 1, late, h if step == 0 else 0.0)
-                if step == 0:
-                    choose_step(balls, listed, q, q + 1, steps[q], h)
+                find_contacts(balls, solids, bodies, floor, listed, q, q + 1, late, 0.0)
             if not is_leaving[q] and len(bodies) > 0:
                 leaves[i] = NOBODY
             x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
@@ -514,10 +592,7 @@ def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahe
                 depth = _squeeze(spring, i, m, is_new, is_put[i], depth, closing, part)
                 is_in = is_in or spring[i, m, 3] > 0.0
                 slope = foam_slope(depth, k1, k3, hard_from, hard)
-                push = normal_force(
-                    depth, foam_force(depth, k1, k3, hard_from, hard), slope, k1, closing,
-                    is_new, restitution, mass, part, table,
-                )  # fmt: skip
+                push = _push(spring, i, m, is_new, depth, closing, k1, k3, hard_from, hard, restitution, part)
                 gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, part)
                 gx, gy, gz = gx + push * nx, gy + push * ny, gz + push * nz
                 fx, fy, fz = fx + gx, fy + gy, fz + gz
@@ -582,9 +657,9 @@ def list_contacts(balls, bodies, solids, with_pairs, h):
     listed = Listed(
         queue, count, start, near, has_bodies, np.zeros(count, np.int64), np.empty((_MOST_SURFACES, count, 7)),
         np.empty((_MOST_SURFACES, count, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
-        np.ones(count, np.int64),
+        np.zeros(count, np.int64), np.ones(count, np.int64),
     )  # fmt: skip
-    return listed, (first, second, pairs)
+    return listed, (first, second, pairs, np.zeros(pairs, np.uint8))
 
 
 @compiled
@@ -598,16 +673,15 @@ def drift_balls(balls, listed, h):
 
 
 @compiled
-def advance_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, h, left):
+def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h, left):
     """Take one step of h [s]; balls are in its middle, and go on to the middle of the next one.
 
     Args:
         balls: All of them.
-        memory: Of their friction.
+        memory: Of their contacts.
         solids: What they touch.
         bodies: All, in the middle of the step.
         floor: The floor, and gravity.
-        table: `DAMPING_RATIOS`.
         listed: Of `list_contacts`.
         pairs: Likewise.
         force: Room for forces of balls on each other, all 0, shape (n, 8).
@@ -618,11 +692,11 @@ def advance_balls(balls, memory, solids, bodies, floor, table, listed, pairs, fo
         Length of the next step, 0 for none [s].
     """
     memory.clock[0] += 1
-    cuts = _collide(balls, memory, floor.gravity, table, pairs[0], pairs[1], pairs[2], force, h)
-    following = min(STEP, h / cuts if cuts > 1 else 2.0 * h, left) if left > 1e-9 else 0.0
+    longest = _collide(balls, memory, floor.gravity, pairs, force, h)
+    following = left / math.ceil(left / longest - 1e-9) if left > 1e-9 else 0.0
     find_contacts(balls, solids, bodies, floor, listed, 0, listed.size, 0.0, h)
-    choose_step(balls, listed, 0, listed.size, 1, h)
-    integrate(balls, memory, solids, bodies, floor, table, listed, force, h, 0.5 * (h + following))
+    choose_step(balls, solids, floor, listed, h)
+    integrate(balls, memory, solids, bodies, floor, listed, force, h, 0.5 * (h + following))
     return following
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from simcore.loop.body import add_touch, apply_force, find_spring, unexplained, way_out
 from simcore.loop.compiled import compiled
 
-__all__ = ["place_parts", "touch_outlines", "touch_robots"]
+__all__ = ["DAMPING_RATIOS", "place_parts", "touch_outlines", "touch_robots"]
 
 _BESIDE = 0.003
 """Outlines whose sides overlap by less pass each other [m]."""
@@ -52,8 +52,8 @@ def _restitution(ratio: float) -> float:
 
 
 _TRIED = np.linspace(3.0, 0.0, 3001)
-_RATIOS = np.interp(np.linspace(0.0, 1.0, 101), [_restitution(ratio) for ratio in _TRIED], _TRIED)
-"""Damping ratio by restitution, in hundredths."""
+DAMPING_RATIOS = np.interp(np.linspace(0.0, 1.0, 101), [_restitution(ratio) for ratio in _TRIED], _TRIED)
+"""Damping ratio of a spring and a damper that never pull, by restitution in hundredths [-], shape (101,)."""
 
 
 @compiled
@@ -218,7 +218,7 @@ def _mobility(body, x, y, nx, ny):
 @compiled
 def _ratio(restitution):
     """Damping ratio of a pair."""
-    return _RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
+    return DAMPING_RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
 
 
 @compiled

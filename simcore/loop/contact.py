@@ -1,55 +1,47 @@
-"""Laws of contact of foam balls, one function each: normal force, damping, friction with memory, and what air does.
+"""Laws of contact of foam balls, one function each: normal force, its memory, friction with memory, what air does.
 
 A ball is a soft sphere (P. A. Cundall, O. D. L. Strack, "A discrete numerical model for granular assemblies", 1979):
-where it overlaps something by a depth d, foam pushes back with F(d), and a damper takes what the pair's restitution
-says. Friction is a spring along the surface that remembers where it was touched, and slips at mu N. The same laws hold
-from a touch to the force of a robot. Functions take and return plain numbers; `simcore.loop.balls` knows who touches
-whom.
+where it overlaps something by a depth d, foam pushes back with F(d) (1 + c s). The memory s of a contact is 1 while it
+is squeezed, turns to -1 while it is let go, and forgets. So foam loses energy by hysteresis: how much depends neither
+on the speed, nor on the mass behind the ball, nor on the step, and at rest the force is F(d). Friction is a spring
+along the surface that remembers where it was touched, and slips at mu N. The same laws hold from a touch to the force
+of a robot. Functions take and return plain numbers; `simcore.loop.balls` knows who touches whom.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from simcore.loop.compiled import compiled
-from simcore.typing import FloatArray
 
 __all__ = [
-    "DAMPING_RATIOS",
     "STIFFEST",
     "air_acceleration",
-    "damping_ratio",
+    "foam_energy",
     "foam_force",
+    "foam_loss",
+    "foam_memory",
     "foam_slope",
     "friction_stiffness",
-    "normal_force",
+    "hardened",
+    "rolling_resistance",
+    "step_limit",
     "steps_for",
 ]
 
 STIFFEST = 0.05
 """Most of k h^2 / m of a contact in its step [-]: half a period then has ten steps."""
 
-_MOST_DAMPING = 0.5  # of c h / m: more would turn a ball with many contacts back
+_THINNEST = 0.003  # band of foam that gives nothing back: it gives back 0.04 of the speed
+_TURNING = 0.12
+"""Square of the restitution below which a contact needs shorter steps [-]: its stiffness is 4 / e^2 times that of the
+foam as its memory turns."""
+_FORGETS = 0.15
+"""Time constant with which foam at rest comes to F(d) [s]: long beside the bounce of a ball, short beside a pin.
+Estimate; nobody has published how fast balls recover."""
 _TANGENTIAL = 0.8  # stiffness of the friction spring over the normal one: Mindlin's 2 (1 - nu) / (2 - nu), nu = 0.33
 _TANGENTIAL_MASS = 2.0 / 7.0  # of a solid ball, seen at its surface
 _TANGENTIAL_STIFFEST = 0.5  # most of k h^2 / m of the friction spring
-
-_E_STEPS = 20  # intervals of the table below
-# fmt: off
-DAMPING_RATIOS: FloatArray = np.array([
-    [3.0, 1.9469, 1.2453, 0.9246, 0.7314, 0.5974, 0.4973, 0.4187, 0.3546, 0.3010, 0.2555,
-     0.2159, 0.1811, 0.1499, 0.1223, 0.0973, 0.0744, 0.0536, 0.0346, 0.0168, 0.0],
-    [3.0, 1.5891, 1.0164, 0.7551, 0.5972, 0.4880, 0.4062, 0.3420, 0.2897, 0.2459, 0.2087,
-     0.1761, 0.1478, 0.1226, 0.0998, 0.0795, 0.0611, 0.0440, 0.0281, 0.0139, 0.0],
-])
-# fmt: on
-"""Ratio zeta of the damper c = 2 zeta sqrt(m F'(d)) that leaves a restitution of 0, 0.05 ... 1, shape (2, 21).
-
-Of springs F ~ d and F ~ d^3 that never pull; found by integrating one contact. With this damper the restitution does
-not depend on the speed (Y. Tsuji, T. Tanaka, T. Ishida, Powder Technology 71, 239, 1992). That of 0 is 0.02.
-"""
 
 
 @compiled
@@ -72,43 +64,57 @@ def foam_slope(depth, linear, cubic, hard_from, hard):
 
 
 @compiled
-def damping_ratio(restitution, share, table):
-    """Damping ratio of a contact [-].
-
-    Args:
-        restitution: Of the pair, 0 to 1.
-        share: Part of the present stiffness that is not linear in the depth, 0 to 1.
-        table: `DAMPING_RATIOS`.
-    """
-    place = min(max(restitution, 0.0), 1.0) * _E_STEPS
-    share = share * (2.0 - share)
-    low = min(int(place), _E_STEPS - 1)
-    part = place - low
-    soft = table[0, low] + part * (table[0, low + 1] - table[0, low])
-    stiffening = table[1, low] + part * (table[1, low + 1] - table[1, low])
-    return soft + share * (stiffening - soft)
+def foam_energy(depth, linear, cubic, hard_from, hard):
+    """Return the work U of `foam_force` up to a depth [J]."""
+    square = depth * depth
+    energy = square * (0.5 * linear + 0.25 * cubic * square)
+    if depth > hard_from:
+        over = depth - hard_from
+        energy += hard * over * over * over / 3.0
+    return energy
 
 
 @compiled
-def normal_force(depth, force, slope, linear, approach, is_new, restitution, mass, h, table):
-    """Force of spring and damper [N], never tension: F + 2 zeta sqrt(m k) v.
+def foam_loss(restitution):
+    """Return share c of the force that foam adds while squeezed and lacks while let go [-], and its band w [-].
+
+    Squeezed it takes (1 + c) U; let go it returns (1 - c) U and, while its memory turns within ln U = w, 2 c j U more,
+    with j = 1 - (1 - exp(-w)) / w, whatever F(d) is. So e^2 = (1 - c + 2 c j) / (1 + c), which c = 1 - e^2 and
+    j = e^2 / 2 fulfil. All of it in the band (c = 1, j = e^2) would leave foam that is let go without any force: pairs
+    of balls then creep apart, and twice as many touch.
 
     Args:
-        depth: [m]
-        force: Of the foam [N].
-        slope: Its stiffness [N/m].
-        linear: That of a light touch [N/m].
-        approach: Speed with which the two close [m/s].
-        is_new: Whether they did not touch at the middle of the step before.
-        restitution: Of the pair [-].
-        mass: Reduced mass of both [kg].
-        h: Step [s].
-        table: `DAMPING_RATIOS`.
+        restitution: Of the pair, 0 to 1 [-].
     """
-    if is_new and approach > 0.0:  # they have touched for half a step, and as long as it took to get so deep
-        approach *= min(1.5, 0.5 + depth / (approach * h))
-    damping = 2.0 * damping_ratio(restitution, 1.0 - linear / slope, table) * math.sqrt(mass * slope)
-    return max(0.0, force + min(damping, _MOST_DAMPING * mass / h) * approach)
+    e2 = min(1.0, restitution * restitution)
+    return 1.0 - e2, max(
+        _THINNEST, e2 * (1.0 + e2 * (1.0 / 3.0 + e2 * 5.0 / 36.0))
+    )  # the inverse of j(w) by its series
+
+
+@compiled
+def foam_memory(memory, energy, last, band, h):
+    """Return the memory of a contact, -1 to 1 [-]: it turns by 2 d(ln U) / w, and forgets while nothing moves.
+
+    Args:
+        memory: Before.
+        energy: Of the foam now [J].
+        last: Likewise, in the step before.
+        band: Of `foam_loss`.
+        h: Step [s].
+    """
+    both, keeps = energy + last, band + (2.0 / _FORGETS) * h
+    if both < 1e-30:
+        return memory * band / keeps
+    turned = 4.0 * (energy - last)
+    return max(-1.0, min(1.0, (memory * both * band + turned) / (both * keeps)))
+
+
+@compiled
+def hardened(slope, restitution):
+    """Return the stiffness [N/m] that a contact needs its step for: more than that of foam which gives little back."""
+    returned = restitution * restitution + 1e-3
+    return slope if returned >= _TURNING else slope * _TURNING / returned
 
 
 @compiled
@@ -120,10 +126,34 @@ def friction_stiffness(slope, mass, h):
 
 
 @compiled
-def steps_for(slope, mass, h):
+def rolling_resistance(push, spin, depth, radius, restitution):
+    """Return the torque with which foam resists rolling, over the spin [N m s]: what it loses ahead, it lacks behind.
+
+    The torque is c N, c = 3/16 (1 - e^2) a, with the radius a = sqrt(R d) of the patch that touches.
+    Source: K. L. Johnson, "Contact Mechanics", 1985, section 9.4.
+
+    Args:
+        push: Normal force N [N].
+        spin: Square of the relative spin, more than 0 [1/s^2].
+        depth: By which it is squeezed [m].
+        radius: Of curvature of the pair, R1 R2 / (R1 + R2) [m].
+        restitution: Of the pair, 0 to 1 [-].
+    """
+    return 0.1875 * (1.0 - min(1.0, restitution * restitution)) * push * math.sqrt(radius * depth / spin)
+
+
+@compiled
+def step_limit(square, stiffness, mass):
+    """Return the square of a step [s^2], or of what a contact of a stiffness [N/m] and a mass [kg] allows of it."""
+    most = STIFFEST * mass
+    return square if stiffness * square <= most else most / stiffness
+
+
+@compiled
+def steps_for(stiffness, mass, h):
     """Into how many steps a contact of a stiffness [N/m] and a mass [kg] cuts h [s]."""
-    stiffness, most = slope * h * h, STIFFEST * mass
-    return 1 if stiffness <= most else math.ceil(math.sqrt(stiffness / most))
+    stiff, most = stiffness * h * h, STIFFEST * mass
+    return 1 if stiff <= most else math.ceil(math.sqrt(stiff / most))
 
 
 @compiled

@@ -99,7 +99,7 @@ class Memory(NamedTuple):
     """Step in which it was touched last, shape (n, 16)."""
     spring: FloatArray
     """Stretch of the friction spring, field frame, and how deep the ball was put into what it touches, as far as that
-    has not been pushed out [m], shape (n, 16, 4)."""
+    has not been pushed out [m]; memory of the foam [-] and its energy in the last step [J], shape (n, 16, 6)."""
     clock: IntArray
     """Number of the step, shape (1,)."""
 
@@ -139,7 +139,7 @@ def make_memory(count: int) -> Memory:
     """Make the memory of so many balls, that remember nothing."""
     return Memory(
         key=np.full((count, REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, REMEMBERED), -2),
-        spring=np.zeros((count, REMEMBERED, 4)), clock=np.zeros(1, np.int64),
+        spring=np.zeros((count, REMEMBERED, 6)), clock=np.zeros(1, np.int64),
     )  # fmt: skip
 
 

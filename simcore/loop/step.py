@@ -11,15 +11,13 @@ from functools import cache
 
 import numpy as np
 
-from simcore.loop.balls import advance_balls, any_moves, depth_at, drift_balls, end_balls, list_contacts
+from simcore.loop.balls import advance_balls, any_moves, depth_at, drift_balls, end_balls, first_step, list_contacts
 from simcore.loop.body import drift, kick_and_drift, update_axes
 from simcore.loop.compiled import compiled, preparing
-from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.robot_state import BODY, ROBOT, STEP, Fleet, Records, no_robots, records
 from simcore.loop.robots import advance_robots, begin_robots, end_robots, settle
 from simcore.loop.solids import NO_SOLIDS, Solids, find_in_box, first_hits
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
-from simcore.typing import FloatArray
 
 __all__ = ["advance", "prepare"]
 
@@ -27,20 +25,16 @@ _LISTED = 0.005  # [s], longest time for which one list of neighbours is used
 
 
 @compiled
-def advance(
-    fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids: Solids, floor: Floor, table: FloatArray,
-    h: float,
-) -> int:  # fmt: skip
+def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids: Solids, floor: Floor, h: float) -> int:
     """Move all robots and balls for h [s].
 
     Args:
         fleet: All robots.
         bodies: Of robots, and those of the engine, which move on with the velocity that they have.
         balls: All of them; those on the field move.
-        memory: Of their friction.
+        memory: Of their contacts.
         solids: What stands on the field, and of what bodies consist.
         floor: The floor, and gravity.
-        table: `DAMPING_RATIOS`.
         h: How long [s].
 
     Returns:
@@ -56,13 +50,13 @@ def advance(
                 bodies[b].impulse[k] = 0.0
     parts = max(1, math.ceil(h / _LISTED - 1e-9))
     for _ in range(parts):
-        _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h / parts, h)
+        _advance_listed(fleet, bodies, balls, memory, solids, floor, h / parts, h)
     end_robots(fleet, h)
     return -1
 
 
 @compiled
-def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call):
+def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
     """Move robots and balls for h [s] of a call, with one list of what may touch."""
     steps = math.ceil(h / STEP - 1e-9)
     dt = h / steps
@@ -72,6 +66,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call)
     force = np.zeros((balls.pos.shape[0] if has_balls else 0, 8))
     step = dt  # of the balls
     if has_balls:
+        step = dt / math.ceil(dt / first_step(balls, pairs, dt, h) - 1e-9)
         drift_balls(balls, listed, 0.5 * step)
     for number in range(steps):
         advance_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
@@ -88,7 +83,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call)
             left -= step
             if has_balls:
                 ahead = left if left > 1e-9 else dt if number + 1 < steps else 0.0
-                step = advance_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, step, ahead)
+                step = advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, step, ahead)
         _drift_bodies(bodies, dt - at, call)
     if has_balls:
         end_balls(balls, listed, h)
@@ -131,7 +126,7 @@ def prepare() -> None:
     balls, memory = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3))), make_memory(1)
     floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
     with preparing("step.advance"):
-        advance(fleet, bodies, balls, memory, NO_SOLIDS, floor, DAMPING_RATIOS, STEP)
+        advance(fleet, bodies, balls, memory, NO_SOLIDS, floor, STEP)
         settle(fleet, 0, bodies, NO_SOLIDS, True, 9.8, 1.0)
         kick_and_drift(bodies, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, STEP)
         depth_at(NO_SOLIDS, 0.0, 0.0, 0.0, 0.1)

@@ -1,1 +1,1 @@
-"""Matches: clock, scoring, reports and digests."""
+"""Matches: the tick, clock, scoring, human players, records and reports."""

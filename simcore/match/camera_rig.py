@@ -1,4 +1,4 @@
-"""The cameras of a match: what they can see, and when they look."""
+"""Cameras and headsets of a match: what they can see, and when they expose."""
 
 from __future__ import annotations
 
@@ -12,37 +12,35 @@ from pathlib import Path
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, rotate
 from simcore.match.scatter import ScatterDraws
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
-from simcore.season import NetworkTables
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, PiecePipeline
 from simcore.vision.camera_frame import Frame
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
-from simcore.vision.limelight import LimelightSim
-from simcore.vision.network_clock import NetworkClock
+from simcore.vision.limelight import CameraNetwork, LimelightSim
 from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
+from simcore.world.rotation import Quaternion, Vector, rotate
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["CameraRig", "direction_line", "sighting_lines", "tag_layout"]
 
-_LENGTH = 1.0  # [m], of the line of a camera that aims at nothing
+_LENGTH = 1.0  # [m], length of the line of a camera without a target
 
 
 def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
-    """A layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`), or from a JSON file.
+    """Return a layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`) or from a JSON file.
 
     Args:
-        name: Of a layout, or of a file; empty: a field without tags.
-        field_size: Length and width of such a field [m].
+        name: Name of a layout, or path of a file; empty: a field without tags.
+        field_size: Length and width of a field without tags [m].
 
     Raises:
-        UnknownNameError: No such layout.
-        ConfigError: A broken file.
+        UnknownNameError: If there is no such layout.
+        ConfigError: If the file is broken.
     """
     if not name:
         return TagLayout.of([], field_size=field_size)
@@ -53,14 +51,14 @@ class CameraRig:
     """All cameras of a match.
 
     Args:
-        world: What they may see.
-        pieces: All of them, where they lie at the start.
-        robots: All of them, where they stand.
-        draws: What the scatter of the run comes to.
-        field_size: Length and width [m].
+        world: World that the cameras see.
+        pieces: All pieces, at their starting places.
+        robots: All robots, at their starting places.
+        draws: Scatter draws of the run.
+        field_size: Length and width of the field [m].
         tags: Layout of the field's AprilTags, see `tag_layout`; read with the first camera.
-        rng: For all noise.
-        network: Where cameras publish; None: nowhere, their frames can be read all the same.
+        rng: Generator for all noise.
+        network: Network on which cameras publish; None: frames are read from `cameras` only.
     """
 
     def __init__(
@@ -73,18 +71,16 @@ class CameraRig:
         field_size: tuple[float, float],
         tags: str | Path,
         rng: np.random.Generator,
-        network: NetworkTables | None = None,
+        network: CameraNetwork | None = None,
     ) -> None:
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
-        """By name, in the order in which they were added."""
-        self._rng = rng  # each camera draws from its own stream, so that one more changes nothing for the others
+        """Cameras by name, in the order in which they were added."""
+        self._rng = rng  # each camera has its own stream, so that another camera changes nothing for the rest
         self._histories: dict[int, PoseHistory] = {}
         self._tag_errors: FloatArray | None = None
         self.headsets: list[QuestHeadset] = []
-        """Of QuestNav, in the order in which they were added."""
-        self.clock = NetworkClock()
-        """From simulated time to that of NetworkTables."""
+        """QuestNav headsets, in the order in which they were added."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
         self._robots = robots
@@ -97,14 +93,14 @@ class CameraRig:
                 self.mount_camera(config, robot=robot.number)
 
     def mount_camera(self, config: CameraConfig, *, robot: int = 0) -> LimelightSim:
-        """Put one more camera on a robot, at any time; on a network a Limelight gets its table.
+        """Add a camera to a robot, at any time; on a network a Limelight gets its table.
 
         Args:
-            config: What it is.
+            config: Config of the camera.
             robot: Number of the robot.
 
         Raises:
-            ConfigError: There is one of this name.
+            ConfigError: If the name is taken.
         """
         if config.name in self.cameras:
             raise ConfigError(f"camera {config.name!r} comes twice; each needs its own name, also on other robots")
@@ -118,18 +114,16 @@ class CameraRig:
         self.cameras[config.name] = camera
         self._histories.setdefault(robot, PoseHistory())
         if self._network is not None and config.maker == "limelight":
-            from simcore.vision.limelight_table import LimelightTable  # only here: a headless run needs no ntcore
-
-            camera.ports.append(LimelightTable(self._network, config, self.layout.field_size, self.clock))
+            camera.ports.append(self._network.port(config, self.layout.field_size))
         return camera
 
     def add_headset(self, config: QuestConfig, *, robot: int = 0, ports: Sequence[HeadsetPort] = ()) -> QuestHeadset:
-        """Put a headset of QuestNav on a robot.
+        """Add a QuestNav headset to a robot.
 
         Args:
-            config: What it is.
+            config: Config of the headset.
             robot: Number of the robot.
-            ports: Where it publishes and listens, e.g. a `QuestNavTable`.
+            ports: Ports on which it publishes and listens, e.g. a `QuestNavTable`.
         """
         noise = self._draws.factor("camera_noise", robot, len(self.headsets))
         names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")
@@ -141,30 +135,31 @@ class CameraRig:
         return headset
 
     def camera(self, name: str) -> LimelightSim:
-        """A camera by name.
+        """Return a camera by name.
 
         Raises:
-            UnknownNameError: With the nearest names.
+            UnknownNameError: If there is none; it lists the nearest names.
         """
         if name not in self.cameras:
             raise UnknownNameError("camera", name, self.cameras)
         return self.cameras[name]
 
     def listen(self, time: float) -> None:
-        """Take what robot code wrote; call it right after robot code ran, at simulated time [s]."""
+        """Read what robot code wrote by a simulated time [s]; call it right after robot code ran."""
         for camera in self.cameras.values():
             camera.listen(time)
         for headset in self.headsets:
             headset.listen(time, self._histories[headset.robot])
 
     def follow_carry(self, robot: int, time: float, old_pos: Vector, *, to_start: bool) -> None:
-        """A robot was carried at a time [s]: it was nowhere in between; what looks or is told now is at the new place.
+        """Follow a robot that was carried at a time [s]: nothing shows it between the old place and the new one.
 
         Args:
-            robot: Its number.
-            time: Simulated [s].
-            old_pos: Where it was [m].
-            to_start: Whether to where an auto begins: its headset then takes the robot as having stood there.
+            robot: Number of the robot.
+            time: Simulated time [s].
+            old_pos: Position before [m].
+            to_start: Whether the robot was carried to the start of an auto: its headset then repeats its last reset
+                there.
         """
         chassis = self._robots[robot].chassis
         history = self._histories.get(robot)
@@ -176,7 +171,7 @@ class CameraRig:
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
     def expose(self, time: float) -> None:
-        """One tick, at its end [s]: note where robots are, expose what is due, publish what is ready."""
+        """Add robot poses at the end of a tick [s], expose the frames that are due and publish those that are ready."""
         if not self._histories:
             return
         scene = CameraScene(
@@ -202,7 +197,7 @@ class CameraRig:
             headset.close()
 
     def direction_lines(self) -> dict[str, FloatArray]:
-        """Return rows of poses from each lens to what its last frame aims at, by the camera's name."""
+        """Return rows of poses from each lens to the target of its last frame, by the camera's name."""
         return {name: direction_line(*self._pose(camera), camera.last) for name, camera in self.cameras.items()}
 
     def sighting_lines(self) -> dict[str, FloatArray]:
@@ -217,12 +212,12 @@ class CameraRig:
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:
-    """From the lens to what the last frame aims at, or 1 m along its axis.
+    """Return the line from the lens to the target of the last frame, or 1 m along its axis.
 
     Args:
-        pos: Of the camera, field frame [m].
-        quat: Its attitude.
-        frame: Its last one; None: it has none yet.
+        pos: Position of the camera, field frame [m].
+        quat: Attitude of the camera.
+        frame: Last frame; None before the first.
 
     Returns:
         Two poses as rows of x, y, z, qw, qx, qy, qz, shape (2, 7).
@@ -241,7 +236,7 @@ def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatA
 
 
 def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: TagLayout) -> FloatArray:
-    """From the lens to each tag of the last frame and back, shape (2 n + 1, 7); empty without tags."""
+    """Return the line from the lens to each tag of the last frame and back, shape (2 n + 1, 7); empty without tags."""
     ids = [tag.id for tag in frame.tags] if frame is not None else []
     if not ids:
         return np.zeros((0, 7))
@@ -259,7 +254,7 @@ def _poses(points: FloatArray, quat: Quaternion) -> FloatArray:
 
 
 def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
-    """The same camera with pictures that are noisier by a factor."""
+    """Return the camera's config with its image noise multiplied by a factor."""
     if factor == 1.0:
         return config
     pipelines = tuple(
@@ -272,7 +267,7 @@ def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
 
 
 class _WorldSight:
-    """Lines of sight by rays of the physics world."""
+    """Line-of-sight test by rays of the physics world."""
 
     def __init__(self, world: PhysicsWorld, rows: Sequence[int]) -> None:
         self._world = world

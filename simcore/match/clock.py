@@ -1,4 +1,4 @@
-"""The match clock: named phases, and the time of a match that a field or a driver station starts and stops."""
+"""Match clock: named phases, and the match time that a field or a driver station starts and stops."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from simcore.units import plain_sum
 __all__ = ["MatchClock", "MatchTimer", "Mode", "Phase"]
 
 Mode: TypeAlias = Literal["auto", "disabled", "teleop"]
-"""What robots may do: drive by themselves, nothing, or follow their drivers."""
+"""Robot mode: driving by itself, disabled, or following its driver."""
 
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A part of a match."""
+    """One phase of a match."""
 
     name: str
     duration: float
-    """[s]."""
+    """Duration [s]."""
     mode: Mode = "teleop"
 
     def __post_init__(self) -> None:
@@ -30,7 +30,7 @@ class Phase:
 
 
 class MatchClock:
-    """Which phase a time belongs to.
+    """Phases of a match over time.
 
     >>> clock = MatchClock([Phase("auto", 20.0, "auto"), Phase("teleop", 140.0)])
     >>> clock.phase(19.9).name, clock.phase(20.0).name, clock.remaining(150.0)
@@ -45,10 +45,10 @@ class MatchClock:
         if len(set(names)) < len(names):
             raise ConfigError(f"MatchClock: names of phases must differ, got {names}")
         self.duration = plain_sum(phase.duration for phase in self.phases)
-        """Of the whole match [s]."""
+        """Duration of the whole match [s]."""
 
     def start(self, name: str) -> float:
-        """When a phase begins [s]."""
+        """Return the time at which a phase begins [s]."""
         time = 0.0
         for phase in self.phases:
             if phase.name == name:
@@ -57,10 +57,10 @@ class MatchClock:
         raise ConfigError(f"MatchClock: no phase {name!r}; there are {[p.name for p in self.phases]}")
 
     def start_of_mode(self, mode: Mode) -> float:
-        """When robots are first in a mode [s].
+        """Return the time at which a mode first begins [s].
 
         Raises:
-            ConfigError: They never are.
+            ConfigError: If the clock has no phase of this mode.
         """
         for phase in self.phases:
             if isinstance(mode, str) and phase.mode == mode:
@@ -68,7 +68,7 @@ class MatchClock:
         raise ConfigError(f"MatchClock: no phase of mode {mode!r} among {[p.name for p in self.phases]}")
 
     def phase(self, time: float) -> Phase:
-        """The phase at a time since the start of the match [s]; after the end, the last one."""
+        """Return the phase at a time since the start of the match [s]; after the end, the last one."""
         for phase in self.phases:
             if time < phase.duration - 1e-9:
                 return phase
@@ -76,29 +76,29 @@ class MatchClock:
         return self.phases[-1]
 
     def remaining(self, time: float) -> float:
-        """Time left in the match [s]."""
+        """Return the time left in the match [s]."""
         return max(0.0, self.duration - time)
 
 
 class MatchTimer:
-    """The time of a match: one for scores, telemetry and rules.
+    """Time of a match, shared by scores, telemetry and rules.
 
-    Nobody else running it, it starts with the first tick and goes on to the end, as on a field. A driver station that
-    enables and disables the robot runs it in its place: the time then stands at the start until the first enable, and
-    stands again while the robots are disabled, but for the pauses of the match and for what comes after its end.
+    By itself it starts with the first tick and runs to the end, as on a field. A driver station that enables and
+    disables the robot controls it instead: the time then stays at the start until the first enable, and stops while the
+    robots are disabled, except in the pauses of the match and after its end.
     """
 
     def __init__(self, clock: MatchClock) -> None:
         self.clock = clock
         self.time = 0.0
-        """Since the start of auto [s]."""
+        """Time since the start of auto [s]."""
         self._ticks = 0
         self._start = 0.0
-        self._enabled: bool | None = None  # as a driver station says; None: there is none
+        self._enabled: bool | None = None  # by the driver station; None without one
 
     @property
     def phase(self) -> Phase:
-        """The present phase."""
+        """Present phase."""
         return self.clock.phase(self.time)
 
     @property
@@ -123,18 +123,18 @@ class MatchTimer:
         self._enabled = False
 
     def start(self, mode: Mode) -> None:
-        """Go to where a mode begins: a driver station has just enabled it."""
+        """Go to the start of a mode that a driver station has just enabled."""
         self._start = self.clock.start_of_mode(mode)
         self._ticks = 0
         self.time = self._start
 
     def set_enabled(self, enabled: bool) -> None:
-        """Say what a driver station does with the robots."""
+        """Report whether a driver station enables the robots."""
         self._enabled = enabled
 
     def advance(self, dt: float) -> None:
-        """Let a tick of dt [s] pass."""
+        """Advance by a tick of dt [s]."""
         if self._enabled is False and not self.is_over and (self.phase.mode != "disabled"):
             return
         self._ticks += 1
-        self.time = self._start + self._ticks * dt  # a sum would drift from the number of ticks
+        self.time = self._start + self._ticks * dt  # a running sum would drift from the number of ticks

@@ -1,8 +1,8 @@
-"""What people do to a field between and during runs: one table of actions for pages, dashboards and Python.
+"""Actions of people on a field between and during runs: one table for pages, dashboards and Python.
 
-Commands may come from any thread and at any time: from robot code, from a team's physics.py, from a page, from a
-dashboard. Their arguments are checked as they come; they are carried out in their order, before the next tick moves
-anything, so that no tick sees half of one.
+Commands may come from any thread at any time: from robot code, a team's physics.py, a page or a dashboard. Their
+arguments are checked on arrival; the commands run in order before the next tick moves anything, so that no tick sees
+half of one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
-from simcore.geometry.symmetry import Pose
 from simcore.match.clock import Mode
 from simcore.match.game import PlayedMatch, RobotEntry
 from simcore.match.human_actions import HumanAction
@@ -32,71 +31,72 @@ from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.symmetry import Pose
 
 __all__ = ["ACTIONS", "Action", "CommandResult", "ControlledMatch", "FieldControl"]
 
 _log = logging.getLogger(__name__)
 
 _KEPT = 100  # results
-_MOST_PIECES = 1000  # of one command
-_AHEAD = 1.2  # [m] from the middle of the robot to a new piece
+_MOST_PIECES = 1000  # in one command
+_AHEAD = 1.2  # [m] from the center of the robot to a new piece
 _ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
 
 
 class ControlledMatch(PlayedMatch, Protocol):
-    """Match as people act on it."""
+    """Parts of a match that field control uses."""
 
     entries: tuple[RobotEntry, ...]
 
     @property
     def count(self) -> PieceCount:
-        """Where all pieces are."""
+        """Present places of all pieces."""
 
     def carry_to(self, number: int, pose: Pose) -> None:
-        """Put a robot somewhere at rest, as people carry it."""
+        """Place a robot at rest, as if people carry it."""
 
     def require_robot(self, number: int) -> None:
-        """Refuse the number of a robot that there is not."""
+        """Raise an error for a robot number that does not exist."""
 
     def reset_field(self) -> None:
-        """Put all pieces back to where the match began."""
+        """Put all pieces back to where they were at the start of the match."""
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Choose what commands a robot."""
+        """Set the controller of a robot."""
 
     def start_mode(self, mode: Mode) -> None:
         """Begin a mode, as a driver station does."""
 
     def start_pose(self, number: int) -> Pose:
-        """Return where a robot should start [m, m, rad]."""
+        """Return the starting pose of a robot [m, m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class CommandResult:
-    """What became of one command."""
+    """Result of one command."""
 
     number: int
-    """Its place among all commands, from 1."""
+    """Number among all commands, from 1."""
     command: str
-    """What was asked for, in words."""
+    """Command in words."""
     is_done: bool
-    """False: it was refused, and nothing has changed."""
+    """Whether it was done; if not, nothing has changed."""
     text: str
-    """What was done, or why it was refused and what would work."""
+    """Description of what was done, or the reason for refusing it and what would work."""
 
     def __str__(self) -> str:
-        """One line: `3 done: ...` or `4 refused: ...`."""
+        """Return one line: `3 done: ...` or `4 refused: ...`."""
         return f"{self.number} {'done' if self.is_done else 'refused'}: {self.text}"
 
 
 class FieldControl:
-    """The commands to one match; `Match.control`.
+    """Commands to one match; `Match.control`.
 
-    Each method returns the number of the command at once. What became of it is in `results` from the next tick on.
-    A refused command changes nothing, and is logged.
+    Each method returns the number of its command at once. Its result is in `results` from the next tick on. A refused
+    command changes nothing, and is logged.
 
     Args:
-        match: Which they are for.
+        match: Match that they act on.
 
     Example:
         >>> from simcore.match.match import Match
@@ -112,28 +112,28 @@ class FieldControl:
         self._match = match
         self._lock = threading.Lock()
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
-        self._given = 0
+        self._last_number = 0
         self.results: deque[CommandResult] = deque(maxlen=_KEPT)
-        """Of the last commands, the newest last."""
+        """Results of the last commands, the newest last."""
         self.count = 0
-        """Commands that were done or refused so far."""
+        """Number of commands done or refused so far."""
         self.sources: list[Callable[[], object]] = []
-        """Called before every tick; they may give commands for it."""
+        """Functions that are called before every tick; they may give commands for it."""
         self.placed: list[Callable[[int, Pose | None], object]] = []
-        """Called when a robot was placed, with its number and where [m, m, rad]; None: at its start."""
+        """Functions that are called when a robot is placed, with its number and pose [m, m, rad]; None: its start."""
 
     # --- commands -------------------------------------------------------------------------------------------------
 
     def do(self, name: str, arguments: Mapping[str, Any]) -> int:
-        """Ask for an action of the table by its name; pages and dashboards know no other way.
+        """Request an action of the table by its name; pages and dashboards use nothing else.
 
         Args:
-            name: One of `ACTIONS`.
-            arguments: Its arguments, all of them.
+            name: Name of the action, one of `ACTIONS`.
+            arguments: All of its arguments.
 
         Raises:
-            UnknownNameError: There is no such action.
-            ConfigError: An argument is missing, too many or of another kind than the action's.
+            UnknownNameError: If there is no such action.
+            ConfigError: If an argument is missing, too many or of a wrong kind.
         """
         if not isinstance(name, str) or name not in ACTIONS:
             raise UnknownNameError("action", name, ACTIONS)
@@ -144,69 +144,69 @@ class FieldControl:
         return self._enqueue(action.words.format(**values), partial(action.act, self, **values))
 
     def reset_field(self) -> int:
-        """Pieces go back to where a match begins, preloads into the robots; score and rules begin anew.
+        """Put pieces back to the start of the match and preloads into the robots; score and rules start again.
 
-        Robots stay where they are, with the charge of their batteries, and the clock goes on.
+        Robots stay in place, their batteries keep their charge, and the clock goes on.
         """
         return self.do("reset", {})
 
     def spawn(self, kind: str, places: Sequence[Sequence[float]]) -> int:
-        """Put pieces on the carpet, each at the free place that is nearest to where it is wanted.
+        """Put pieces on the carpet, each at the free place nearest to the requested one.
 
-        They are new ones while the game has spare ones, and count as staged then; after that those that wait off the
+        They are new ones while the game has spare ones, and then count as staged; after that, those that wait off the
         field, then those that have scored: a field has no more pieces than its game.
 
         Args:
             kind: Name of the kind of piece.
-            places: Where, field frame [m], one x and y a piece.
+            places: Requested places, field frame [m], x and y of each piece.
 
         Raises:
-            ConfigError: A place is not two finite numbers.
+            ConfigError: If a place is not two finite numbers.
         """
         return self.do("put_down", {"kind": kind, "places": places})
 
     def place_robot(self, pose: Any, robot: int = 0) -> int:
-        """Put a robot somewhere, at rest; its gyro keeps its reading, and pieces make room.
+        """Place a robot at rest; its gyro keeps its reading, and pieces make room.
 
-        What robot code believes is its own affair: reset its odometry there, too.
+        Robot code keeps its own estimate: reset its odometry there, too.
 
         Args:
             pose: x, y [m] and heading [rad], or a `Pose2d`, field frame.
-            robot: Its number.
+            robot: Number of the robot.
 
         Raises:
-            ConfigError: The pose is not three finite numbers.
+            ConfigError: If the pose is not three finite numbers.
         """
         return self.do("place", {"pose": pose, "robot": robot})
 
     def place_at_start(self, robot: int = 0) -> int:
-        """Put a robot where it starts as one of its alliance."""
+        """Place a robot at its alliance's start."""
         return self.do("start", {"robot": robot})
 
     def start_auto(self, name: str, robot: int = 0) -> int:
-        """Reset the field, put a robot where an auto of the game starts, and play that from its beginning.
+        """Reset the field, place a robot at the start of an auto of the game, and play the auto from its beginning.
 
-        Only of robots without robot code: what robot code plays, its own chooser says.
+        It is for robots without robot code: the autos of robot code come from its own chooser.
 
         Args:
-            name: Of the auto.
-            robot: Its number.
+            name: Name of the auto.
+            robot: Number of the robot.
         """
         return self.do("auto", {"name": name, "robot": robot})
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Let the human player of `blue` or `red` do an action of the game, as soon as their hands are ready.
+        """Let the human player of `blue` or `red` do an action of the game, as soon as it is ready.
 
-        A person plays them from the first time on, and the game's own policy rests.
+        From the first call on a person plays this human player, and the game's own policy rests.
         """
         return self.do("human", {"alliance": alliance, "name": name})
 
     def take_over(self, alliance: str, by_person: bool = True) -> int:
-        """Have a person play the human player of an alliance, or the game's own policy again."""
+        """Let a person play the human player of an alliance, or the game's own policy again."""
         return self.do("take_over", {"alliance": alliance, "by_person": by_person})
 
     def refuse(self, command: str, why: str) -> int:
-        """Note a command that cannot even be read."""
+        """Record a command that cannot be read."""
 
         def act() -> str:
             raise ConfigError(why)
@@ -216,15 +216,15 @@ class FieldControl:
     # --- the tick -------------------------------------------------------------------------------------------------
 
     def before_tick(self) -> None:
-        """Carry out what was asked for since the last tick."""
+        """Run the commands that have arrived since the last tick."""
         for source in self.sources:
             source()
         while self._queue:
             number, command, act = self._queue.popleft()
             try:
                 result = CommandResult(number, command, True, act())
-            except Exception as error:  # whoever gave it is not here any more: it must not end the match
-                result = CommandResult(number, command, False, _why(error))
+            except Exception as error:  # its author is gone: it must not end the match
+                result = CommandResult(number, command, False, _reason(error))
             self.results.append(result)
             self.count += 1
             if result.is_done:
@@ -233,7 +233,7 @@ class FieldControl:
                 _log.warning("field control at %.2f s: cannot %s: %s", self._match.time, command, result.text)
         self._carry_out()
 
-    # --- actions: each returns what was done, or raises why it cannot be and changes nothing ----------------------
+    # --- actions: each returns what it did, or raises the reason and changes nothing ------------------------------
 
     def _reset(self) -> str:
         self._match.reset_field()
@@ -295,7 +295,7 @@ class FieldControl:
         return f"auto {name!r} begins"
 
     def _ask(self, alliance: str, name: str) -> str:
-        """Let a person, who plays that human player from now on, have something done."""
+        """Request an action of a human player, whom a person plays from now on."""
         match = self._match
         whose, actions = self._human_player(alliance)
         if name not in actions:
@@ -320,7 +320,7 @@ class FieldControl:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _human_player(self, alliance: str) -> tuple[Alliance, dict[str, HumanAction]]:
-        """Return whose human player it is, and what they can do."""
+        """Return the alliance of a human player and its actions."""
         actions = {action.name: action for action in self._match.rules.human_actions()}
         if not actions:
             raise ConfigError(f"this run of {self._match.game.name} has no human players; whole matches may have")
@@ -329,7 +329,7 @@ class FieldControl:
         return _ALLIANCES[alliance], actions
 
     def _carry_out(self) -> None:
-        """Do what persons have asked human players for, as far as the hands are ready."""
+        """Do the requested actions of human players that are ready."""
         match = self._match
         for alliance, wanted in match.persons.items():
             _, actions = self._human_player(alliance)
@@ -342,19 +342,19 @@ class FieldControl:
 
     def _enqueue(self, command: str, act: Callable[[], str]) -> int:
         with self._lock:
-            self._given += 1
-            self._queue.append((self._given, command, act))
-            return self._given
+            self._last_number += 1
+            self._queue.append((self._last_number, command, act))
+            return self._last_number
 
     def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
-        """A controller that ends, and not the match, where the robot cannot do what it asks."""
+        """Return a controller that stops itself, and not the match, if the robot cannot do what it asks."""
 
         def play(body: Robot, time: float) -> None:
             try:
                 controller(body, time)
-            except Exception as error:  # as with a command: who gave it is not here any more
+            except Exception as error:  # as with a command: its author is gone
                 self._match.set_controller(robot, None)
-                self.refuse(f"go on with auto {name!r}", _why(error))
+                self.refuse(f"go on with auto {name!r}", _reason(error))
 
         return play
 
@@ -363,12 +363,12 @@ class FieldControl:
             listener(robot, goal)
 
 
-def _why(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     return str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}"
 
 
 def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
-    """What a robot lacks of what another one has, as what follows after "no"; empty: nothing."""
+    """Return what a robot lacks compared with another, to follow "no" in a message; empty for nothing."""
     for name, mechanism in wanted.mechanisms.items():
         if type(config.mechanisms.get(name)) is not type(mechanism):
             return f"{type(mechanism).__name__.removesuffix('Config').lower()} named {name!r}"
@@ -423,14 +423,14 @@ def _numbers(owner: str, values: Any, want: str, count: int) -> tuple[float, ...
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Something that people do to a field; a row of the table."""
+    """One action of people on a field; a row of the table."""
 
     words: str
-    """The command in words, with its arguments in braces."""
+    """Command in words, with its arguments in braces."""
     act: Callable[..., str]
-    """Carries it out, of a `FieldControl` and the arguments; returns what was done."""
+    """Function of a `FieldControl` and the arguments that does it; returns what it did."""
     arguments: Mapping[str, Callable[[str, Any], Any]]
-    """By name: checks one as it comes from outside, of its name in messages and the value; returns what is used."""
+    """Check of each argument by name, a function of a name for messages and a value; returns the value to use."""
 
 
 ACTIONS: Mapping[str, Action] = {
@@ -452,4 +452,4 @@ ACTIONS: Mapping[str, Action] = {
         {"alliance": _text},
     ),
 }
-"""By the name that a page's message has, too."""
+"""Actions by the name that a page's message uses."""

@@ -1,4 +1,4 @@
-"""What referees keep: fouls, pieces that robots let go, who pins whom, and outlines of robots as they look at them."""
+"""Referees' records: fouls, pieces that robots release, pins, and the outlines of robots that referees judge."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import rotate
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, FoulEvent
 from simcore.pieces.pool import ON_FIELD
@@ -19,6 +17,8 @@ from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import inches
+from simcore.world.footprints import corners, overlaps
+from simcore.world.rotation import rotate
 
 __all__ = [
     "FoulBook",
@@ -33,12 +33,12 @@ __all__ = [
     "robot_near",
 ]
 
-_APART = 1.0  # [s]; ours: what is so again after a shorter pause is the same foul
+_APART = 1.0  # [s]; ours: a repeat after a shorter pause is the same foul
 
 
 @dataclass(slots=True)
 class _Stretch:
-    """Of time in which a rule is broken."""
+    """Stretch of time in which a rule is broken."""
 
     start: float
     last: float = -math.inf
@@ -46,10 +46,10 @@ class _Stretch:
 
 
 class FoulBook:
-    """Calls fouls: what is broken for several ticks on end is broken once.
+    """Foul caller: a violation of several ticks in a row is one foul.
 
     Args:
-        match: Its tracker gets the events.
+        match: Match whose tracker gets the events.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -59,17 +59,17 @@ class FoulBook:
     def call(
         self, rule: str, robot: int, points: int, text: str, *about: Hashable, every: float = math.inf, later: int = 0
     ) -> None:
-        """A robot breaks a rule in this tick; say so in each tick in which it does.
+        """Report that a robot breaks a rule in this tick; call it in each tick of the violation.
 
         Args:
-            rule: As the manual numbers it.
-            robot: Who.
-            points: For the other alliance.
-            text: What it does, as people read it.
-            about: What else makes it another foul than one that the robot commits at the same time, e.g. whom it
-                touches.
-            every: For how long it may go on before it is another foul, and so on [s].
-            later: Points of each of those.
+            rule: Number of the rule in the manual.
+            robot: Number of the robot.
+            points: Points for the other alliance.
+            text: Description of the violation, for people.
+            about: Further keys that make it a separate foul from others that the robot commits at the same time, e.g.
+                the robot that it touches.
+            every: Duration after which a continued violation is another foul [s].
+            later: Points of each further foul.
         """
         match, key = self._match, (rule, robot, *about)
         now = self._broken.get(key)
@@ -82,15 +82,15 @@ class FoulBook:
             now.fouls += 1
 
     def rules(self, alliance: Alliance) -> list[str]:
-        """What an alliance has broken so far, foul by foul."""
+        """Return the rules that an alliance has broken so far, one per foul."""
         return [foul.rule for foul in self._match.tracker.fouls if foul.alliance == alliance]
 
     def count(self, alliance: Alliance, points: int) -> int:
-        """How many fouls of so many points an alliance has committed."""
+        """Count an alliance's fouls of this many points."""
         return len([1 for f in self._match.tracker.fouls if f.alliance == alliance and f.points == points])
 
     def gained(self, alliance: Alliance) -> int:
-        """Points that an alliance has got by the other's fouls."""
+        """Return the points that an alliance has gained by the other's fouls."""
         total = 0
         for foul in self._match.tracker.fouls:
             if foul.gains == alliance:
@@ -100,20 +100,20 @@ class FoulBook:
 
 @dataclass(frozen=True, slots=True)
 class PieceRelease:
-    """A piece that a robot has let go."""
+    """A piece that a robot has released."""
 
     slot: int
-    """The piece."""
+    """Slot of the piece."""
     robot: int
     speed: float
-    """Away from the robot along the carpet, in the tick in which it left [m/s]."""
+    """Speed relative to the robot along the carpet, in the tick of the release [m/s]."""
 
 
 class Releases:
-    """Follows who holds what: seen from outside, whatever held a piece, shot it or put it down.
+    """Tracker of held pieces: it detects each release, by a hopper, a shooter or a placer.
 
     Args:
-        match: Of which.
+        match: Match to track.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -121,7 +121,7 @@ class Releases:
         self._holders: dict[int, int] = {}
 
     def update(self) -> list[PieceRelease]:
-        """Pieces that have come out of a robot and onto the field since the last call; call it once a tick."""
+        """Return pieces that have left a robot for the field since the last call; call it once a tick."""
         match, state = self._match, self._match.pieces.state
         now = {slot: robot.number for robot in match.robots for slot in robot.held}
         found = []
@@ -135,34 +135,34 @@ class Releases:
 
 
 _PIN_APART = inches(72.0)
-_PIN_AWAY = 3.0  # [s] for which they have to be that far apart
-_HELD_SPEED = 0.25  # [m/s]; ours: a robot that is faster is not prevented from moving
-_BESIDE = 0.1  # [m]; ours: a robot this near to what stands is held between that and its opponent
-_TRYING = 15.0  # [A] of a drive motor; ours: one that holds its heading takes less
+_PIN_AWAY = 3.0  # [s] for which they have to be this far apart
+_HELD_SPEED = 0.25  # [m/s]; ours: a faster robot is not held
+_BESIDE = 0.1  # [m]; ours: a robot this near to a static element is held between it and its opponent
+_TRYING = 15.0  # [A] of a drive motor; ours: a robot that holds its heading takes less
 
 Pin: TypeAlias = tuple[int, int]
-"""Number of the robot that pins, and of the one that is pinned."""
+"""Number of the pinning robot, and of the pinned one."""
 
 
 @dataclass(slots=True)
 class _PinCount:
     where: Mapping[int, tuple[float, float]]
-    """Of both robots as it began [m]."""
+    """Positions of both robots at the start of the count [m]."""
     seconds: float = 0.0
     ended: float = 0.0
-    """For how long they have been apart or away [s]."""
+    """Time for which they have been apart or away [s]."""
     fouls: int = 0
 
 
 class PinCounts:
-    """Counts of pins in one match, as FIRST's manuals have worded them for years; pure rules, told who pins whom.
+    """Pin counts of one match, as FIRST's manuals have worded them for years; pure rules.
 
-    A robot pins an opponent while it prevents, by contact, the movement of one that tries to move. A count goes on
-    until the two have been apart, or one of them has been away from where it began, by six feet for three seconds, or
+    A robot pins an opponent if it prevents, by contact, the movement of one that tries to move. A count goes on until
+    the two have been apart, or one of them has been away from its place at the start, by six feet for three seconds, or
     until the pinned robot pins the other one.
 
     Args:
-        limit: For how long a pin may last, and how long each further one is [s].
+        limit: Longest allowed pin, and period of each further foul [s].
     """
 
     def __init__(self, limit: float = 3.0) -> None:
@@ -170,19 +170,19 @@ class PinCounts:
         self._counts: dict[Pin, _PinCount] = {}
 
     def seconds(self, pin: Pin) -> float:
-        """How long a pin lasts [s], 0 if there is none."""
+        """Return the duration of a pin [s], 0 without one."""
         return self._counts[pin].seconds if pin in self._counts else 0.0
 
     def update(self, dt: float, pins: set[Pin], places: Mapping[int, tuple[float, float]]) -> list[tuple[Pin, int]]:
-        """Let a time pass.
+        """Advance the counts by a time.
 
         Args:
-            dt: [s]
-            pins: Who pins whom now.
-            places: Of all robots, by number [m].
+            dt: Time [s].
+            pins: Present pins.
+            places: Positions of all robots, by number [m].
 
         Returns:
-            Each pin that has just become a foul, and how many times it was one before.
+            Each pin that has just become a foul, with the number of its earlier fouls.
         """
         found = []
         for pin in sorted(pins):
@@ -204,10 +204,10 @@ class PinCounts:
 
 
 def pins_of(match: PlayedMatch) -> set[Pin]:
-    """Who pins whom in this tick: the one that pins touches an opponent that tries to move and hardly does.
+    """Return the pins of this tick: the pinning robot touches an opponent that tries to move and hardly does.
 
-    The pinned one is held between the other and something that stands, or between two opponents; of two that push each
-    other in the open field nobody is pinned.
+    The pinned robot is held between the other and a static element, or between two opponents; of two that push each
+    other in the open field, neither is pinned.
     """
     sides = match.alliances
     touches = [(a, b) for a, b in sorted(match.contacts.robots) if sides[a] != sides[b]]
@@ -223,7 +223,7 @@ def pins_of(match: PlayedMatch) -> set[Pin]:
 
 
 def _is_at_something(match: PlayedMatch, robot: Robot) -> bool:
-    """Whether what stands on the field leaves a robot no room on one side."""
+    """Return whether the static field leaves a robot no room on one side."""
     body, chassis = robot.chassis.config, robot.chassis
     half = 0.5 * body.bumper_length + _BESIDE, 0.5 * body.bumper_width + _BESIDE
     height = chassis.pos[2]
@@ -231,19 +231,19 @@ def _is_at_something(match: PlayedMatch, robot: Robot) -> bool:
 
 
 def is_airborne(robot: Robot) -> bool:
-    """Whether no wheel of a robot touches what is under it."""
+    """Return whether no wheel of a robot touches the ground."""
     return ground_clearance(*robot.chassis.wheel_ground()).is_airborne
 
 
 def lowest_bumper(robot: Robot) -> float:
-    """Height of the lowest point of a robot's bumpers [m]."""
+    """Compute the height of the lowest point of a robot's bumpers [m]."""
     body, chassis = robot.chassis.config, robot.chassis
     x, y = 0.5 * body.bumper_length, 0.5 * body.bumper_width
     return chassis.pos[2] + min(rotate(chassis.quat, (a, b, body.clearance))[2] for a in (-x, x) for b in (-y, y))
 
 
 def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
-    """Number of the first robot whose bumpers are within so much of a place, field frame [m], shape (2,); -1: none."""
+    """Return the first robot with bumpers within this reach of a place, field frame [m], shape (2,); -1 for none."""
     for robot in robots:
         body = robot.chassis.config
         size = body.bumper_length + 2.0 * reach, body.bumper_width + 2.0 * reach
@@ -253,21 +253,21 @@ def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
 
 
 def is_carried(match: PlayedMatch, number: int, by: int) -> bool:
-    """Whether a robot that touches another one is fully carried by it: it is above it, and touches nothing else."""
+    """Return whether one robot fully carries another: the other is above it and touches nothing else."""
     above, below = match.robots[number], match.robots[by]
     is_higher = above.chassis.pos[2] > below.chassis.pos[2] + above.chassis.config.clearance
     return is_higher and is_airborne(above) and not match.contacts.elements(number)
 
 
 def reaches_into(robot: Robot, other: Robot) -> bool:
-    """Whether an intake that is out of a robot's bumpers is inside of another robot's frame perimeter."""
+    """Return whether an intake outside a robot's bumpers reaches into another robot's frame perimeter."""
     body, frame = other.chassis.config, 2.0 * other.chassis.config.bumper_thickness
     perimeter = corners(*other.chassis.pose, body.bumper_length - frame, body.bumper_width - frame)
     return any(overlaps(perimeter, outline) for outline in _reaching_out(robot))
 
 
 def _reaching_out(robot: Robot) -> list[FloatArray]:
-    """Outlines of the intakes that are out of the bumpers, as far as they are, field frame [m], shape (n, 2) each."""
+    """Return outlines of the intakes outside the bumpers, field frame [m], shape (n, 2) each."""
     (px, py, yaw), outlines = robot.chassis.pose, []
     c, s, half = math.cos(yaw), math.sin(yaw), 0.5 * robot.chassis.config.bumper_length
     for intake in robot.intakes:

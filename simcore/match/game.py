@@ -1,4 +1,4 @@
-"""What a year's game is: a frozen description that `Match` plays. A game fills hooks; it has no loop of its own."""
+"""Definition of a year's game: a frozen description that `Match` plays. A game fills hooks; it has no loop."""
 
 from __future__ import annotations
 
@@ -14,15 +14,9 @@ import numpy as np
 
 from simcore.channel import Channel
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.symmetry import FieldSymmetry, Pose
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
-from simcore.physics.hanging import HangingConfig
-from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Cylinder, Hull, Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.quantities import (
@@ -42,6 +36,12 @@ from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.field import FieldBoundary, FieldElement, FieldGeometry
+from simcore.world.hanging import HangingConfig
+from simcore.world.obj import read_obj
+from simcore.world.shapes import Box, Cylinder, Hull, Sphere
+from simcore.world.symmetry import FieldSymmetry, Pose
 
 if TYPE_CHECKING:
     from simcore.match.clock import MatchTimer
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from simcore.match.run_record import RunRecord
     from simcore.match.scatter import ScatterDraws
     from simcore.match.scoring import ScoringTracker
-    from simcore.physics.hanging import HangingBody
-    from simcore.physics.world import PhysicsWorld
     from simcore.pieces.piece_manager import GamePieceManager
     from simcore.robot.robot import Robot
+    from simcore.world.hanging import HangingBody
+    from simcore.world.world import PhysicsWorld
 
 __all__ = [
     "Auto",
@@ -71,26 +71,26 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldDefinition:
-    """The static field: a mesh or a table of elements, its materials, and how blue becomes red."""
+    """Static field: a mesh or a table of elements, its materials, and the symmetry between blue and red."""
 
     size: tuple[float, float]
     """Length and width [m]."""
     symmetry: FieldSymmetry
     mesh: Path | None = None
-    """An OBJ file; None: `elements` are the field."""
+    """OBJ file; None: `elements` are the field."""
     elements: tuple[FieldElement, ...] = ()
-    """The field, where there is no mesh."""
+    """Elements of a field without a mesh."""
     materials: Mapping[str, TerrainSurface] = dataclasses.field(default_factory=dict)
-    """Surface by name pattern (`*`, `?`) of elements of the mesh; the last match wins."""
+    """Surface by name pattern (`*`, `?`) of the mesh's elements; the last match wins."""
     drivable: tuple[str, ...] = ()
-    """Name patterns of what robots drive over."""
+    """Name patterns of elements that robots drive over."""
     tags: str | Path = ""
     """AprilTag layout: a name (`simcore.vision.tag_layout`) or a file in WPILib's JSON, read if a robot has cameras;
-    empty: there are none."""
+    empty: no tags."""
     rungs: tuple[Rung, ...] = ()
-    """What climbers can hang on."""
+    """Rungs that climbers can hang on."""
     hanging: tuple[HangingConfig, ...] = ()
-    """What hangs down and swings."""
+    """Bodies that hang down and swing."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -104,14 +104,14 @@ class FieldDefinition:
             )
 
     def load(self, mesh: Path | None = None) -> FieldGeometry:
-        """The field as shapes with surfaces.
+        """Load the field as shapes with surfaces.
 
         Args:
-            mesh: Another OBJ file than the game's. Groups that are named as in the game's own get its materials,
-                others the material of `*`.
+            mesh: OBJ file in place of the game's. Groups with names of the game's mesh get its materials, others the
+                material of `*`.
 
         Raises:
-            FieldMeshError: It is missing or broken.
+            FieldMeshError: If the file is missing or broken.
         """
         path = mesh or self.mesh
         if path is None:
@@ -122,12 +122,12 @@ class FieldDefinition:
             materials = {p: s for p, s in materials.items() if any(fnmatchcase(name, p) for name in names)}
         try:
             written = path.stat().st_mtime_ns
-        except OSError:  # the reader says what is wrong with it
+        except OSError:  # the reader reports the mistake
             written = 0
         return _read_field(path, written, tuple(materials.items()), self.symmetry)
 
     def drivable_in(self, geometry: FieldGeometry) -> list[str]:
-        """Those of the `drivable` patterns that name something in a field."""
+        """Return the `drivable` patterns that match an element of a field."""
         names = [element.name for element in geometry.elements]
         return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
 
@@ -136,19 +136,19 @@ class FieldDefinition:
 def _read_field(
     path: Path, written: int, materials: tuple[tuple[str, TerrainSurface], ...], symmetry: FieldSymmetry
 ) -> FieldGeometry:
-    """The shapes of a mesh, read once for all matches as long as the file is as it was written [ns]."""
+    """Read the shapes of a mesh, once for all matches while the file's time of writing stays [ns]."""
     return FieldGeometry.load(path, surfaces=dict(materials), symmetry=symmetry)
 
 
 def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
-    """Elements of the blue half as `blue_...`, and where the symmetry puts them as `red_...`.
+    """Return elements of the blue half as `blue_...`, and their images under the symmetry as `red_...`.
 
     Args:
-        elements: Boxes along the axes, upright cylinders and balls, which look the same flipped, and hulls.
-        symmetry: Of the field.
+        elements: Axis-aligned boxes, upright cylinders and balls, which equal their mirror images, and hulls.
+        symmetry: Symmetry of the field.
 
     Raises:
-        ConfigError: Another shape.
+        ConfigError: If an element has another shape.
     """
     both = []
     for element in elements:
@@ -167,7 +167,7 @@ def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry
 
 @dataclass(frozen=True, slots=True)
 class PieceSupply:
-    """A kind of piece, and how many of it there are."""
+    """A kind of piece with its number of pieces."""
 
     kind: GamePieceConfig
     count: int
@@ -178,21 +178,21 @@ class PieceSupply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StagedPieces:
-    """Some pieces at the start of a match."""
+    """Pieces of one kind at the start of a match."""
 
     kind: str
     """Name of their kind."""
     positions: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
-    """Centers of those on the field, as the blue alliance sees it, field frame [m], shape (n, 3)."""
+    """Centers of those on the field, as blue sees it, field frame [m], shape (n, 3)."""
     attitudes: FloatArray | None = None
-    """Of those, unit quaternions x, y, z, w, as the blue alliance sees them, shape (n, 4); None: upright."""
+    """Attitudes of those, unit quaternions x, y, z, w, as blue sees it, shape (n, 4); None: upright."""
     resting: bool = False
-    """Whether those that do not stand on the carpet lie on what was staged before them, or on the field, and sleep;
-    otherwise they fall as the match begins."""
+    """Whether pieces above the carpet rest on earlier staged ones or on the field, asleep; otherwise they fall as the
+    match begins."""
     lodged: float | None = None
-    """Force at which they come free, where they are wedged in [N]; None: they are not."""
+    """Force that frees wedged pieces [N]; None: they are not wedged."""
     off_field: int = 0
-    """How many wait off the field, e.g. with a human player."""
+    """Number of pieces that wait off the field, e.g. with a human player."""
 
     def __post_init__(self) -> None:
         owner = f"StagedPieces of {self.kind}"
@@ -219,11 +219,11 @@ class RobotEntry:
     alliance: Alliance = "blue"
     start: Pose | None = None
     """Start as a blue robot, field frame [m, m, rad]; a red one starts at the corresponding place. None: the game's
-    own start for the robot's place in the list."""
+    start for the robot's place in the list."""
     preload: int | None = None
-    """Pieces of the game's first kind in it; None: as many as the game allows."""
+    """Preloaded pieces of the game's first kind; None: as many as the game allows."""
     config: RobotConfig | None = None
-    """None: the game's own robot."""
+    """Config of the robot; None: the game's robot."""
 
     def __post_init__(self) -> None:
         require_fields(self, start=START, preload=COUNT)
@@ -231,12 +231,12 @@ class RobotEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GameOption:
-    """Something of a game that can be switched on, in `Match(options=...)` and on the command line."""
+    """Option of a game that `Match(options=...)` or the command line can switch on."""
 
     name: str
     help: str
     in_matches: bool = False
-    """Whether it is on in whole matches without being asked for."""
+    """Whether it is on by default in whole matches."""
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -247,20 +247,20 @@ class PlayedMatch(Protocol):
 
     game: Game
     entries: tuple[RobotEntry, ...]
-    """Robots as the match was asked for."""
+    """Robots as the match was requested."""
     options: frozenset[str]
     """Names of the game's options that are on."""
     practice: bool
-    """Every piece counts, whatever the clock says."""
+    """Whether every piece counts, regardless of the clock."""
     field: FieldGeometry
     world: PhysicsWorld
     hanging: list[HangingBody]
     robots: list[Robot]
-    """By their numbers."""
+    """Robots by number."""
     alliances: list[Alliance]
-    """Of each robot, as last set."""
+    """Present alliance of each robot."""
     contacts: RobotContacts
-    """Who touched whom in this tick."""
+    """Contacts of this tick."""
     pieces: GamePieceManager
     tracker: ScoringTracker
     """Points, and pieces that scored."""
@@ -269,42 +269,42 @@ class PlayedMatch(Protocol):
     """Simulated time since the start [s]."""
     rules: Rules
     rules_rng: np.random.Generator
-    """For what the rules leave to chance."""
+    """Generator for chance in the rules."""
     draws: ScatterDraws
-    """What the scatter of this run comes to."""
+    """Scatter draws of this run."""
     persons: dict[Alliance, dict[str, float]]
-    """Alliances whose human player a person plays, and what they have asked for, with until when [s]."""
+    """Alliances whose human player a person plays, with the requested actions and until when [s]."""
     record: RunRecord
-    """What has happened so far."""
+    """Record of the run so far."""
 
     def outline(self, number: int) -> FloatArray:
-        """Return the corners of a robot's bumpers, of a red one flipped to blue [m], shape (4, 2)."""
+        """Return the corners of a robot's bumpers, for a red one flipped to blue [m], shape (4, 2)."""
 
 
 @runtime_checkable
 class Driving(Protocol):
-    """Buttons of a person who drives a robot of a game; see `simcore.players.driven_robot.DriverControls`."""
+    """Driver controls of a game's robot; see `simcore.match.players.driven_robot.DriverControls`."""
 
     @property
     def actions(self) -> Collection[str]:
         """Names of the actions, in the order of the buttons."""
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
-        """Make what commands a robot as the driver, asked once a tick, wants."""
+        """Make the controller that follows a driver, who is read once a tick."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Auto:
-    """A robot that plays by itself: what it does, and where it starts."""
+    """Autonomous routine of a robot with its start."""
 
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance], Controller]
-    """Makes what commands the robot, of a match and its alliance."""
+    """Function of a match and an alliance that makes the robot's controller."""
     start: Pose
-    """As a blue robot, field frame [m, m, rad]."""
+    """Start as a blue robot, field frame [m, m, rad]."""
     preload: int | None = None
-    """As in `RobotEntry`."""
+    """Preloaded pieces, as in `RobotEntry`."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Auto {self.name!r}", start=START, preload=COUNT)
@@ -312,121 +312,121 @@ class Auto:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Role:
-    """What a scripted player does in a whole match."""
+    """Role of a scripted player in a whole match."""
 
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance, int], Controller]
-    """Makes what commands the robot, of a match, its alliance and a level of skill."""
+    """Function of a match, an alliance and a level of skill that makes the robot's controller."""
     config: Callable[[], RobotConfig] | None = None
-    """Its robot; None: the game's own."""
+    """Config of its robot; None: the game's robot."""
 
     def __post_init__(self) -> None:
         require_fields(self)
 
 
 class Rules:
-    """What a game does in a match, hook by hook; the defaults do nothing. One object serves one match.
+    """Hooks of a game's rules in a match; the defaults do nothing. One object serves one match.
 
     Hooks act on the match by its public parts: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
 
     Args:
-        match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
+        match: Match that is played. It is complete except for the pieces, which are staged when `start` is called.
     """
 
     channels: ClassVar[Sequence[Channel]] = ()
-    """What the game adds to telemetry: of each the whole key, and a function of the rules."""
+    """Channels that the game adds to telemetry: each with its whole key and a function of the rules."""
 
     def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
     def start(self) -> None:
-        """The match begins: pieces are staged, robots stand where they start."""
+        """Act as the match begins: pieces are staged, robots stand at their starts."""
 
     def start_mode(self, mode: str) -> None:
-        """A driver station has just enabled `auto` or `teleop`."""
+        """Act after a driver station has enabled `auto` or `teleop`."""
 
     def before_tick(self) -> None:
-        """After robot code has commanded, before anything moves."""
+        """Act after robot code has commanded, before anything moves."""
 
     def worth(self, zone: ScoringZone) -> int:
-        """Points of a piece that would score in a zone now.
+        """Return the points of a piece that would score in a zone now.
 
-        It must change nothing, and neither may `game_data`, `breakdown` and `channels`: whoever draws a picture asks
-        them, as often as there is time for it. What a piece that scores changes is for `scored`.
+        It must change nothing, and neither may `game_data`, `breakdown` and `channels`: pages and dashboards call them
+        at any time. Effects of a scoring piece belong in `scored`.
         """
         return zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """A piece has scored, and is off the field."""
+        """Act after a piece has scored; it is off the field."""
 
     def placed(self, event: PlaceEvent) -> None:
-        """A piece has come to rest in a place where it counts."""
+        """Act after a piece has come to rest in a place where it counts."""
 
     def removed(self, event: PlaceEvent) -> None:
-        """A piece has left such a place: it fell, or a robot took it."""
+        """Act after a piece has left such a place: it fell, or a robot took it."""
 
     def after_tick(self) -> None:
-        """Everything has moved and scored; telemetry comes next."""
+        """Act after everything has moved and scored; telemetry comes next."""
 
     def end(self) -> None:
-        """The last phase is over; called once."""
+        """Act after the last phase; called once."""
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """What human players can do; none where there are none. The same names in all runs of a match."""
+        """Return the actions of human players; empty without any. The names are equal in all runs of a match."""
         return ()
 
     def game_data(self) -> str:
-        """The game-specific message that robots receive now; empty for none."""
+        """Return the game-specific message that robots receive now; empty for none."""
         return ""
 
     def breakdown(self) -> Mapping[str, int]:
-        """Counts that the score is made of, by name; beside the pieces of each zone."""
+        """Return the parts of the score by name, in addition to the pieces of each zone."""
         return {}
 
 
 Staging: TypeAlias = Callable[[np.random.Generator, Sequence[RobotEntry]], Sequence[StagedPieces]]
-"""Where the pieces are at the start, seen from blue, with these robots on the field. Preloads are not part of it."""
+"""Function that gives the pieces at the start, as blue sees them, with these robots on the field; without preloads."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Game:
-    """A year's game. Make variants with `dataclasses.replace`."""
+    """Definition of a year's game. Make variants with `dataclasses.replace`."""
 
     name: str
-    """As `--game` and telemetry say it: letters, digits and `_`."""
+    """Name for `--game` and telemetry: letters, digits and `_`."""
     year: int
     title: str = ""
-    """As people read it; empty: the name in capitals."""
+    """Title for people; empty: the name in capitals."""
     field: FieldDefinition
     pieces: tuple[PieceSupply, ...]
     clock: MatchClock
     assessment: float = 0.0
-    """How long after the clock has run out a whole match is judged, before its score is final [s]."""
+    """Time after the clock has run out until a whole match's score is final [s]."""
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
-    """Where pieces stay and count as placed."""
+    """Places where pieces stay and count as placed."""
     rules: Callable[[PlayedMatch], Rules] = Rules
     robot: Callable[[], RobotConfig]
-    """Its default robot."""
+    """Function that makes the default robot's config."""
     starts: tuple[Pose, ...]
-    """Where the robots of an alliance start, as blue ones [m, m, rad]."""
+    """Starts of an alliance's robots, as blue ones [m, m, rad]."""
     preload: int = 0
     """Most pieces that a robot may hold at the start."""
     robots: int = 6
     """Most robots of a match."""
     autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
-    """By name; the first is the one that is played if none is named."""
+    """Autos by name; the first is the default."""
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
-    """What scripted players do, by name."""
+    """Roles of scripted players, by name."""
     driving: Driving | None = None
-    """What a person's buttons do who drives its robot; None: nothing but driving and the intake."""
+    """Controls for a person who drives the game's robot; None: only driving and the intake."""
     practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
-    """Whole matches for somebody's robot code, by name: its partners and its opponents, as line-ups are typed."""
+    """Whole matches for a team's robot code, by name: line-ups of its partners and of its opponents."""
     options: tuple[GameOption, ...] = ()
     arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
-    """The field as the options that are on make it; None: they change nothing of it."""
+    """Function that changes the field for the options that are on; None: options change nothing of it."""
     models: Path | None = None
     """Folder of models for AdvantageScope and the browser view."""
 
@@ -450,15 +450,15 @@ class Game:
 
     @property
     def heading(self) -> str:
-        """Its title."""
+        """Title for people."""
         return self.title or self.name.upper()
 
     def auto(self, name: str | None = None) -> Auto:
-        """The auto of a name; None: the first.
+        """Return the auto of a name; None: the first.
 
         Raises:
-            UnknownNameError: There is none; the error carries the nearest names.
-            ConfigError: The game has no auto at all.
+            UnknownNameError: If there is none; it lists the nearest names.
+            ConfigError: If the game has no auto at all.
         """
         if name is None:
             if not self.autos:
@@ -480,16 +480,16 @@ class Game:
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
-        """No year's game: a carpet with a wall around it, for experiments and tests.
+        """Make an empty game: a carpet with a wall around it, for experiments and tests.
 
         Args:
-            size: Length and width [m].
-            elements: What stands on it, beside the wall.
-            drivable: Name patterns of those that robots drive on.
-            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
+            size: Length and width of the field [m].
+            elements: Elements on the field, in addition to the wall.
+            drivable: Name patterns of the elements that robots drive on.
+            pieces: Kinds of pieces; none is on the field until `match.pieces.spawn` puts it there.
             robot: The default robot; None: 55 kg on four swerve modules, without mechanisms.
-            zones: Where pieces score.
-            places: Where pieces stay and count.
+            zones: Zones where pieces score.
+            places: Places where pieces stay and count.
         """
         module = SwerveModuleConfig(
             x=0.0,

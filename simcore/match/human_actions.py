@@ -1,7 +1,7 @@
-"""Human players: the pieces in their hands, and what they do with them, by a game's policy or because a person asks.
+"""Human players: the pieces that they hold and what they do with them, by a game's policy or at a person's request.
 
-A game lists its actions. Its policy decides when to `take` one; where a person has taken over, `FieldControl` does what
-the person has asked for. Both go through the same action, so the same limits, times and errors hold.
+A game lists its actions. Its policy decides when to `take` one; where a person plays, `FieldControl` does what the
+person has requested. Both use the same action, so limits, times and errors are equal.
 """
 
 from __future__ import annotations
@@ -13,8 +13,6 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.run_record import RunRecord
 from simcore.match.scoring import Alliance
@@ -24,6 +22,8 @@ from simcore.pieces.shot_solver import solve_shot
 from simcore.quantities import DELAY, DURATION, require_fields
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.rotation import Vector
+from simcore.world.symmetry import FieldSymmetry
 
 __all__ = ["Feeder", "HumanAction"]
 
@@ -31,7 +31,7 @@ _STAGED = int(PieceStatus.STAGED)
 
 
 class FedMatch(Protocol):
-    """Match as those see it who feed pieces into it."""
+    """Parts of a match that human players use."""
 
     pieces: GamePieceManager
     record: RunRecord
@@ -40,13 +40,13 @@ class FedMatch(Protocol):
 
 
 class Feeder:
-    """The pieces of one human player, oldest first, and when each hand put the last one on the field.
+    """Pieces of one human player, oldest first, with the time of each hand's last piece.
 
     Args:
-        match: In which.
-        slots: Pieces that they have at the start; they wait off the field.
-        clumsiness: Factor of times and errors [-].
-        rng: For what they leave to chance; None: that of the match's rules.
+        match: Match that it feeds.
+        slots: Pieces at the start; they wait off the field.
+        clumsiness: Factor on times and errors [-].
+        rng: Generator for random errors; None: that of the match's rules.
     """
 
     def __init__(
@@ -65,43 +65,43 @@ class Feeder:
 
     @property
     def stock(self) -> int:
-        """How many pieces they have; those that somebody else has put on the field meanwhile are not theirs."""
+        """Number of pieces left; pieces that another command has put on the field are not counted."""
         status = self._match.pieces.state.status[self._slots].tolist() if self._slots else []
         self._slots[:] = [slot for slot, now in zip(self._slots, status, strict=True) if now == _STAGED]
         return len(self._slots)
 
     def keep(self, slot: int) -> None:
-        """Take a piece that has scored."""
+        """Take in a piece that has scored."""
         self._match.pieces.set_aside(np.array([slot]))
         self._slots.append(slot)
 
     def take_off(self, slots: Iterable[int]) -> None:
-        """Take pieces off the field that have come within reach."""
+        """Take pieces within reach off the field."""
         for slot in slots:
             self._match.pieces.score(np.array([slot]))
             self.keep(slot)
 
     def is_due(self, period: float, hand: str = "") -> bool:
-        """Whether a hand has had as long as it needs from one piece to the next [s]."""
+        """Return whether a hand has had the time that it needs between two pieces [s]."""
         since = self._match.time - self._last.get(hand, -math.inf)
         return since >= self.clumsiness * period - 0.5 * TICK
 
     def errors(self, count: int) -> FloatArray:
-        """Standard normal numbers times the clumsiness, shape (count,)."""
+        """Draw standard normal numbers times the clumsiness, shape (count,)."""
         drawn: FloatArray = self.clumsiness * self._rng.standard_normal(count)
         return drawn
 
     def note(self, hand: str) -> None:
-        """A hand has put a piece on the field now."""
+        """Record that a hand puts a piece on the field now."""
         self._last[hand] = self._match.time
 
     def put(self, place: FloatArray, attitude: FloatArray | None = None, velocity: FloatArray | None = None) -> int:
-        """Put the next piece on the field; returns its slot.
+        """Put the next piece on the field and return its slot.
 
         Args:
-            place: Of its center, field frame [m], shape (3,).
+            place: Center of the piece, field frame [m], shape (3,).
             attitude: Unit quaternion x, y, z, w; None: upright.
-            velocity: Of one that is thrown, field frame [m/s], shape (3,); None: it is at rest.
+            velocity: Velocity of a thrown piece, field frame [m/s], shape (3,); None: at rest.
         """
         slot = np.array([self._slots.pop(0)])
         self._match.pieces.release(slot, place[None], None if attitude is None else attitude[None])
@@ -113,14 +113,14 @@ class Feeder:
     def throw(
         self, start: Vector, target: Vector, *, elevation: float, error: float, flip: FieldSymmetry | None
     ) -> int:
-        """Throw the next piece, as well as people do; returns its slot.
+        """Throw the next piece with a person's errors and return its slot.
 
         Args:
-            start: Where it leaves the hand, field frame [m].
-            target: To fall through [m].
-            elevation: Over the horizontal [rad].
-            error: Standard deviation of the direction [rad], and of the speed as a share of it.
-            flip: Brings places to the other side, where they are those of the other alliance; None: they are not.
+            start: Place where it leaves the hand, field frame [m].
+            target: Place through which it should fall [m].
+            elevation: Elevation above the horizontal [rad].
+            error: Standard deviation of the direction [rad], and of the speed as a fraction.
+            flip: Symmetry that maps the places to the other alliance's side; None: they stay.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -138,28 +138,28 @@ class Feeder:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HumanAction:
-    """Something that the human player of either alliance does with the next piece."""
+    """Action of either alliance's human player with the next piece."""
 
     name: str
-    """As its topic has it, e.g. `OpenDoor`."""
+    """Name in its topic, e.g. `OpenDoor`."""
     summary: str
-    """As a button has it."""
+    """Text of its button."""
     feeders: Mapping[Alliance, Feeder]
-    """Who has the pieces."""
+    """Holders of the pieces, by alliance."""
     act: Callable[[Alliance], object]
-    """Puts the next piece on the field."""
+    """Function that puts the next piece on the field."""
     period: float
-    """From one piece to the next [s]."""
+    """Time from one piece to the next [s]."""
     lasts: float = 0.0
-    """How long it goes on, piece after piece, once a person has asked for it [s]; 0: for one piece."""
+    """Duration of repeating it, piece after piece, at one request of a person [s]; 0: one piece."""
     modes: tuple[Mode, ...] = ("auto", "teleop")
-    """When the game allows it."""
+    """Modes in which the game allows it."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"HumanAction {self.name!r}", period=DURATION, lasts=DELAY)
 
     def refusal(self, timer: MatchTimer, alliance: Alliance) -> str:
-        """Why it cannot be done now, however fast the hands are; empty if it can."""
+        """Return why it cannot be done now, apart from the pace of the hands; empty if it can."""
         if not self.feeders[alliance].stock:
             return "no piece is left for it"
         if not timer.is_enabled:
@@ -169,11 +169,11 @@ class HumanAction:
         return ""
 
     def is_ready(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Whether it can be done, and the last time is long enough ago."""
+        """Return whether it can be done and the period since the last time is over."""
         return self.feeders[alliance].is_due(self.period, self.name) and not self.refusal(timer, alliance)
 
     def take(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Do it, if it is ready; returns whether it was done."""
+        """Do it if it is ready, and return whether it was done."""
         if not self.is_ready(timer, alliance):
             return False
         self.act(alliance)

@@ -1,7 +1,7 @@
-"""A match: any game, any robots, and the one tick that moves them.
+"""Match: any game, any robots, and the tick that moves them.
 
-The tick is two lists that can be read aloud (`before`, `after`), and the loop of `Motion` between them. Scripted
-robots run that once a tick; robot code whose motor controllers want to be asked more often runs it several times.
+The tick consists of two lists of phases (`before`, `after`), with the loop of `Motion` between them. Scripted robots
+run the loop once a tick; robot code whose motor controllers need more frequent updates runs it several times.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.footprints import corners
-from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.field_control import FieldControl
@@ -38,19 +36,21 @@ from simcore.match.starts import (
     require_playable,
     require_settings,
 )
-from simcore.physics.engine import Engine
-from simcore.physics.field import FieldElement
-from simcore.physics.hanging import HangingBody
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.resting_places import RestingPlace
-from simcore.quantities import POSE, Quantity, checked_number, require, require_row, shown
+from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
-from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.vision.limelight import CameraNetwork
+from simcore.world.engine import Engine
+from simcore.world.field import FieldElement
+from simcore.world.footprints import corners
+from simcore.world.hanging import HangingBody
+from simcore.world.symmetry import Pose
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["Match"]
 
@@ -59,30 +59,30 @@ _log = logging.getLogger(__name__)
 _LONGEST_PART = TICK * (1.0 + 1e-9)  # [s]
 _MOST_PARTS = 100
 _COUNT_PERIOD = 5  # ticks
-_LONG = 3600.0  # [s] after which a sink wants another snapshot, whatever its period, unless it is closed
+_LONG = 3600.0  # [s]; a sink that is due this long after the end takes the last snapshot
 
 
 class Match:
     """A match of a game. Use as a context manager, or call `close`.
 
     Args:
-        game: What is played.
-        robots: Who plays; none: one blue robot of the game's own kind.
-        seed: Of everything that is left to chance, a whole number >= 0.
-        scatter: By how much robots, pieces and shots differ from match to match; None: not at all.
-        controllers: What commands each robot, in their order; None: it stands.
+        game: Game to play.
+        robots: Robots of the match; none: one blue robot of the game's kind.
+        seed: Seed of all random draws, a whole number >= 0.
+        scatter: Differences of robots, pieces and shots from match to match; None: none.
+        controllers: Controller of each robot, in their order; None: it stands still.
         options: Names of the game's options that are on; None: none.
-        practice: Every piece counts, whatever the match clock says.
-        sinks: Who wants telemetry.
-        engine: The physics engine, or the name of one; None: see `engine_choice`. It is closed with the match.
-        network: NetworkTables on which cameras publish and listen; None: their frames are read from `cameras` only.
-        field_mesh: An OBJ of the field in place of the game's own.
-        tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
-        never_sleep: Pieces stay awake: for measurements.
+        practice: Whether every piece counts, regardless of the match clock.
+        sinks: Receivers of telemetry.
+        engine: Physics engine, or its name; None: see `engine_choice`. It is closed with the match.
+        network: Network of the cameras, e.g. `CameraTables`; None: frames are read from `cameras` only.
+        field_mesh: OBJ file of the field in place of the game's.
+        tags: AprilTag layout in place of the game's: a name, or a file in WPILib's JSON.
+        never_sleep: Whether pieces stay awake, for measurements.
 
     Raises:
-        ConfigError: Robots, seed or options that cannot be.
-        FieldMeshError: The field's mesh is missing or broken.
+        ConfigError: If robots, seed or options are invalid.
+        FieldMeshError: If the field's mesh is missing or broken.
 
     Example:
         >>> from simcore.match.registry import find_game
@@ -104,7 +104,7 @@ class Match:
         practice: bool = False,
         sinks: Sequence[TelemetrySink] = (),
         engine: Engine | str | None = None,
-        network: NetworkTables | None = None,
+        network: CameraNetwork | None = None,
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         never_sleep: bool = False,
@@ -115,13 +115,16 @@ class Match:
         self.options = frozenset(options or ())
         """Names of the game's options that are on."""
         self.practice = practice
-        """Every piece counts, whatever the clock says."""
+        """Whether every piece counts, regardless of the clock."""
         if not isinstance(scatter, Scatter | None):
             raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
         self.scatter = scatter or Scatter.none()
-        """By how much things differ from run to run."""
+        """Differences from run to run."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
-        self._network = network
+        if network is not None and not callable(getattr(network, "port", None)):
+            raise ConfigError(f"network must be CameraTables(instance) or None, got {shown(network)}")
+        self.network = network
+        """Network on which cameras publish and listen."""
         self._tags = tags or game.field.tags
         self._never_sleep = never_sleep
         self._controllers: list[Controller | None] = [None] * len(self.entries)
@@ -129,13 +132,13 @@ class Match:
             self.set_controller(number, controller)
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
-        """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
+        """Wall time of the last tick [ms], for telemetry; None: not measured."""
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(engine=engine)
         self.control = FieldControl(self)
-        """What people do to the field; it outlives `reset`."""
+        """Actions of people on the field; kept by `reset`."""
         self.before: tuple[Callable[[], None], ...] = (
             self.control.before_tick,
             self._make_way,
@@ -143,8 +146,8 @@ class Match:
             self._wake,
             self._take_in,
         )
-        """What comes before motion: people act on the field, and no robot is in another one; robot code looks and
-        commands; sleeping pieces wake; intakes take pieces in."""
+        """Phases before motion: people act on the field, robots move out of each other; robot code reads and commands;
+        sleeping pieces wake; intakes take pieces in."""
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -153,7 +156,7 @@ class Match:
             self._let_go,
             self._publish,
         )
-        """What comes after motion: where pieces are; cameras; sleep; score and rules; shots and placing; telemetry."""
+        """Phases after motion: piece positions; cameras; sleep; score and rules; shots and placing; telemetry."""
         try:
             self._begin(seed)
         except BaseException:
@@ -174,17 +177,17 @@ class Match:
         places: Sequence[RestingPlace] = (),
         **settings: Any,
     ) -> Match:
-        """A match of no game: a carpet with a wall around it, for experiments and tests.
+        """Make a match without a game: a carpet with a wall around it, for experiments and tests.
 
         Args:
-            robot: Its robot; None: 55 kg on four swerve modules, without mechanisms.
-            start: Where it stands [m, m, rad].
+            robot: Config of its robot; None: 55 kg on four swerve modules, without mechanisms.
+            start: Start of the robot [m, m, rad].
             size: Length and width of the field [m].
-            elements: What stands on it, beside the wall.
-            drivable: Name patterns of those that robots drive on.
-            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
-            zones: Where pieces score.
-            places: Where pieces stay and count.
+            elements: Elements on the field, in addition to the wall.
+            drivable: Name patterns of the elements that robots drive on.
+            pieces: Kinds of pieces; none is on the field until `match.pieces.spawn` puts it there.
+            zones: Zones where pieces score.
+            places: Places where pieces stay and count.
             settings: Further arguments of `Match`.
 
         Example:
@@ -208,35 +211,35 @@ class Match:
     # --- building -------------------------------------------------------------------------------------------------
 
     def _begin(self, seed: int) -> None:
-        """Build everything that a run changes, in an empty world."""
+        """Build all objects of a run, in an empty world."""
         game = self.game
         self.seed = seed
-        """Of everything that is left to chance."""
+        """Seed of all random draws."""
         self.draws = ScatterDraws(self.scatter, seed)
-        """What the scatter of this run comes to."""
+        """Scatter draws of this run."""
         self.rules_rng, robot_rng, staging_rng, camera_rng = np.random.default_rng(seed).spawn(4)
-        """The first is for what the rules leave to chance."""
+        """Generator for chance in the rules."""
         self.time = 0.0
         """Simulated time since the start [s]."""
         self.ticks = 0
         """Ticks since the start."""
         self.field_resets = 0
-        """How often `reset_field` was called since the start."""
+        """Number of calls of `reset_field` since the start."""
         self.persons: dict[Alliance, dict[str, float]] = {}
-        """Alliances whose human player a person plays, and what they have asked for, with until when [s]."""
+        """Alliances whose human player a person plays, with the requested actions and until when [s]."""
         self.timer = MatchTimer(game.clock)
-        """The time of the match, for scores and rules."""
+        """Time of the match, for scores and rules."""
         self.digest = TrajectoryDigest()
-        """Of the state of every tick so far."""
+        """Digest of the state of every tick so far."""
         self._started: Mode | None = None
-        """Which mode a driver station has enabled last; None: there is none."""
-        self._has_told = False
-        self._unchecked: set[int] = set()  # robots that have changed sides since the last tick
+        """Mode that a driver station enabled last; None: none yet."""
+        self._has_concluded = False
+        self._unchecked: set[int] = set()  # robots that have changed alliance since the last tick
         self.alliances: list[Alliance] = [entry.alliance for entry in self.entries]
-        """Of each robot, as last set."""
+        """Present alliance of each robot."""
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.hanging = [HangingBody(self.world, config) for config in self._hanging]
-        """What hangs from the field and swings."""
+        """Bodies that hang from the field and swing."""
         supplies = [(supply.kind, supply.count) for supply in game.pieces]
         self.pieces = GamePieceManager(
             self.world,
@@ -249,7 +252,7 @@ class Match:
         self._stage(staging_rng)
         self.robots: list[Robot] = []
         for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
-            self._add_robot(number, own_rng)  # whose noise does not depend on how many there are
+            self._add_robot(number, own_rng)  # its noise does not depend on the number of robots
         self.pieces.on_taken = [robot.forget_piece for robot in self.robots]
         require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
@@ -258,13 +261,13 @@ class Match:
             if missed is not None:
                 robot.reset(missed, believed=pose)
         self.record = RunRecord(self.pieces, self.robots, TICK)
-        """What has happened so far."""
+        """Record of the run so far."""
         for robot in self.robots:
             robot.require_place = partial(self._require_place, robot.number)
             robot.on_put = partial(self._note_put, robot.number)
         self._make_room()
         self.contacts = RobotContacts(self.world, self.robots, self.pieces, self.hanging, self.field.elements)
-        """Who touched whom in this tick."""
+        """Contacts of this tick."""
         self.motion = Motion(
             self.world,
             robots=self.robots,
@@ -272,25 +275,25 @@ class Match:
             hanging=self.hanging,
             watchers=(self.contacts,),
         )
-        """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
+        """Loop of devices, mechanisms, drivetrains, flights, engine and sensors."""
         self.flow = PieceFlow(self.world, self.pieces, self.robots, self.record)
-        """Pieces into robots and out of them."""
+        """Transfer of pieces into and out of robots."""
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
         self.beliefs = BeliefCheck(self.robots)
-        """Compares where robots are with where they believe to be, as an auto begins."""
+        """Check of the robots' pose estimates as an auto begins."""
         self.cameras = CameraRig(
             *(self.world, self.pieces, self.robots, self.draws),
             field_size=game.field.size,
             tags=self._tags,
             rng=camera_rng,
-            network=self._network,
+            network=self.network,
         )
         self._begin_rules()
         self._publisher: Publisher | None = None
 
     def _update_digest(self) -> None:
-        """Feed the digest with all that moves, and every 0.1 s with the points."""
+        """Update the digest with the state of all moving bodies, and every 0.1 s with the points."""
         for robot in self.robots:
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         for body in self.hanging:
@@ -321,7 +324,7 @@ class Match:
         self._preload(robot)
 
     def _stage(self, rng: np.random.Generator) -> None:
-        """Put pieces where they start, as the first robot's alliance sees the field.
+        """Put pieces at their starts, as the first robot's alliance sees the field.
 
         So a red match is a blue one under the field's symmetry.
         """
@@ -349,21 +352,21 @@ class Match:
             robot.storage.add(slots.tolist())
 
     def _make_room(self) -> None:
-        """Pieces that are where robots are move aside."""
+        """Move pieces aside that overlap robots."""
         self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
 
     def _require_place(self, number: int, pose: Pose) -> None:
-        """Refuse a place where a robot cannot stand."""
+        """Raise an error for a place where a robot cannot stand."""
         require_row(f"robot {number}", "pose", pose, POSE)
         require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
 
     def _note_put(self, number: int, reason: str) -> None:
-        """A robot was put somewhere."""
+        """Record that a robot was placed."""
         self.record.robots[number].put(self.time, reason)
         self._make_room()
 
     def _missed(self, number: int, pose: Pose) -> Pose | None:
-        """Where people put a robot who want it somewhere; None: there."""
+        """Return where people put a robot by mistake instead of a pose; None: exactly there."""
         ahead, left, turn = start_error(self.draws, number)
         if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
             left, turn = -left, -turn
@@ -371,10 +374,10 @@ class Match:
         return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
 
     def _begin_rules(self) -> None:
-        """The rules begin anew, with nothing scored."""
+        """Start the rules again, with nothing scored."""
         self._has_ended = self.timer.is_over
         self._counted: tuple[int, Score] | None = None
-        """When `score_counts` was worked out, and at which points; None: not since the start."""
+        """Time and points of the last update of `score_counts`; None: none since the start."""
         self._counts: Mapping[str, int] = {}
         self.rules: Rules = self.game.rules(self)
         self.rules.start()
@@ -392,12 +395,12 @@ class Match:
             self._end_run(stack)
 
     def _end_run(self, stack: ExitStack) -> None:
-        """What robots have to tell of a run, once; cameras and sinks are closed with the stack."""
+        """Log the robots' totals of a run, once; cameras and sinks are closed with the stack."""
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
-        if self._has_told:
+        if self._has_concluded:
             return
-        self._has_told = True
+        self._has_concluded = True
         for robot in self.robots:
             robot.brownouts.log_total()
         if self.ticks and self.record.conclude():
@@ -409,10 +412,10 @@ class Match:
     # --- the tick -------------------------------------------------------------------------------------------------
 
     def tick(self, parts: int = 1) -> None:
-        """Advance by 20 ms, with the middle of the tick cut into equal parts.
+        """Advance by 20 ms, with the middle of the tick split into equal parts.
 
         Raises:
-            ConfigError: The number of parts is no whole number from 1 to 100; nothing has moved.
+            ConfigError: If the number of parts is not a whole number from 1 to 100; nothing has moved.
         """
         if type(parts) is not int or not 1 <= parts <= _MOST_PARTS:
             raise ConfigError(f"Match.tick: parts must be a whole number from 1 to {_MOST_PARTS}, got {shown(parts)}")
@@ -422,22 +425,22 @@ class Match:
         self.end_tick()
 
     def begin_tick(self) -> None:
-        """The first list of a tick; `run_part` follows until 20 ms are full, then `end_tick`."""
+        """Run the phases before motion; `run_part` follows until 20 ms are full, then `end_tick`."""
         for phase in self.before:
             phase()
 
     def run_part(self, h: float) -> None:
-        """Motion for a part of the tick, h [s].
+        """Advance the motion by a part of the tick, h [s].
 
         Raises:
-            ConfigError: It is no part of 20 ms; nothing has moved.
+            ConfigError: If h is not a part of 20 ms; nothing has moved.
         """
         if not 0.0 < h <= _LONGEST_PART:
             raise ConfigError(f"Match.run_part: h must be a part of 20 ms, above 0 s, got {shown(h)}")
         self.motion.advance(h)
 
     def end_tick(self) -> None:
-        """The last list of a tick."""
+        """Run the phases after motion."""
         for phase in self.after:
             phase()
 
@@ -445,8 +448,8 @@ class Match:
         """Advance by a time [s].
 
         Args:
-            seconds: Simulated; rounded to whole ticks.
-            controllers: What commands each robot from now on; None leaves them.
+            seconds: Simulated time; rounded to whole ticks.
+            controllers: Controller of each robot from now on; None leaves them.
         """
         require("Match.play", "seconds", seconds, Quantity("s", 0.0, 1e6))
         for number, controller in enumerate(controllers or ()):
@@ -457,7 +460,7 @@ class Match:
     # --- before ---------------------------------------------------------------------------------------------------
 
     def _make_way(self) -> None:
-        """Robots that have changed sides stand beside those that are where they start: all may have changed at once."""
+        """Move robots that have changed alliance next to others on their starts; all may have changed at once."""
         while self._unchecked:
             robot = self.robots[self._unchecked.pop()]
             pose = robot.chassis.pose
@@ -475,17 +478,17 @@ class Match:
         self.rules.before_tick()
 
     def _wake(self) -> None:
-        """Sleepers that can be reached within the tick wake."""
+        """Wake sleepers that can be reached within the tick."""
         self.motion.begin_tick()
 
     def _take_in(self) -> None:
-        """Before the step, so that a fresh shot is not taken in again."""
+        """Take pieces in, before the step, so that a new shot is not taken in again."""
         self.flow.take_in()
 
     # --- after ----------------------------------------------------------------------------------------------------
 
     def _gather(self) -> None:
-        """Poses and velocities out of the engine, once; pieces outside the field come back."""
+        """Read poses and velocities from the engine, once; return pieces outside the field."""
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
@@ -495,15 +498,15 @@ class Match:
             body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
 
     def _see(self) -> None:
-        """Cameras expose the frames that are due and publish those that are ready."""
+        """Expose the camera frames that are due, and publish those that are ready."""
         self.cameras.expose(self.time)
 
     def _settle(self) -> None:
-        """Pieces that have been slow for a while sleep."""
+        """Put pieces to sleep that have been slow for a while."""
         self.pieces.settle(TICK)
 
     def _score(self) -> None:
-        """Pieces that went through a zone score, and the game's rules act."""
+        """Score pieces that went through a zone, and apply the game's rules."""
         state, slots = self.pieces.state, self.pieces.awake
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
@@ -524,11 +527,11 @@ class Match:
         self.rules.after_tick()
 
     def _let_go(self) -> None:
-        """Pieces leave shooters and placers."""
+        """Release pieces from shooters and placers."""
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """One snapshot for the sinks that are due, the digest of the state, and a line where a battery gave way."""
+        """Write a snapshot to the sinks that are due, update the digest and log brown-outs."""
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
         self.beliefs.after_tick(self.time, self.timer)
@@ -539,22 +542,22 @@ class Match:
             for sink in due:
                 sink.write(snapshot)
 
-    # --- what robot code and drive team do ------------------------------------------------------------------------
+    # --- commands of robot code and drive team --------------------------------------------------------------------
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Choose what commands a robot from the next tick on."""
+        """Set the controller of a robot from the next tick on."""
         self.require_robot(number)
         if not (controller is None or callable(controller)):
             raise ConfigError(f"robot {number}: a controller is called with robot and time, got {shown(controller)}")
         self._controllers[number] = controller
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
-        """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading.
+        """Place a robot, at rest, at a start of an alliance; its gyro keeps its reading.
 
-        Where another robot still stands there as the next tick begins, people put it beside that one.
+        If another robot still stands there as the next tick begins, people put it next to that one.
 
         Raises:
-            ConfigError: There is no such robot, or no such alliance.
+            ConfigError: If there is no such robot or no such alliance.
         """
         self.require_robot(number)
         if alliance not in ("blue", "red"):
@@ -564,17 +567,17 @@ class Match:
         self._unchecked.add(number)
 
     def carry_to(self, number: int, pose: Pose, *, by_people: bool = False) -> None:
-        """Put a robot somewhere at rest, as people carry it; its gyro keeps its reading, and pieces make room.
+        """Place a robot at rest, as if people carry it; its gyro keeps its reading, and pieces make room.
 
         Args:
-            number: Of the robot.
-            pose: Where, field frame [m, m, rad].
-            by_people: Whether they put it where an auto begins: they miss the place, as the scatter says, and a headset
-                takes it as having stood there; otherwise it is there exactly.
+            number: Number of the robot.
+            pose: Pose, field frame [m, m, rad].
+            by_people: Whether people put it at the start of an auto: they miss the pose by the scatter, and a headset
+                repeats its last reset there; otherwise the pose is exact.
 
         Raises:
-            ConfigError: There is no such robot, or the pose is no three numbers.
-            StartError: The place is beyond the field, or inside of something solid.
+            ConfigError: If there is no such robot or the pose is not three numbers.
+            StartError: If the place is outside the field or inside a solid.
         """
         self.require_robot(number)
         self._require_place(number, pose)
@@ -598,9 +601,9 @@ class Match:
         self.rules.start_mode(mode)
 
     def reset_field(self) -> None:
-        """Put all pieces back to where the match began, the preloads into the robots; score and rules begin anew.
+        """Put all pieces back to their starts, preloads into the robots; score and rules start again.
 
-        Robots stay where they are, and pieces make room for them. The clock goes on.
+        Robots stay in place, and pieces make room for them. The clock goes on.
         """
         self.field_resets += 1
         self.pieces.clear()
@@ -618,18 +621,14 @@ class Match:
         if self._started is not None:
             self.rules.start_mode(self._started)
 
-    def set_network_time(self, now: float) -> None:
-        """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
-        self.cameras.clock.offset = checked_number("network time", now) - (self.ticks + 1) * TICK
-
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
-        """Begin the match anew in the same engine; robots, pieces and rules are new objects.
+        """Start the match again in the same engine; robots, pieces and rules are new objects.
 
-        The sinks of the run that ends are closed, so that its log is whole.
+        The sinks of the old run are closed, so that its log is complete.
 
         Args:
-            seed: Of the new run; None: the same one.
-            sinks: Who wants telemetry of the new run.
+            seed: Seed of the new run; None: the same one.
+            sinks: Receivers of the new run's telemetry.
         """
         require_settings(sinks=sinks)
         if seed is not None:
@@ -640,11 +639,11 @@ class Match:
         self.world.reset()
         self._begin(self.seed if seed is None else seed)
 
-    # --- questions ------------------------------------------------------------------------------------------------
+    # --- queries --------------------------------------------------------------------------------------------------
 
     @property
     def substeps(self) -> int:
-        """Steps of the engine in the last tick."""
+        """Engine steps in the last tick."""
         return self.motion.substeps
 
     @property
@@ -655,9 +654,9 @@ class Match:
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """The breakdown as telemetry shows it.
+        """Breakdown as telemetry shows it.
 
-        They are counted every 0.1 s, and when points change: in most ticks nothing has.
+        It is counted every 0.1 s and when points change: most ticks change nothing.
         """
         now = self.ticks // _COUNT_PERIOD, self.score
         if now != self._counted:
@@ -665,25 +664,25 @@ class Match:
         return self._counts
 
     def breakdown(self) -> dict[str, int]:
-        """Count pieces that scored, by zone, points that human players threw, and what the rules count."""
+        """Count pieces that scored by zone, points that human players threw, and the rules' parts of the score."""
         people = self.record.human_points.items() if self.rules.human_actions() else ()
         thrown = {f"{alliance.capitalize()}/humanPlayerPoints": points for alliance, points in people}
         return {**self.tracker.pieces, **thrown, **self.rules.breakdown()}
 
     @property
     def count(self) -> PieceCount:
-        """Where all pieces are."""
+        """Present places of all pieces."""
         return PieceCount.of(self.pieces)
 
     def piece_positions(self) -> dict[str, FloatArray]:
-        """Where the pieces on the field and in the air are, by kind, field frame [m], shape (n, 3)."""
+        """Return positions of the pieces on the field and in the air, by kind, field frame [m], shape (n, 3)."""
         return {kind.name: self.pieces.state.pos[self.pieces.on_field(kind.name)] for kind in self.pieces.types}
 
     def start_pose(self, number: int) -> Pose:
-        """Where a robot should start as one of its present alliance, field frame [m, m, rad].
+        """Return the start of a robot in its present alliance, field frame [m, m, rad].
 
         Raises:
-            ConfigError: Its entry names no start, and the game has none left.
+            ConfigError: If its entry has no start and the game has none left.
         """
         self.require_robot(number)
         game, entry = self.game, self.entries[number]
@@ -699,19 +698,19 @@ class Match:
         return game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose
 
     def require_robot(self, number: int) -> None:
-        """Refuse the number of a robot that there is not."""
+        """Raise an error for a robot number that does not exist."""
         if type(number) is not int or number not in range(len(self.entries)):
             raise ConfigError(f"there are robots 0 to {len(self.entries) - 1}, got {shown(number)}")
 
     def outline(self, number: int) -> FloatArray:
-        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        """Return the corners of a robot's bumpers, flipped to blue if its alliance is red [m], shape (4, 2)."""
         body, pose = self.robots[number].chassis.config, self.robots[number].chassis.pose
         if self.alliances[number] == "red":
             pose = self.game.field.symmetry.flip_pose(*pose)
         return corners(*pose, body.bumper_length, body.bumper_width)
 
     def snapshot(self) -> Snapshot:
-        """Everything that telemetry shows of the last tick."""
+        """Return the telemetry of the last tick."""
         if self._publisher is None:
             self._publisher = Publisher(self)
         return self._publisher.snapshot()

@@ -1,7 +1,7 @@
-"""The loop of a tick, written once, and the contacts in it: for a match, and for a world without one.
+"""Loop of a tick, written once, and its contacts: for a match, and for a world without one.
 
-`Motion.advance` is the loop. In steps of 5 ms devices read and answer, then robots and balls move. Where there are
-other bodies, the engine moves these in one step, or in several where pieces need that. Sensors come last.
+`Motion.advance` is the loop. In steps of 5 ms, devices read and answer, then robots and balls move. If there are other
+bodies, the engine moves these in one step, or in several where pieces need it. Sensors come last.
 """
 
 from __future__ import annotations
@@ -10,27 +10,27 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 
-from simcore.physics.field import FieldElement
-from simcore.physics.hanging import HangingBody
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.units import TICK
+from simcore.world.field import FieldElement
+from simcore.world.hanging import HangingBody
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["STEP", "Motion", "RobotContacts"]
 
-_AHEAD = 0.2  # [m]; the engine is asked about what is so much farther apart than what touches, and nearer
+_AHEAD = 0.2  # [m]; margin within which contacts are read from the engine
 
 
 class RobotContacts:
-    """The contacts of a tick.
+    """Contacts of a tick.
 
     Args:
-        world: Where they are.
-        robots: All of them.
-        pieces: All of them.
-        hanging: What hangs from the field.
-        elements: Of the field.
+        world: World of the robots and pieces.
+        robots: All robots.
+        pieces: All pieces.
+        hanging: Hanging bodies of the field.
+        elements: Elements of the field.
     """
 
     def __init__(
@@ -51,10 +51,10 @@ class RobotContacts:
         self.robots: set[tuple[int, int]] = set()
         """Pairs of robots that touched in this tick, each in both orders."""
         self.hanging: set[tuple[int, str]] = set()
-        """Robots, and the names of the hanging bodies that they touched in this tick."""
+        """Numbers of robots with the names of the hanging bodies that they touched in this tick."""
 
     def begin_tick(self) -> None:
-        """Clear the last tick, and list who could touch in this one."""
+        """Clear the last tick, and list the bodies that could touch in this one."""
         self.robots.clear()
         self.hanging.clear()
         spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
@@ -93,19 +93,19 @@ class RobotContacts:
 
 
 STEP = 0.005
-"""Step of devices and robots' bodies [s]: coasting up a bump at 1.5 m/s a robot comes back with 1.37 m/s, in steps of
-20 ms with 1.13 m/s."""
+"""Step of devices and robot bodies [s]: a robot coasting up a bump at 1.5 m/s comes back at 1.37 m/s, with steps of
+20 ms at 1.13 m/s."""
 
 
 class Motion:
-    """Everything that moves in a world.
+    """Motion of all bodies in a world.
 
     Args:
-        world: Where it moves.
-        robots: All of them.
-        pieces: None: there are none.
-        hanging: What hangs from the field.
-        watchers: Lists of contacts that follow each step.
+        world: World in which they move.
+        robots: All robots.
+        pieces: All pieces; None: none.
+        hanging: Hanging bodies of the field.
+        watchers: Contact lists that are updated after each step.
     """
 
     def __init__(
@@ -119,16 +119,16 @@ class Motion:
     ) -> None:
         self._world, self._robots, self._pieces = world, robots, pieces
         self._hanging, self._watchers = hanging, watchers
-        self._longest = math.inf  # step that the pieces allow in this tick [s]
+        self._longest = math.inf  # longest step that the pieces allow in this tick [s]
         self.substeps = 0
-        """Steps of the engine in this tick so far."""
+        """Engine steps in this tick so far."""
 
     def begin_tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Begin a tick of dt [s]: wake sleepers that can be reached, and ask pieces for the step that they need.
+        """Begin a tick of dt [s]: wake sleepers that can be reached, and get the step that pieces need.
 
         Args:
             dt: Length of the tick [s].
-            others: What else moves: neither robot nor piece, and not hanging.
+            others: Further moving bodies: neither robots nor pieces, and not hanging.
         """
         movers = [*others, *(Footprint(*robot.chassis.footprint) for robot in self._robots)]
         movers += [Footprint(*body.footprint) for body in self._hanging if body.is_awake]
@@ -138,7 +138,7 @@ class Motion:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
-        """Move everything for dt [s], a tick or a part of one."""
+        """Advance by dt [s], a tick or a part of one."""
         world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count
@@ -159,7 +159,7 @@ class Motion:
         self.substeps += count * parts
 
     def _step_engine(self, h: float, parts: int) -> None:
-        """Let the engine move its bodies for h [s], in some steps."""
+        """Let the engine move its bodies by h [s], in a number of steps."""
         for number in range(parts):
             for body in self._hanging:
                 body.before_substep(h / parts)
@@ -173,13 +173,13 @@ class Motion:
         self._world.end_engine(h)
 
     def tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Play a whole tick of a world without a match; for `others` see `begin_tick`."""
+        """Run a whole tick of a world without a match; for `others` see `begin_tick`."""
         self.begin_tick(dt, others=others)
         self.advance(dt)
         self.end_tick(dt)
 
     def end_tick(self, dt: float = TICK) -> None:
-        """End a tick of dt [s]: read pieces, and let those sleep that have been slow for a while."""
+        """End a tick of dt [s]: read pieces, and put those to sleep that have been slow for a while."""
         if self._pieces is not None:
             self._pieces.gather(dt)
             self._pieces.settle(dt)

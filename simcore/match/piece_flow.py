@@ -1,4 +1,4 @@
-"""Pieces on their way into robots and out of them: intakes and storages, shooters and placers."""
+"""Transfer of pieces into and out of robots: intakes, storages, shooters and placers."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.geometry.linkage import PartState
-from simcore.geometry.rotation import IDENTITY, multiply, rotate
 from simcore.match.run_record import RunRecord
-from simcore.physics.shapes import Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight import SQUEEZE, muzzle_obstacle
-from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.placer import Placer
-from simcore.pieces.shooter import Shooter, ShooterConfig
+from simcore.robot.intake import Intake, field_to_robot, on_part
+from simcore.robot.placer import Placer
 from simcore.robot.robot import Robot
+from simcore.robot.shooter import Shooter, ShooterConfig
 from simcore.typing import BoolArray, IntArray
 from simcore.units import TICK
+from simcore.world.linkage import PartState
+from simcore.world.rotation import IDENTITY, multiply, rotate
+from simcore.world.shapes import Sphere
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["PieceFlow"]
 
@@ -31,13 +31,13 @@ _NONE: IntArray = np.zeros(0, dtype=np.int64)
 
 
 class PieceFlow:
-    """Moves pieces between the field and the robots, and notes where they went.
+    """Transfer of pieces between field and robots; it records each transfer.
 
     Args:
-        world: Where the pieces live.
-        pieces: All of them.
-        robots: All of them.
-        record: Of the run.
+        world: World of the pieces.
+        pieces: All pieces.
+        robots: All robots.
+        record: Record of the run.
     """
 
     def __init__(
@@ -50,16 +50,16 @@ class PieceFlow:
         self.clear()
 
     def clear(self) -> None:
-        """Forget what was in the way of pieces, as a match begins."""
-        self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
-        self._is_jammed: set[tuple[int, str]] = set()  # robot by number, and storage
+        """Forget what was in the way of pieces, at the start of a match."""
+        self._is_blocked: set[tuple[int, int]] = set()  # numbers of robot and shooter
+        self._is_jammed: set[tuple[int, str]] = set()  # number of the robot, and storage
 
     # --- in -------------------------------------------------------------------------------------------------------
 
     def take_in(self) -> None:
-        """Let intakes and placers take what they reach."""
+        """Let intakes and placers take the pieces within reach."""
         for robot, slots in zip(self._robots, self._in_reach(self._pieces.fastest * TICK), strict=True):
-            slots = slots[self._pieces.is_on_field[slots]]  # others have taken some
+            slots = slots[self._pieces.is_on_field[slots]]  # other robots have taken some
             if len(slots):
                 self._take_some_of(robot, slots)
             else:
@@ -74,7 +74,7 @@ class PieceFlow:
             robot.begin_tick()
 
     def _room_behind(self, robot: Robot, intake: Intake) -> int:
-        """How many pieces an intake can take; none with a roller that holds a piece of a placer already."""
+        """Return how many pieces an intake can take; 0 if its roller already holds a placer's piece."""
         rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
         if intake.config.roller in rollers:
             return 0
@@ -85,10 +85,10 @@ class PieceFlow:
         return storage.room_for(max(radii, default=0.0))
 
     def _in_reach(self, moved: float) -> list[IntArray]:
-        """Slots of the pieces that may be taken by what takes pieces now, by the number of the robot.
+        """Return slots of the pieces near active intakes and placers, by the number of the robot.
 
         Args:
-            moved: As far as a piece came since the last tick [m].
+            moved: Distance that a piece covered at most since the last tick [m].
         """
         owners, places, reaches = [], [], []
         for robot in self._robots:
@@ -100,7 +100,7 @@ class PieceFlow:
                 reaches.append(radius + math.dist(places[-1], on_part(robot.pose_before, before)) + moved)
         found = [_NONE] * len(self._robots)
         if owners:
-            slots = self._pieces.on_field()  # sleepers too: a roller does not ask
+            slots = self._pieces.on_field()  # sleepers too: a roller takes both
             away = self._pieces.state.pos.take(slots, axis=0) - np.array(places)[:, None]
             near = np.einsum("kij,kij->ki", away, away) < np.square(reaches)[:, None]
             near &= ~self._pieces.is_untouched[slots]
@@ -109,7 +109,7 @@ class PieceFlow:
         return found
 
     def _takers(self, robot: Robot) -> list[Intake | Placer]:
-        """What takes pieces now."""
+        """Return the intakes and placers that take pieces now."""
         intakes = [one for one in robot.intakes if one.is_active and self._room_behind(robot, one) > 0]
         return [*intakes, *(placer for placer in robot.placers if placer.takes)]
 
@@ -152,7 +152,7 @@ class PieceFlow:
     # --- out ------------------------------------------------------------------------------------------------------
 
     def let_go(self, time: float) -> None:
-        """Let pieces leave the muzzles of shooters whose gate is open, and placers that turn out, at a time [s]."""
+        """Release pieces from shooters whose gate is open, and from placers that turn out, at a time [s]."""
         for robot in self._robots:
             for name in robot.advance_hoppers(self._world.gravity):
                 if (robot.number, name) not in self._is_jammed:
@@ -166,7 +166,7 @@ class PieceFlow:
                     continue
                 part = robot.part_in_field(placer.held_state())
                 depth = self._pieces.depth(placer.piece, part.pos, part.quat)
-                if self._pieces.is_free(placer.piece, depth):  # in a wall or a pipe it sticks in the placer
+                if self._pieces.is_free(placer.piece, depth):  # inside a wall or a pipe it stays in the placer
                     self._put_down(robot, placer, part)
 
     def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
@@ -181,7 +181,7 @@ class PieceFlow:
         self._note_blocked((robot.number, number), obstacles, time)
 
     def _ready(self, robot: Robot, shooter: ShooterConfig) -> int:
-        """How many pieces of a shooter's kinds come next out of its storage, before another kind is in the way."""
+        """Count the pieces of a shooter's kinds that are next in its storage, before one of another kind."""
         storage = robot.storage_of(shooter)
         if not shooter.kinds:
             return len(storage.pieces if storage.hopper is None else storage.in_turn)
@@ -197,9 +197,9 @@ class PieceFlow:
         return kind
 
     def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> str:
-        """Name what keeps the next piece from leaving a muzzle; empty if it is free.
+        """Return the name of an obstacle to the next piece at a muzzle; empty if it is free.
 
-        Of other pieces one that is still there, by more than foam gives: it jams the shooter until it has gone.
+        A piece counts as an obstacle if it overlaps by more than foam gives: it jams the shooter until it is gone.
         """
         slot = robot.storage_of(shooter.config).in_turn[0]
         kind, motion = self._kind_of(slot), robot.motion_at(launch.delay / TICK)
@@ -211,18 +211,18 @@ class PieceFlow:
             return self._world.body_name(row)
         others, state = self._pieces.on_field(), self._pieces.state
         radii = np.array([one.inner_radius for one in self._pieces.types])[state.kind[others]]
-        places = state.pos[others] - (TICK - launch.delay) * state.vel[others]  # at the instant of the launch
+        places = state.pos[others] - (TICK - launch.delay) * state.vel[others]  # at the time of the launch
         away = np.linalg.norm(places - muzzle, axis=1)
         there = others[away < SQUEEZE * (kind.inner_radius + radii)].tolist()
         return f"another {self._kind_of(there[0]).name}" if there else ""
 
     def _note_blocked(self, shooter: tuple[int, int], obstacles: Sequence[str], time: float) -> None:
-        """Log once when something comes to be in the way of a shooter.
+        """Log once when an obstacle first blocks a shooter.
 
         Args:
             shooter: Numbers of robot and shooter.
-            obstacles: What was in the way of this tick's shots, empty for a shot that left; none if none was due.
-            time: [s].
+            obstacles: Obstacles to this tick's shots, empty for a shot that left; none if no shot was due.
+            time: Present time [s].
         """
         if not obstacles:
             return
@@ -234,7 +234,7 @@ class PieceFlow:
             self._is_blocked.discard(shooter)
 
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch) -> None:
-        """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
+        """Release a piece at its time within the tick that ends now, and fly it to the tick's end."""
         storage = robot.storage_of(shooter.config)
         slot = storage.take()
         self._is_jammed.discard((robot.number, storage.config.name))
@@ -249,11 +249,11 @@ class PieceFlow:
         mass = float(self._pieces.mass[slot])
         shooter.after_shot(mass, float(launch.aim.speed))
         x, y, z = (r + now - then for r, now, then in zip(piece.pos, robot.chassis.pos, motion.pos, strict=True))
-        robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the place where the muzzle is at the tick's end
+        robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the muzzle's place at the end of the tick
         self._record.note_shot(slot, robot.number, self._pieces.state.pos[slot].tolist())
 
     def _put_down(self, robot: Robot, placer: Placer, part: PartState) -> None:
-        """Let a placer's piece go with a pose and a motion."""
+        """Release a placer's piece with a pose and a motion."""
         self._record.put_down += 1
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)

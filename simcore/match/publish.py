@@ -1,4 +1,4 @@
-"""What a tick looks like from outside: a row of all channels (`simcore.match.channels`) from match and robots."""
+"""Telemetry of a tick: the values of all channels (`simcore.match.channels`) of a match and its robots."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Publisher"]
 
-_DECIMALS = 6  # of poses: the engine holds a robot at rest to some 1e-9 m, and a log would take up every tick of it
+_DECIMALS = 6  # of poses: a robot at rest moves by some 1e-9 m, and a log would record every tick of it
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Match as telemetry shows it."""
+    """Parts of a match that telemetry shows."""
 
     cameras: CameraRig
     ticks: int
     """Ticks since the start."""
     last_tick_ms: float | None
-    """Wall time of the last tick [ms], if somebody measures it."""
+    """Wall time of the last tick [ms]; None: not measured."""
 
     @property
     def substeps(self) -> int:
-        """Steps of the engine in the last tick."""
+        """Engine steps in the last tick."""
 
     @property
     def score(self) -> Score:
@@ -53,22 +53,22 @@ class PublishedMatch(PlayedMatch, Protocol):
 
 
 class _Source(NamedTuple):
-    """Some keys of one type, and who gives their values."""
+    """Keys of one type with the function that gives their values."""
 
     field: str
-    """Of a snapshot."""
+    """Field of the snapshot."""
     keys: list[str]
-    """A `<...>` in them is filled by the names of the values."""
+    """Keys; names of the values fill a `<...>` in them."""
     decimals: int | None
     values: Callable[[], Iterable[Any]]
-    """One of each key; by name, if they are open; None: it is not published now."""
+    """Function that gives the value of each key; values by name for an open key; None: not published now."""
 
 
 class Publisher:
-    """Gives all channels of a match their columns as it begins, and makes a snapshot of a tick.
+    """Publisher of a match: it assigns columns to all channels at the start, and makes a snapshot of each tick.
 
     Args:
-        match: With all its robots.
+        match: Match with all its robots.
     """
 
     def __init__(self, match: PublishedMatch) -> None:
@@ -77,42 +77,44 @@ class Publisher:
         self._fixed: dict[str, list[_Source]] = {name: [] for name in FIELDS}
         self._declared: set[str] = set()
         self._others: list[_Source] = []
-        """Arrays and texts."""
+        """Sources of arrays and texts."""
         self._named: list[_Source] = []
-        """Numbers by name."""
+        """Sources of numbers by name."""
         self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
-        """Names that came last, and their columns, by field and open key."""
+        """Last names and their columns, by field and open key."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
-                self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_asked, [channel], kind))
+                self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_values_of, [channel], kind))
         by_type: dict[tuple[str, bool], list[Channel]] = {}
         for channel in MATCH:
             by_type.setdefault((channel.kind, "<" in channel.key), []).append(channel)
         for some in by_type.values():
-            self._add(some[0], [channel.key for channel in some], partial(_asked, some, match))
+            self._add(some[0], [channel.key for channel in some], partial(_values_of, some, match))
         things: dict[Channel, list[tuple[str, Any]]] = {}
         for robot in match.robots:
             for channel, key, thing in _lines(robot):
                 things.setdefault(channel, []).append((key, thing))
-                self._place(channel, key)  # robot by robot, for whoever lists them; values come channel by channel
+                self._place(channel, key)  # robot by robot, for listings; values come channel by channel
         for channel, mine in things.items():
             self._add(channel, [key for key, _ in mine], self._robots.values_of(channel, [thing for _, thing in mine]))
         for channel in match.rules.channels:
             self._add(channel, [channel.key], partial(_of_rules, channel, match))
         self._programs = [0 for _ in match.robots]
-        """Channels of robot programs that have been added, of each robot."""
+        """Number of added channels of each robot's program."""
         self._add_programs()
 
     def _add_programs(self) -> None:
-        """Add the channels that robot programs have added since."""
+        """Add the channels that robot programs have declared since."""
         for robot, known in zip(self._match.robots, self._programs, strict=True):
             for channel in robot.channels[known:]:
-                self._add(channel, [f"{robot_prefix(robot.number)}/{channel.key}"], partial(_asked, [channel], robot))
+                self._add(
+                    channel, [f"{robot_prefix(robot.number)}/{channel.key}"], partial(_values_of, [channel], robot)
+                )
         self._programs = [len(robot.channels) for robot in self._match.robots]
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
     def _place(self, channel: Channel, key: str) -> None:
-        """Give a key its column, if it has one."""
+        """Assign a column to a key, if it has one."""
         if "<" not in key and channel.field in FIELDS:
             self._tables[channel.field].place(key)
 
@@ -134,12 +136,12 @@ class Publisher:
         return np.array(columns, np.int64), np.array(scales)
 
     def snapshot(self) -> Snapshot:
-        """Return everything that telemetry shows of the last tick."""
+        """Return the telemetry of the last tick."""
         match = self._match
         if self._programs != [len(robot.channels) for robot in match.robots]:
             self._add_programs()
-        self._robots.look()
-        self._pieces.look(self._robots.view.places, self._robots.slots)
+        self._robots.read()
+        self._pieces.read(self._robots.view.places, self._robots.slots)
         found: dict[str, Any] = {name: {} for name in FIELD_OF.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
@@ -159,7 +161,7 @@ class Publisher:
         return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
     def _columns_of(self, name: str, key: str, values: Mapping[str, Any]) -> IntArray:
-        """Return the columns of values by name, which are mostly those of the tick before."""
+        """Return the columns of values by name, which are usually those of the tick before."""
         known, now = self._known.get((name, key)), tuple(values)
         if known is None or known[0] != now:
             places = [self._tables[name].place(one) for one in _filled(key, values)]
@@ -183,29 +185,29 @@ class Publisher:
 
 
 def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by name with the names in the place of the `<...>` of a key."""
+    """Return values by name, with each name in place of the `<...>` of a key."""
     head, tail = key.split("<")[0], key.split(">")[1]
     return {f"{head}{name}{tail}": value for name, value in values.items()}
 
 
-def _asked(channels: Sequence[Channel], thing: Any) -> list[Any]:
-    """Return values of one type, of the match or a kind of pieces; a gap for a number that there is not."""
+def _values_of(channels: Sequence[Channel], thing: Any) -> list[Any]:
+    """Return values of one type, of the match or a kind of piece; a gap for a missing number."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
 
 
 def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
-    return _asked([channel], match.rules)  # a reset of the field makes others
+    return _values_of([channel], match.rules)  # a reset of the field makes new rules
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
-    """Yield the channels of a robot with their keys, and what of it they are of."""
+    """Yield the channels of a robot with their keys and the object that each reads."""
     prefix = robot_prefix(robot.number)
     for channel in ROBOT:
         yield channel, f"{prefix}/{channel.key}", robot
     for name, mechanism in robot.mechanisms.items():
         for channel in MECHANISM:
-            is_turning = not isinstance(mechanism, PistonSim)  # one has no turns, and takes air
+            is_turning = not isinstance(mechanism, PistonSim)  # a piston has no turns, and uses air
             if isinstance(mechanism, channel.owner) and (is_turning or channel.owner is RackSim):
                 yield channel, f"{prefix}/Debug/{telemetry_name(name)}{channel.key}", mechanism
     for channel in PART:
@@ -215,7 +217,7 @@ def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
 
 
 class _Mechanisms:
-    """Mechanisms of some robots, and their records in the loop by the name of a field."""
+    """Mechanisms of some robots, with their records in the loop by field name."""
 
     def __init__(self, robots: _Robots, mechanisms: list[ShaftSim]) -> None:
         self._robots, self.mechanisms = robots, mechanisms
@@ -229,14 +231,14 @@ class _Mechanisms:
 
 
 class _Robots:
-    """All robots of a match, as arrays with a row each."""
+    """All robots of a match, as arrays with one row per robot."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self.match, self.robots, self.records = match, match.robots, match.record.robots
         loop = match.world.robots.robots
         self.view = FleetView(self.robots)
         self.shaft_of: dict[int, int] = {}
-        """Row of each mechanism among the shafts of the loop, by its identity."""
+        """Row of each mechanism among the shafts of the loop, by its `id`."""
         drives: dict[int, list[tuple[int, int]]] = {}  # by number of shafts
         for robot, first in zip(self.robots, loop["first_shaft"].tolist(), strict=True):
             count = len(robot.drive.shafts)
@@ -244,34 +246,34 @@ class _Robots:
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
         self._drives: list[tuple[IntArray, IntArray]] = []
-        """Numbers of robots whose drives have as many shafts, and rows of these."""
+        """Numbers of robots with equal numbers of drive shafts, and rows of these."""
         for count, some in drives.items():
             numbers, firsts = np.array(some).T
             self._drives.append((numbers, firsts[:, None] + np.arange(count)))
         self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
 
     def values_of(self, channel: Channel, things: list[Any]) -> Callable[[], Iterable[Any]]:
-        """Return who gives the values of a channel of robots, mechanisms or their parts."""
+        """Return the function that gives the values of a channel of robots, mechanisms or their parts."""
         if channel in MECHANISM:
             return partial(channel.of, _Mechanisms(self, things))
         return partial(channel.of, self) if channel in ROBOT else lambda: list(map(channel.of, things))
 
-    def look(self) -> None:
-        """See where robots are now."""
+    def read(self) -> None:
+        """Read the present state of the robots."""
         world = self.match.world
         self.shafts, self.batteries = world.robots.fleet.shafts, world.robots.fleet.batteries
         self.view.look(world.robots.fleet, world.bodies.records)
         self.slots = [robot.held for robot in self.robots]
         self.held = [len(slots) for slots in self.slots]
-        """Pieces in each: which, and how many."""
+        """Number of pieces in each robot."""
         self.clearance = self.view.heights
-        """Height of the lowest wheel over the ground [m]."""
+        """Height of the lowest wheel above the ground [m]."""
         for number in np.nonzero(~world.are_flat(self.view.places[:, :2], self._reach))[0].tolist():
             self.clearance[number] = ground_clearance(*self.robots[number].chassis.wheel_ground()).height
 
     @property
     def drive_currents(self) -> FloatArray:
-        """Of all motors of each drive from the battery [A]."""
+        """Current of all motors of each drive from the battery [A]."""
         found = np.empty(len(self.robots))
         for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
@@ -279,7 +281,7 @@ class _Robots:
 
     @property
     def sensors(self) -> list[dict[str, bool]]:
-        """What sensors of robot programs show, by name."""
+        """States of the programs' sensors, by name."""
         return [{telemetry_name(k): value for k, value in robot.sensor_states.items()} for robot in self.robots]
 
 
@@ -289,31 +291,31 @@ class _Kind:
     def __init__(self, number: int, name: str) -> None:
         self.number, self.name = number, name
         self.slots, self.here = _NO_IDS, _NO_POSES
-        """Which are on the field or in the air, and where."""
+        """Slots and poses of the pieces on the field or in the air."""
         self.flying_slots, self.flying = _NO_IDS, _NO_POSES
         self.held_slots, self.held = _NO_IDS, _NO_POSES
-        """Those in robots, field frame."""
+        """Slots and poses of the pieces in robots, field frame."""
 
 
 class _Inside:
-    """Pieces in a robot: slots, and poses in its frame."""
+    """Pieces in a robot: slots, and poses in the robot frame."""
 
     slots: Sequence[int] = ()
     rows = np.empty((0, 7))
 
 
 class _Pieces:
-    """All pieces of a match, by their kinds."""
+    """All pieces of a match, by kind."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self._match = match
         self._inside = [_Inside() for _ in match.robots]
         self._held: tuple[IntArray, IntArray, FloatArray] | None = None
-        """Slots, robots and poses in them of all held pieces; None: something has changed."""
+        """Slots, robots, and poses in them, of all held pieces; None: something has changed."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
-    def look(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
-        """See where they are now, with robots at poses of shape (n, 7) and pieces in them."""
+    def read(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
+        """Read the present state of pieces, with robots at poses of shape (n, 7) and their held slots."""
         pieces, flying = self._match.pieces, self._match.record.flying
         held, rows = self._carried(places, slots)
         kinds = pieces.state.kind
@@ -321,14 +323,14 @@ class _Pieces:
             kind.slots, kind.here = pieces.shown.of(kind.number)
             mine = flying[kinds[flying] == kind.number] if len(flying) else flying
             kind.flying_slots, kind.flying = _NO_IDS, _NO_POSES
-            if len(mine):  # one in flight is one of those here, which are in order
+            if len(mine):  # pieces in flight are among `here`, which is sorted
                 kind.flying_slots, kind.flying = _frozen(mine), _frozen(kind.here[np.searchsorted(kind.slots, mine)])
             kind.held_slots, kind.held = _NO_IDS, _NO_POSES
             if len(held) and (inside := kinds[held] == kind.number).any():
                 kind.held_slots, kind.held = _frozen(held[inside]), _rounded(rows[inside], _DECIMALS)
 
     def _carried(self, places: FloatArray, slots: Sequence[list[int]]) -> tuple[IntArray, FloatArray]:
-        """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
+        """Return slots and poses of the pieces in robots, field frame, shape (n, 7)."""
         robots, radii = self._match.robots, self._match.pieces.radius
         for robot, inside, held in zip(robots, self._inside, slots, strict=True):
             if held != inside.slots or (held and robot.is_shifting):
@@ -352,7 +354,7 @@ def _put_rounded(values: FloatArray, scales: FloatArray, columns: IntArray, bloc
 
 
 def _rounded(values: Any, decimals: int | None) -> Any:
-    """Return an array to so many decimals, without -0.0, which would be another value; None: as it is."""
+    """Round an array to a number of decimals, without -0.0, which would be another value; None: as it is."""
     return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
 
 

@@ -1,6 +1,6 @@
-"""The games that are installed: entry points of the group `simcore.games`, each a `Game`.
+"""Installed games: entry points of the group `simcore.games`, each a `Game`.
 
-A game that is named is loaded alone. Where all are asked for, one that does not load leaves the others as they are.
+A named game is loaded alone. A list of all leaves out those that do not load.
 """
 
 from __future__ import annotations
@@ -23,39 +23,39 @@ __all__ = [
 ]  # fmt: skip
 
 GROUP = "simcore.games"
-"""Of the entry points; the name of each is the game's."""
+"""Group of the entry points; the name of each is the game's."""
 
 NO_GAME = "none"
-"""Name by which the empty field is chosen."""
+"""Name of the empty field."""
 
 _OWN = "simcore"  # distribution whose games keep their names
 _BESIDE = Path(__file__).resolve().parents[2]
-"""The folder that simcore lies in."""
+"""Folder that contains simcore."""
 
 _log = logging.getLogger(__name__)
 
 
 def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
-    """All games that load, by name, the newest year first.
+    """Return all games that load, by name, the newest year first.
 
     Args:
-        say: Told of each that does not load, in a line with its file and line.
+        say: Function that is called for each game that does not load, with one line on its file and line.
     """
     games = {name: game for name in game_names() if (game := known_game(name, say=say)) is not None}
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
 
 
 def game_names() -> list[str]:
-    """Of all games that are installed, of which none is loaded."""
+    """Return names of all installed games without loading any."""
     return sorted(_points())
 
 
 def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game | None:
-    """The game of a name, which alone is loaded; None: it is not installed, or does not load.
+    """Load a game by its name; return None if it is not installed or does not load.
 
     Args:
-        name: Of the game, as a log or a choice of all has it.
-        say: Told why it does not load, in a line with its file and line.
+        name: Name of the game, from a log or a choice.
+        say: Function that is called if it does not load, with one line on its file and line.
     """
     points = _points().get(name or "", [])
     try:
@@ -69,24 +69,24 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
 
 def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
-    """No year's game: carpet and a wall, without pieces and tags.
+    """Make an empty game: carpet and a wall, without pieces and tags.
 
     Args:
-        size: Length and width [m].
+        size: Length and width of the field [m].
     """
     return replace(Game.bare(size=size), name=NO_GAME, title=f"no game ({size[0]:g} x {size[1]:g} m of carpet)")
 
 
 def find_game(name: str | None = None, *, say: Callable[[str], object] | None = None) -> Game:
-    """The game of a name, which alone is loaded; None: the newest, which is said if there are several.
+    """Load a game by its name; None: the newest, which is logged if there are several.
 
     Args:
-        name: Of the game, or `none`: the empty field.
-        say: Told which game was taken, if it was not named, and which do not load; None: the log.
+        name: Name of the game, or `none` for the empty field.
+        say: Function that reports which game was chosen, if none was named, and which do not load; None: the log.
 
     Raises:
-        UnknownNameError: No game of that name is installed; the error carries the nearest names.
-        ConfigError: No game is installed at all, the one of the name does not load, or the name is that of an auto.
+        UnknownNameError: If no game of that name is installed; it lists the nearest names.
+        ConfigError: If no game is installed at all, the named one does not load, or the name is that of an auto.
     """
     if name == NO_GAME:
         return practice_field()
@@ -111,16 +111,16 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
 
 
 def game_point(name: str) -> EntryPoint:
-    """The entry point of an installed game.
+    """Return the entry point of an installed game.
 
     Raises:
-        KeyError: There is none of that name.
+        KeyError: If there is none of that name.
     """
     return _points()[name][0]
 
 
 def _points() -> dict[str, list[EntryPoint]]:
-    """Entry points by the name of their game, those of simcore's own package first."""
+    """Return entry points by the name of their game, those of simcore's own package first."""
     found: dict[str, dict[str, EntryPoint]] = {}
     for point in entry_points(group=GROUP):
         found.setdefault(point.name, {}).setdefault(point.value, point)
@@ -128,15 +128,15 @@ def _points() -> dict[str, list[EntryPoint]]:
 
 
 def _package(point: EntryPoint) -> str:
-    """The distribution that an entry point is of, or what it names."""
+    """Return the distribution of an entry point, or the entry point's value."""
     return point.value if point.dist is None else point.dist.name
 
 
 def _load(name: str, points: list[EntryPoint]) -> Game:
-    """The game of a name.
+    """Load the game of a name.
 
     Raises:
-        ConfigError: It does not load: why, by the file and line of its package.
+        ConfigError: If it does not load; the message gives file and line in its package.
     """
     point = points[0]
     if len(points) > 1 and _package(point) != _OWN:
@@ -144,7 +144,7 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
         raise ConfigError(f"game {name}: {packages} bring games of that name: uninstall or rename one")
     try:
         game = _imported(point)
-    except (Exception, SystemExit) as error:  # whatever a package of somebody else does as it is imported
+    except (Exception, SystemExit) as error:  # any failure of another package's import
         package = _place_of(point)
         why = start_sentence(error, package, base=package.parent)
         raise ConfigError(f"game {name} of the package {_package(point)} does not load: {why}") from None
@@ -158,7 +158,7 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
 
 
 def _place_of(point: EntryPoint) -> Path:
-    """The folder of the package that an entry point is in, or the file of its module; one without files if unknown."""
+    """Return the folder of an entry point's package, or the file of its module; `os.devnull` if unknown."""
     try:
         spec = find_spec(point.module.partition(".")[0])
     except (ImportError, ValueError):
@@ -169,10 +169,10 @@ def _place_of(point: EntryPoint) -> Path:
 
 
 def _imported(point: EntryPoint) -> object:
-    """What an entry point names, also where a robot project has a `games.py` or a package `games` of its own.
+    """Import an entry point, even if a robot project has its own `games.py` or package `games`.
 
-    That one comes first on the path and stays what `import games` gives; modules of the folder beside simcore are then
-    found as well.
+    The project's one comes first on the path and remains the result of `import games`; modules of the folder next to
+    simcore are then found as well.
     """
     first, dot, _ = point.module.partition(".")
     folder = str(_BESIDE / first)

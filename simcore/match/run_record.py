@@ -1,7 +1,7 @@
-"""What is kept of a run: shots, pieces taken in, placements, ways, a digest of the trajectory, and times of ticks.
+"""Record of a run: shots, pieces taken in, placements, distances, a digest of the trajectory, and tick times.
 
-A match writes it. The report, a row of a sweep, telemetry, and by it logs, pages and layouts read it, so that
-no two of them count for themselves.
+A match writes it. The report, sweep rows and telemetry read it, and through telemetry logs, pages and layouts, so that
+all of them have equal counts.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import ScoreEvent
 from simcore.match.shortfalls import Shortfalls
 from simcore.pieces.piece_manager import GamePieceManager
@@ -23,6 +22,7 @@ from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.typing import Alliance, IntArray
+from simcore.world.symmetry import Pose
 
 __all__ = [
     "PieceCount",
@@ -37,7 +37,7 @@ __all__ = [
 
 
 class TrajectoryDigest:
-    """SHA-256 over a run's state: two runs with the same digest were the same to the last bit.
+    """SHA-256 over a run's state: runs with equal digests were equal to the last bit.
 
     >>> one, two = TrajectoryDigest(), TrajectoryDigest()
     >>> one.update(np.array([0.0, 1.0]))
@@ -50,11 +50,10 @@ class TrajectoryDigest:
         self._hash = hashlib.sha256()
 
     def update(self, *arrays: npt.NDArray[Any]) -> None:
-        """Feed the state of one tick, always the same arrays in the same order.
+        """Add the state of one tick, always the same arrays in the same order.
 
-        Arrays are of any numbers, and their shapes are part of the digest. Values count as little-endian float64, so
-        any computer agrees; -0.0 counts as 0.0, for they are equal and which of the two comes out of a sum is an
-        accident.
+        Arrays may have any number type, and their shapes are part of the digest. Values count as little-endian float64,
+        so all computers agree; -0.0 counts as 0.0, because the two are equal and the sign of a zero sum is accidental.
         """
         for array in arrays:
             # Adding +0.0 turns -0.0 into 0.0, changes nothing else and makes the copy that is hashed.
@@ -63,13 +62,13 @@ class TrajectoryDigest:
             self._hash.update(values.astype("<f8", copy=False).tobytes())
 
     def hexdigest(self) -> str:
-        """The digest so far, 64 hexadecimal digits; updating may go on."""
+        """Return the digest so far, 64 hexadecimal digits; updating may go on."""
         return self._hash.hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TickTimes:
-    """How long ticks took [ms]; all 0 when there was none."""
+    """Wall times of ticks [ms]; all 0 without ticks."""
 
     median: float
     p95: float
@@ -84,30 +83,30 @@ class TickTimes:
 
 
 _ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
-_DRAWN = 100  # ticks of a shot's way that are kept at least
+_DRAWN = 100  # ticks of a shot's path that are kept at least
 _PERSON = -1  # in place of a robot's number
-_LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
-_SHOWN = 1.0  # [s] for which an event is among the newest ones; a sink that takes rows less often misses some
+_LIES = 0.01  # [m]; a piece whose lowest point is this close to the carpet lies on it
+_SHOWN = 1.0  # [s] for which an event is among the newest ones; sinks with longer periods miss some
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceCount:
-    """Where all pieces are; everything but `staged` adds up to it."""
+    """Count of pieces by place; all except `staged` add up to it."""
 
     staged: int
-    """How many have come into the match, preloads included."""
+    """Pieces that have come into the match, preloads included."""
     on_field: int
     in_flight: int
     held: int
     scored: int
     placed: int = 0
-    """At rest in a place where they count; `on_field` is without them."""
+    """Pieces at rest in a place where they count; `on_field` is without them."""
     off_field: int
-    """Not on the field yet: e.g. with a human player."""
+    """Pieces not on the field yet, e.g. with a human player."""
 
     @classmethod
     def of(cls, pieces: GamePieceManager) -> PieceCount:
-        """Where all pieces of a match are now."""
+        """Count the present pieces of a match."""
         count = pieces.count
         return cls(
             staged=pieces.total,
@@ -128,16 +127,16 @@ class PieceCount:
 
 @dataclass(slots=True)
 class ShotRecord:
-    """One shot piece, from the muzzle until it scores, is taken in again or lies on the carpet."""
+    """Record of one shot, from the muzzle until the piece scores, is taken in again or lies on the carpet."""
 
     time: float
-    """At the end of the tick in which it left [s]."""
+    """End of the tick in which it left [s]."""
     number: int
-    """From 1; 0 of what a human player throws."""
+    """Number of the shot, from 1; 0 for a throw of a human player."""
     slot: int
     robot: int
     points: list[tuple[float, float, float]]
-    """Its flight, a point a tick [m]: of 2 s, and until it touches something; last, where it scored."""
+    """Path, one point per tick [m]: for 2 s, and until it touches something; last, the place where it scored."""
     scored: bool = False
 
 
@@ -145,70 +144,70 @@ class Hit(NamedTuple):
     """One shot that scored."""
 
     time: float
-    """[s]"""
+    """Time [s]."""
     shot: int
-    """Its number."""
+    """Number of the shot."""
 
 
 @dataclass(frozen=True, slots=True)
 class TakenIn:
-    """One piece that an intake or a placer took."""
+    """One piece that an intake or a placer took in."""
 
     time: float
-    """[s]"""
+    """Time [s]."""
     slot: int
     robot: int
     place: tuple[float, float, float]
-    """Where it was, field frame [m]."""
+    """Position of the piece, field frame [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """A robot was put somewhere: it has not driven there."""
+    """Placement of a robot by people or by a reset: it has not driven there."""
 
     time: float
-    """[s]"""
+    """Time [s]."""
     pose: Pose
-    """Where, field frame [m, m, rad]."""
+    """Pose, field frame [m, m, rad]."""
     reason: str
-    """`start`; `carried` by people, its gyro keeps its reading; `reset`, all of it begins anew."""
+    """`start`; `carried` by people, its gyro keeps its reading; `reset`, the whole robot starts again."""
 
 
 _Event = TypeVar("_Event", bound="ShotRecord | Hit | TakenIn")
 
 
 class RobotRecord:
-    """What one robot has done since the run began."""
+    """Record of one robot since the run began."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._place = robot.chassis.pose[:2]
         self.player = ""
-        """Who plays it in a match, e.g. `collector:3`; empty: not a player by a role."""
+        """Role and level of its player in a match, e.g. `collector:3`; empty without a role."""
         self.distance = 0.0
-        """How far it has driven; not from where it was to where it was put [m]."""
+        """Distance driven, without moves by people [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
-        """In order, its start first."""
+        """Placements in order, the start first."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """What it does with pieces counts from here on."""
+        """Start counting again what it does with pieces."""
         self.shortfalls = Shortfalls(self._robot)
-        """Why it took in or threw nothing."""
+        """Reasons why it took in or shot nothing."""
 
     @property
     def battery(self) -> Battery:
-        """Its lowest voltage, brown-outs and resets of the roboRIO since the run began."""
+        """Battery, with the lowest voltage, brown-outs and resets of the roboRIO since the run began."""
         return self._robot.battery
 
     def put(self, time: float, reason: str) -> None:
-        """Note that it was put to where it stands now."""
+        """Record its placement at the present pose."""
         pose = self._robot.chassis.pose
         self._place = pose[:2]
         self.placements.append(Placement(time, pose, reason))
 
     def after_tick(self, time: float) -> None:
-        """Add the way of a tick that ends now [s]."""
+        """Add the distance of a tick that ends now [s]."""
         self.shortfalls.after_tick(time)
         x, y, _ = self._robot.chassis.pos
         self.distance += math.hypot(x - self._place[0], y - self._place[1])
@@ -217,22 +216,22 @@ class RobotRecord:
 
 @dataclass(frozen=True, slots=True)
 class RecordColumns:
-    """The newest events as telemetry has them: rows of the last second of each, one after the other; read-only."""
+    """Newest events in telemetry's form: the rows of the last second, one after the other; read-only."""
 
     shots: IntArray
-    """Number of the shot, piece, robot, and ticks of the run when it had left, shape (4 n,)."""
+    """Number of the shot, slot, robot, and ticks since the run began when it had left, shape (4 n,)."""
     hits: IntArray
-    """Number of the hit and of its shot, shape (2 n,)."""
+    """Number of the hit, and of its shot, shape (2 n,)."""
     taken_in: IntArray
-    """Number, and x and y of where the piece was [mm], shape (3 n,)."""
+    """Number, and x and y of the piece's position [mm], shape (3 n,)."""
 
 
 class RunRecord:
-    """The record of one run of a match; `Match.record`.
+    """Record of one run of a match; `Match.record`.
 
     Args:
-        pieces: Of the match.
-        robots: Of the match, where they start.
+        pieces: Pieces of the match.
+        robots: Robots of the match, at their starts.
         tick: Length of a tick [s].
     """
 
@@ -242,30 +241,30 @@ class RunRecord:
         self.time = 0.0
         """End of the last tick [s]."""
         self.robots = [RobotRecord(robot) for robot in robots]
-        """By their numbers."""
+        """Records of the robots, by number."""
         self.failure = ""
-        """What a test of this run failed of; empty: it did not, or there is none."""
+        """Reason why a test of this run failed; empty if it did not, or without a test."""
         self.warnings: list[str] = []
-        """What was warned of while a test ran it, and as it ended what fell short."""
+        """Warnings during a test of this run, and shortfalls at its end."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """Shots and pieces taken in count from here on, as an auto begins or the field is reset."""
+        """Start counting shots and pieces taken in again, as an auto begins or the field is reset."""
         self.shots: list[ShotRecord] = []
-        """In order."""
+        """Shots in order."""
         self.taken_in: list[TakenIn] = []
-        """In order."""
+        """Pieces taken in, in order."""
         self.put_down = 0
-        """Pieces that placers have let go."""
+        """Number of pieces that placers have released."""
         self.human_points: dict[Alliance, int] = {"blue": 0, "red": 0}
-        """Points of what human players threw, by the alliance that got them."""
+        """Points of human players' throws, by the alliance that got them."""
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
         self._hits: list[Hit] = []
         self._columns: RecordColumns | None = None
 
-    # --- what a match notes -----------------------------------------------------------------------------------------
+    # --- events -----------------------------------------------------------------------------------------------------
 
     def after_tick(self, time: float) -> None:
         """Follow robots and shots to the end of a tick [s]."""
@@ -289,7 +288,7 @@ class RunRecord:
                 del self._followed[slot]
 
     def note_shot(self, slot: int, robot: int, pos: tuple[float, float, float]) -> None:
-        """A robot has shot a piece, which is at a place [m] at the end of the tick."""
+        """Record a robot's shot; the piece is at a place [m] at the end of the tick."""
         shot = ShotRecord(self.time, len(self.shots) + 1, slot, robot, [pos])
         self.shots.append(shot)
         self.robots[robot].shortfalls.note_shot()
@@ -297,11 +296,11 @@ class RunRecord:
         self._columns = None
 
     def note_thrown(self, slot: int) -> None:
-        """Follow a piece that a human player throws: it is no robot's shot."""
+        """Follow a piece that a human player throws: it is not a robot's shot."""
         self._followed[slot] = ShotRecord(self.time, 0, slot, _PERSON, [])
 
     def note_scored(self, event: ScoreEvent) -> None:
-        """Count a piece that has scored for who threw it: if a robot shot it, its shot hit."""
+        """Count a piece that has scored for the robot or human player that threw it."""
         shot = self._followed.pop(event.slot, None)
         if shot is not None and shot.robot == _PERSON:
             self.human_points[event.alliance] += event.points
@@ -309,20 +308,20 @@ class RunRecord:
             shot.scored = True
             self._hits.append(Hit(self.time, shot.number))
             if (place := tuple(self._pieces.state.pos[event.slot].tolist())) != tuple(shot.points[-1]):
-                shot.points.append(place)  # it has flown on unnoted
+                shot.points.append(place)  # it flew on after the recorded points
             self._columns = None
 
     def note_taken_in(self, slots: IntArray, robot: int) -> None:
-        """A robot takes pieces from where they are."""
+        """Record pieces that a robot takes in, at their positions."""
         for slot, (x, y, z) in zip(slots.tolist(), self._pieces.state.pos[slots].tolist(), strict=True):
             self.taken_in.append(TakenIn(self.time, slot, robot, (x, y, z)))
         self._columns = None
 
-    # --- what it comes to -------------------------------------------------------------------------------------------
+    # --- results ----------------------------------------------------------------------------------------------------
 
     @property
     def shortfalls(self) -> list[str]:
-        """Why robots took in or threw nothing, and which programs believe to be elsewhere, a sentence each."""
+        """Reasons why robots took in or shot nothing, and wrong pose estimates of programs, a sentence each."""
         found = []
         for number, robot in enumerate(self.robots):
             taken_in = len([taken for taken in self.taken_in if taken.robot == number])
@@ -331,14 +330,14 @@ class RunRecord:
         return found
 
     def conclude(self) -> bool:
-        """Warn of what fell short, each once; whether there was something new."""
+        """Add shortfalls to the warnings, each once; return whether there was a new one."""
         new = [line for line in self.shortfalls if line not in self.warnings]
         self.warnings.extend(new)
         return bool(new)
 
     @property
     def hits(self) -> int:
-        """Shots that scored."""
+        """Number of shots that scored."""
         return len(self._hits)
 
     @property
@@ -350,7 +349,7 @@ class RunRecord:
 
     @property
     def columns(self) -> RecordColumns:
-        """For telemetry; the same object until something happens."""
+        """Newest events for telemetry; the object is replaced when something happens."""
         if self._columns is None:
             self._columns = RecordColumns(
                 shots=_newest(self.shots, lambda shot: (shot.slot, shot.robot, round(shot.time / self._tick))),

@@ -1,6 +1,6 @@
-"""Plays an auto headless, as fast as the machine can, and reports what came of it: JSON for programs, or tables.
+"""Headless play of an auto or a match, as fast as the machine can, and its report: JSON for programs, or tables.
 
-The wall clock is read here, for the figures of the report; no time of it reaches the simulation.
+The wall clock is read here for the report; the simulation never reads it.
 """
 
 from __future__ import annotations
@@ -34,31 +34,31 @@ from simcore.units import TICK
 __all__ = ["NOTHING", "AutoRun", "RunReport", "Spread", "play_auto", "play_robots", "print_report", "split_level"]
 
 NOTHING = ("", "None")
-"""Words of a match's state that say that there is nothing, the second by the score API."""
+"""Texts of a match state for an empty value; the score API uses the second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Mean and largest of a count over the ticks."""
+    """Mean and maximum of a count over the ticks."""
 
     mean: float
     max: int
 
     @classmethod
     def of(cls, counts: Sequence[int]) -> Spread:
-        """Return those of the counts of all ticks; 0 without one."""
+        """Compute it from the counts of all ticks; 0 without ticks."""
         return cls(mean=float(np.mean(counts or [0])), max=max(counts, default=0))
 
 
 class RunReport:
-    """Figures of a run, as its match and its record have them now; each attribute is a field of `--json`.
+    """Figures of a run, from its match and record; each attribute is a field of `--json`.
 
     Args:
-        match: Played to its end, and not closed yet.
+        match: Match, played to its end and not closed yet.
         name: Name of the auto, or `match` for a whole one.
-        players: Who played each robot of a whole match, with its alliance.
-        startup_seconds: Wall time from nothing to the first tick, imports left out [s].
-        ticks: Of each tick: wall time [s], steps of the engine, awake pieces.
+        players: Player of each robot of a whole match, with its alliance.
+        startup_seconds: Wall time from the start to the first tick, without imports [s].
+        ticks: Wall time [s], engine steps and awake pieces of each tick.
         wall_seconds: Wall time of all ticks [s].
     """
 
@@ -76,58 +76,58 @@ class RunReport:
         self.game = match.game.name
         self.auto = name
         self.alliance = match.alliances[0]
-        """Of the first robot."""
+        """Alliance of the first robot."""
         self.players = tuple(players)
         self.seed = match.seed
         self.scatter = match.scatter.text
-        """The line that `Scatter.parse` makes the match's scatter of; 0 is none."""
+        """Scatter of the match in the format of `Scatter.parse`; 0 is none."""
         self.engine = match.world.engine_name
         self.sim_seconds = match.time
         self.startup_seconds = startup_seconds
         self.wall_seconds = wall_seconds
         self.realtime_factor = match.time / max(wall_seconds, 1e-9)
-        """Simulated over real time."""
+        """Simulated time over wall time."""
         self.ticks = match.ticks
         self.score = match.score
         self.match_state = _match_state(match.snapshot())
-        """The match clock, its period and what counts, at the end: by the names of the keys `Sim/Match/...`."""
+        """Match clock, period and the game's state at the end, by the names of the keys `Sim/Match/...`."""
         self.pieces = match.count
-        """Of all kinds."""
+        """Count of the pieces of all kinds."""
         self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
-        """What people call them."""
+        """Name of the pieces for people."""
         self.breakdown = match.breakdown()
-        """Pieces by zone, points of human players' throws, and what else the score is made of."""
+        """Pieces by zone, points of human players' throws, and the other parts of the score."""
         self.placed = dict(match.pieces.places.totals())
-        """Pieces by level, of a game with resting places."""
+        """Placed pieces by level, in a game with resting places."""
         self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)
-        """Each with its time, in order."""
+        """Fouls in order, each with its time."""
         self.shots = len(record.shots)
         self.hits = record.hits
         self.taken_in = len(record.taken_in)
-        """Pieces that all robots together have taken."""
+        """Number of pieces that all robots together have taken in."""
         self.shortfalls = tuple(record.shortfalls)
-        """Why robots took in or threw nothing, a sentence each."""
+        """Reasons why robots took in or shot nothing, a sentence each."""
         self.distance_m = record.robots[0].distance
-        """How far the first robot drove; not how far it was carried [m]."""
+        """Distance that the first robot drove, without moves by people [m]."""
         self.tick_ms = TickTimes.of([seconds for seconds, _, _ in ticks])
         self.substeps = Spread.of([substeps for _, substeps, _ in ticks])
         self.awake = Spread.of([awake for _, _, awake in ticks])
         self.min_battery_v = battery.min_voltage
         """Lowest battery voltage [V]."""
         self.brownouts = battery.brownouts
-        """How many times the battery's voltage switched the first robot's motors off."""
+        """Number of times that the battery's voltage switched the first robot's motors off."""
         self.resets = battery.resets
-        """How many times it switched that robot's roboRIO off."""
+        """Number of times that it switched that robot's roboRIO off."""
         self.digest = match.digest.hexdigest()
         """SHA-256 over the state trajectory."""
         self.outputs: Mapping[str, str] = {}
         """Path of each file written, by kind: log, page."""
 
     def to_json(self) -> str:
-        """One JSON object on one line, in plain types.
+        """Return one JSON object on one line, in plain types.
 
         Raises:
-            NonFiniteError: A NaN or an infinity, which JSON does not know; names the field.
+            NonFiniteError: If a value is a NaN or an infinity, which JSON lacks; it names the field.
         """
         return json.dumps(_plain("report", vars(self)), allow_nan=False)
 
@@ -147,12 +147,12 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def print_report(report: RunReport, console: Console, *, verbose: bool = False) -> None:
-    """Print the report as tables for 80 columns; plain ASCII where the terminal cannot show more (Windows cp1252).
+    """Print the report as tables for 80 columns; plain ASCII where the terminal needs it (Windows cp1252).
 
     Args:
-        report: Of the run.
-        console: Where to.
-        verbose: Also what only those ask who compare runs: seed, engine, times of ticks, digest.
+        report: Report of the run.
+        console: Console to print on.
+        verbose: Whether to add seed, engine, tick times and digest, for comparing runs.
     """
     ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
     style = box.ASCII if ascii_only else box.ROUNDED
@@ -223,14 +223,14 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
         run.add_row("digest", report.digest[:16])
     for kind, path in report.outputs.items():
-        # A path may hold letters that this terminal cannot print
+        # the path may have letters that this terminal cannot print
         shown = path.encode(console.encoding, "replace").decode(console.encoding)
         run.add_row(escape(kind), escape(shown))
     console.print(run)
 
 
 def split_level(name: str) -> tuple[str, str]:
-    """Whose a level of resting places is, and what it is called beside that.
+    """Split the name of a level of resting places into its alliance and the rest.
 
     >>> split_level("BlueL4"), split_level("Shelf")
     (('blue', 'L4'), ('', 'Shelf'))
@@ -240,7 +240,7 @@ def split_level(name: str) -> tuple[str, str]:
 
 
 def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
-    """A row an alliance and a column a level."""
+    """Make a table with a row per alliance and a column per level."""
     counts = {split_level(name): count for name, count in levels.items()}
     labels = list(dict.fromkeys(label for _, label in counts))
     table = Table(title="Placed, by level", box=style, title_justify="left", width=width)
@@ -253,7 +253,7 @@ def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
 
 
 def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
-    """What the score of a whole match is made of, by alliance; what is 0 on both sides is left out."""
+    """Make a table of a whole match's score by alliance; rows that are 0 on both sides are left out."""
     table = Table(title="Score sheet", box=style, title_justify="left", width=width)
     table.add_column("")
     for side in ("red", "blue"):
@@ -272,7 +272,7 @@ def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
 
 
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
-    """Match clock and period, and what the game adds to them, as people read them."""
+    """Return match clock, period and the game's own state as people read them."""
     rest = dict(state)
     for told_elsewhere in ("Game", "LastFoul"):
         rest.pop(told_elsewhere, None)
@@ -292,14 +292,14 @@ def _width(console: Console) -> int:
 
 @dataclass(slots=True)
 class AutoRun:
-    """One played auto: the report, and the match at its end for pages and questions. Close `match` after use."""
+    """Result of a play: the report, and the match at its end for pages and queries. Close `match` after use."""
 
     report: RunReport
     match: Match
     path: FloatArray
-    """Of the robot, a row a tick: x, y, yaw [m, m, rad]."""
+    """Path of the first robot, one row per tick: x, y, yaw [m, m, rad]."""
     pieces_at_start: FloatArray
-    """Places of all pieces on the field [m], shape (n, 3)."""
+    """Positions of all pieces on the field at the start [m], shape (n, 3)."""
     was_interrupted: bool
 
 
@@ -315,19 +315,19 @@ def play_auto(
     """Play an auto.
 
     Args:
-        game: Of which.
-        auto: What the robot does, or its name; None: the game's first.
-        alliance: Whose robot; a red one does the same under the field's symmetry.
-        seconds: How long, simulated [s]; None: as long as the game's auto.
-        robot: In place of the game's own.
+        game: Game of the auto.
+        auto: Auto, or its name; None: the game's first.
+        alliance: Alliance of the robot; a red one does the same under the field's symmetry.
+        seconds: Simulated time to play [s]; None: the game's autonomous period.
+        robot: Config in place of the game's robot.
         settings: Further arguments of `play_robots` and `Match`, e.g. `seed` and `sinks`.
 
     Returns:
-        The run.
+        Result of the run.
 
     Raises:
-        ConfigError: `seconds` is not a positive finite number, or the match cannot be.
-        UnknownNameError: No auto of that name.
+        ConfigError: If `seconds` is not a positive finite number or the match is invalid.
+        UnknownNameError: If there is no auto of that name.
     """
     chosen = auto if isinstance(auto, Auto) else game.auto(auto)
     length = seconds if seconds is not None else auto_seconds(game)
@@ -356,18 +356,18 @@ def play_robots(
     should_stop: Callable[[], bool] = lambda: False,
     **settings: Any,
 ) -> AutoRun:
-    """Play with robots, as `play_auto` does with one.
+    """Play with robots, like `play_auto` with one.
 
     Args:
-        game: Which.
-        robots: Who plays.
-        set_controllers: Told of the match before its first tick, to say what commands its robots.
-        name: Of the run, in its report.
-        seconds: How long, simulated [s].
-        players: Who plays each robot of a whole match, for the report.
-        sinks: Who wants telemetry; they are closed if the match cannot be.
-        on_tick: Called after each tick, e.g. for a progress bar.
-        should_stop: Asked before each tick; True ends the run early, with everything up to there.
+        game: Game to play.
+        robots: Robots of the match.
+        set_controllers: Function that sets the robots' controllers, called with the match before its first tick.
+        name: Name of the run in its report.
+        seconds: Simulated time to play [s].
+        players: Player of each robot of a whole match, for the report.
+        sinks: Receivers of telemetry; they are closed if the match is invalid.
+        on_tick: Function that is called after each tick, e.g. for a progress bar.
+        should_stop: Function that is called before each tick; True ends the run early, keeping everything so far.
         settings: Further arguments of `Match`.
     """
     start = perf_counter()
@@ -377,7 +377,7 @@ def play_robots(
         for sink in sinks:
             sink.close()
         raise
-    gc.freeze()  # else each full collection within the run looks through the field and all modules: 40 ms
+    gc.freeze()  # otherwise each full garbage collection in the run visits the field and all modules: 40 ms
     try:
         set_controllers(match)
         pieces_at_start = match.pieces.state.pos[match.pieces.on_field()].copy()
@@ -407,7 +407,7 @@ def play_robots(
 
 
 def auto_seconds(game: Game) -> float:
-    """How long a game's autonomous period is [s]."""
+    """Return the duration of a game's autonomous period [s]."""
     for phase in game.clock.phases:
         if phase.mode == "auto":
             return phase.duration
@@ -415,7 +415,7 @@ def auto_seconds(game: Game) -> float:
 
 
 def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:
-    """What the keys `Sim/Match/...` say, by the rest of their names."""
+    """Return the values of the keys `Sim/Match/...`, by the rest of their names."""
     prefix = "Sim/Match/"
     values: dict[str, float | int | bool | str] = {}
     for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans, snapshot.strings):

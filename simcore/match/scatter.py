@@ -1,9 +1,8 @@
-"""Scatter: by how much robots, pieces, sensors and people differ from match to match and from shot to shot.
+"""Scatter: differences of robots, pieces, sensors and people from match to match and from shot to shot.
 
-A `Scatter` says how large each spread is. What comes of it in a match is drawn by `ScatterDraws`, from a generator of
-its own for each name, so that a draw depends on the seed of the match and on nothing else: not on which other spreads
-are on, on the order of draws, or on how many robots play. `built_robot` is what
-was really built after a config.
+A `Scatter` gives the size of each spread. `ScatterDraws` draws its values for a match, from a separate generator for
+each name, so that a draw depends on the seed of the match alone: not on other spreads, the order of draws, or the
+number of robots. `built_robot` gives the robot as built from a config.
 """
 
 from __future__ import annotations
@@ -17,9 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.symmetry import Pose
 from simcore.pieces.kinds import PieceVariation
-from simcore.pieces.shooter import ShotErrors
 from simcore.quantities import FACTOR, Quantity, require, require_fields, shown
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.dc_motor import MotorModel
@@ -28,9 +25,11 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.gyro import GyroConfig
 from simcore.robot.mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import BuiltRobot, MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShotErrors
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray, FloatSupplier
 from simcore.units import degrees
+from simcore.world.symmetry import Pose
 
 __all__ = ["Scatter", "ScatterDraws", "built_robot", "piece_variation", "start_error"]
 
@@ -41,10 +40,10 @@ _RATE = Quantity("rad/s", 0.0, 0.5)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scatter:
-    """How large each spread is. `Scatter()` has the default ones, `Scatter.none()` none.
+    """Size of each spread. `Scatter()` has the defaults, `Scatter.none()` has none.
 
-    Where nothing else is said, a spread is the standard deviation of a normal distribution, and relative to what the
-    config of game or robot says. Make variants with `dataclasses.replace`, `scaled` or `parse`.
+    Unless stated otherwise, a spread is the standard deviation of a normal distribution, relative to the value in the
+    config of game or robot. Make variants with `dataclasses.replace`, `scaled` or `parse`.
 
     Example:
         >>> half = Scatter().scaled(0.5)
@@ -53,58 +52,61 @@ class Scatter:
     """
 
     exit_speed: float = 0.03
-    """Of each shot: speed at which it leaves the shooter [-].
+    """Spread of the exit speed, for each shot [-].
 
-    Estimate, 2 to 5 % for foam balls, most of it the balls': the same wheels throw balls of other density up to 2 m
+    Estimate, 2 to 5 % for foam balls, most of it from the balls: wheels throw balls of another density up to 2 m
     farther (vexforum.com/t/29718), used ones shorter than new ones (chiefdelphi.com/t/150445, /t/117361)."""
     elevation: float = degrees(1.0)
-    """Of each shot: its elevation [rad]. Estimate: play of the hood, and where on it a piece lets go."""
+    """Spread of the elevation, for each shot [rad]. Estimate: play of the hood, and where on it a piece leaves."""
     azimuth: float = degrees(0.7)
-    """Of each shot: its direction to the side [rad]. Estimate: where across the wheels a piece lies."""
+    """Spread of the azimuth, for each shot [rad]. Estimate: where across the wheels a piece lies."""
     spin: float = 0.1
-    """Of each shot: its spin [-]. Estimate; it matters where pieces have lift, and after the first bounce."""
+    """Spread of the spin, for each shot [-]. Estimate; it matters where pieces have lift, and after the first
+    bounce."""
     feed_time: float = 0.02
-    """Of each shot: the time from the one before it [s]. Estimate: pieces do not lie touching one another."""
+    """Spread of the time since the shot before, for each shot [s]. Estimate: pieces do not touch one another."""
     piece_mass: float = 0.055
-    """Of each piece: its mass, even from this much below to this much above [-]. The balls of the 2026 manual
-    weigh 0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
+    """Spread of the mass, for each piece, uniform within plus and minus this [-]. The balls of the 2026 manual weigh
+    0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
     piece_diameter: float = 0.01
-    """Of each piece: its diameter, even from this much below to this much above [-]. Estimate, a factor of 2 either
-    way: no manual says a tolerance."""
+    """Spread of the diameter, for each piece, uniform within plus and minus this [-]. Estimate, within a factor of 2:
+    no manual gives a tolerance."""
     restitution: float = 0.05
-    """Of each piece: its coefficient of restitution [-]. Estimate."""
+    """Spread of the coefficient of restitution, for each piece [-]. Estimate."""
     drag: float = 0.05
-    """Of each piece: its drag coefficient [-]. Estimate: skins wear, and a ball that is not round tumbles."""
+    """Spread of the drag coefficient, for each piece [-]. Estimate: skins wear, and a ball that is not round
+    tumbles."""
     tread_friction: float = 0.08
-    """Of each robot: friction of its treads on this carpet [-]. Estimate: a field's own carpet holds here and slides
-    there (chiefdelphi.com/t/160925)."""
+    """Spread of the friction of the treads on this carpet, for each robot [-]. Estimate: one field's carpet holds,
+    another's is slippery (chiefdelphi.com/t/160925)."""
     wheel_wear: float = 0.025
-    """Of each wheel: by how much its radius is less than robot code believes, even from 0 to this [-]. Of a tread of
-    3.75 in 0.05 in are gone after an event (chiefdelphi.com/t/406728)."""
+    """Spread of wear, for each wheel: reduction of its radius below robot code's value, uniform from 0 to this [-]. A
+    tread of 3.75 in loses 0.05 in at an event (chiefdelphi.com/t/406728)."""
     battery_charge: float = 0.1
-    """Of each battery: how much charge it lacks at the start, even from 0 to this [-]. Estimate: the queue."""
+    """Spread of missing charge at the start, for each battery, uniform from 0 to this [-]. Estimate: the queue."""
     battery_resistance: float = 0.12
-    """Of each battery: its resistances [-]. One team's batteries in use have 13 to 21 mohm inside
+    """Spread of the resistances, for each battery [-]. One team's batteries in use have 13 to 21 mohm inside
     (chiefdelphi.com/t/368572); with 5 mohm of cable that is 22 +- 2.5."""
     motor_kt: float = 0.03
-    """Of each motor: torque per current, and with it volts per speed [-]. Makers promise +-10 % (HIWIN, torque motors,
-    "tolerances"); taken for three standard deviations."""
+    """Spread of torque per current, and of volts per speed with it, for each motor [-]. Makers guarantee +-10 % (HIWIN,
+    torque motors, "tolerances"); taken as three standard deviations."""
     motor_resistance: float = 0.04
-    """Of each motor: resistance of the winding with its leads [-]. The same, and 10 K of copper at 0.4 %/K."""
+    """Spread of the resistance of winding and leads, for each motor [-]. Source as above, plus 10 K of copper at
+    0.4 %/K."""
     encoder: float = degrees(0.5)
-    """Of each absolute encoder, on the azimuths of swerve modules, hoods and turrets: its zero [rad]. Estimate: wheels
-    are zeroed along a bar, hoods at a stop."""
+    """Spread of the zero, for each absolute encoder on swerve azimuths, hoods and turrets [rad]. Estimate: wheels are
+    zeroed along a bar, hoods at a stop."""
     gyro: float = degrees(0.01)
-    """Of each gyro: the yaw rate that it shows at rest [rad/s]. Estimate: 0.6 degrees a minute are left of the
+    """Spread of the yaw rate at rest, for each gyro [rad/s]. Estimate: 0.6 degrees a minute remain after the
     calibration at power-up, when the robot stands on a cart."""
     start_position: float = 0.015
-    """Of each robot: where people put it, along x and along y [m]. Estimate: by eye, along a mark."""
+    """Spread of the starting position along x and along y, for each robot [m]. Estimate: by eye, along a mark."""
     start_heading: float = degrees(1.0)
-    """Of each robot: which way they turn it [rad]. Estimate: 14 mm at the end of a bumper."""
+    """Spread of the starting heading, for each robot [rad]. Estimate: 14 mm at the end of a bumper."""
     camera_noise: float = 0.3
-    """Of each camera: the noise of its pictures [-]. Estimate: focus, exposure, light."""
+    """Spread of the image noise, for each camera [-]. Estimate: focus, exposure, light."""
     human_players: float = 0.2
-    """Of each human player: times and errors [-]. Estimate."""
+    """Spread of times and errors, for each human player [-]. Estimate."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -134,26 +136,26 @@ class Scatter:
 
     @classmethod
     def none(cls) -> Scatter:
-        """No spread at all: the exact run."""
+        """Return a scatter without any spread: the exact run."""
         return cls(**dict.fromkeys(cls.names(), 0.0))
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Of all spreads."""
+        """Return the names of all spreads."""
         return tuple(field.name for field in dataclasses.fields(cls))
 
     def scaled(self, factor: float) -> Scatter:
-        """All spreads times a factor.
+        """Return a scatter with all spreads multiplied by a factor.
 
         Raises:
-            ConfigError: It is no number >= 0, or makes a spread larger than can be.
+            ConfigError: If it is not a number >= 0 or makes a spread too large.
         """
         require("Scatter", "factor", factor, FACTOR)
         return Scatter(**{name: factor * getattr(self, name) for name in self.names()})
 
     @classmethod
     def parse(cls, text: str) -> Scatter:
-        """Spreads as one line: a factor of the default ones (1 if it is left out), then single ones that are otherwise.
+        """Parse a line: a factor on the default spreads (1 if left out), then single spreads by name.
 
         >>> Scatter.parse("0.5") == Scatter().scaled(0.5)
         True
@@ -162,8 +164,8 @@ class Scatter:
         (0.03, 0.0)
 
         Raises:
-            ConfigError: A part is no number, or a spread cannot be so large.
-            UnknownNameError: There is no such spread.
+            ConfigError: If a part is not a number or a spread is too large.
+            UnknownNameError: If there is no such spread.
         """
         first, *rest = text.split(",")
         if "=" in first:
@@ -178,7 +180,7 @@ class Scatter:
 
     @property
     def text(self) -> str:
-        """The line that `parse` makes this of.
+        """Line from which `parse` makes this scatter.
 
         >>> Scatter.parse(Scatter().text) == Scatter(), Scatter.none().text
         (True, '0')
@@ -198,11 +200,11 @@ def _number(text: str, part: str) -> float:
 
 
 class ScatterDraws:
-    """What the scatter of one match comes to.
+    """Scatter draws of one match.
 
     Args:
-        scatter: How large each spread is.
-        seed: Of the match.
+        scatter: Sizes of the spreads.
+        seed: Seed of the match.
     """
 
     def __init__(self, scatter: Scatter, seed: int) -> None:
@@ -210,35 +212,35 @@ class ScatterDraws:
         self._seed = seed
 
     def generator(self, name: str, *numbers: int) -> np.random.Generator:
-        """The generator of one spread of one thing.
+        """Return the generator of one spread of one object.
 
         Args:
-            name: Of the spread.
-            numbers: Which thing: e.g. numbers of robot and shooter.
+            name: Name of the spread.
+            numbers: Numbers of the object, e.g. of robot and shooter.
         """
         return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
 
     def normal(self, name: str, *numbers: int) -> float:
-        """A normal number times the size of a spread."""
+        """Draw a normal number times the size of a spread."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).standard_normal()) if size else 0.0
 
     def factor(self, name: str, *numbers: int) -> float:
-        """A factor around 1: e to the power of `normal`, so that it is never below zero."""
+        """Draw a factor around 1: e to the power of `normal`, so that it is always positive."""
         return math.exp(self.normal(name, *numbers))
 
     def share(self, name: str, *numbers: int) -> float:
-        """A number spread evenly from 0 to the size of a spread."""
+        """Draw a number uniform from 0 to the size of a spread."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).random()) if size else 0.0
 
 
 def piece_variation(draws: ScatterDraws, counts: Sequence[int]) -> PieceVariation:
-    """Factors of all pieces of a match.
+    """Draw factors for all pieces of a match.
 
     Args:
-        draws: Of the match.
-        counts: How many there are of each kind, in the order of the pool.
+        draws: Scatter draws of the match.
+        counts: Number of pieces of each kind, in the order of the pool.
     """
     return PieceVariation(
         mass=_each("piece_mass", draws, counts, _even),
@@ -269,17 +271,17 @@ def _normal(rng: np.random.Generator, size: float, count: int) -> FloatArray:
 
 _DRIVE, _STEER, _MECHANISM = range(3)  # groups of motors
 _AZIMUTH, _HOOD, _TURRET = range(3)  # groups of encoders
-_MAX_COF = 10.0  # what a friction may be
+_MAX_COF = 10.0  # largest allowed friction
 _AHEAD = 64  # numbers that a shooter draws at once
 
 
 def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRobot:
-    """What was built after a config.
+    """Draw the robot as built from a config.
 
     Args:
-        config: What it should be.
-        draws: Of the match.
-        robot: Its number.
+        config: Config of the robot.
+        draws: Scatter draws of the match.
+        robot: Number of the robot.
     """
     drivetrain = config.drivetrain
     return BuiltRobot(
@@ -302,7 +304,7 @@ def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRo
 
 
 def start_error(draws: ScatterDraws, robot: int) -> Pose:
-    """By how much people put a robot elsewhere than they should: ahead of it, to its left, and turned [m, m, rad]."""
+    """Draw people's error in placing a robot: ahead, to its left, and rotation [m, m, rad]."""
     return (
         draws.normal("start_position", robot, 0),
         draws.normal("start_position", robot, 1),
@@ -332,7 +334,7 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
 def _fixed_wheels(
     config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
 ) -> tuple[TankConfig | MecanumConfig, ...]:
-    """Each wheel of a mecanum drive, or the sides of a tank: motors share a side's load, its wheels wear alike."""
+    """Draw each wheel of a mecanum drive or side of a tank: a side's motors share its load, its wheels wear alike."""
     tread = draws.factor("tread_friction", robot)
     is_tank = isinstance(config, TankConfig)
     motors = config.motors_per_side if isinstance(config, TankConfig) else config.motors_per_wheel
@@ -353,7 +355,7 @@ def _fixed_wheels(
 
 
 def _motor_factors(draws: ScatterDraws, motors: int, *numbers: int) -> tuple[float, float]:
-    """Mean factors of kt and of resistance of motors that turn one shaft."""
+    """Draw mean factors of kt and of resistance of motors on one shaft."""
     kt = [draws.factor("motor_kt", *numbers, motor) for motor in range(motors)]
     resistance = [draws.factor("motor_resistance", *numbers, motor) for motor in range(motors)]
     return math.fsum(kt) / motors, math.fsum(resistance) / motors
@@ -376,7 +378,7 @@ def _mechanism(config: MechanismConfig, draws: ScatterDraws, robot: int, number:
 
 
 def _battery(config: BatteryConfig, draws: ScatterDraws, robot: int) -> BatteryConfig:
-    aged = draws.factor("battery_resistance", robot)  # one cause: what is slow ages with what is fast
+    aged = draws.factor("battery_resistance", robot)  # one cause: slow and fast resistance age together
     return replace(
         config,
         initial_charge=max(0.0, config.initial_charge - draws.share("battery_charge", robot)),
@@ -412,7 +414,7 @@ def _shot_errors(draws: ScatterDraws, robot: int, shooter: int, *, hood: bool, t
 
 
 def _normals(size: float, rng: np.random.Generator) -> Callable[[], float]:
-    """Normal numbers one by one."""
+    """Return a function that draws normal numbers one by one."""
     ready: list[float] = []
 
     def next_one() -> float:

@@ -1,4 +1,4 @@
-"""Who scored what, when: zones that pieces cross, and the events and totals that come of it."""
+"""Scores by piece and time: zones that pieces cross, and the resulting events and totals."""
 
 from __future__ import annotations
 
@@ -9,39 +9,39 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import Zone
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import Alliance, BoolArray, FloatArray, IntArray
+from simcore.world.zones import Zone
 
 __all__ = ["Alliance", "FoulEvent", "Score", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
 
 
-_ROUNDING = 1e-9  # [m]; a zone's own test may see what just touches it
+_ROUNDING = 1e-9  # [m]; a zone's own test may accept a piece that just touches it
 
 
 def other_alliance(alliance: Alliance) -> Alliance:
-    """The opponent."""
+    """Return the opponent alliance."""
     return "red" if alliance == "blue" else "blue"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoringZone:
-    """A place where pieces score."""
+    """Zone in which pieces score."""
 
     name: str
-    """Also the key of its breakdown."""
+    """Name, and key in the breakdown."""
     alliance: Alliance
-    """Who gets the points, whoever shot."""
+    """Alliance that gets the points, whoever shot."""
     zone: Zone
     points: int = 1
-    """Points of one piece while the zone is worth anything."""
+    """Points of one piece while the zone is active."""
     downward: bool = True
-    """Whether only pieces on their way down count."""
+    """Whether only falling pieces count."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that score in it; none named: all."""
+    """Kinds of pieces that score in it; empty: all."""
     opening: ShotOpening | None = None
-    """What shots have to fall through to score in it; None: nobody shoots at it."""
+    """Opening that shots have to fall through; None: no shots are aimed at it."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"ScoringZone {self.name!r}", points=Quantity("points", -1000, 1000, is_whole=True))
@@ -56,30 +56,30 @@ class ScoreEvent:
     zone: str
     alliance: Alliance
     points: int
-    """0 where the zone was worth nothing at the time."""
+    """Points; 0 where the zone was inactive at the time."""
     slot: int
-    """The piece."""
+    """Slot of the piece."""
 
 
 @dataclass(frozen=True, slots=True)
 class FoulEvent:
-    """A rule that a robot has broken."""
+    """Violation of a rule by a robot."""
 
     time: float
     """Simulated time at the end of the tick [s]."""
     rule: str
-    """As the game's manual numbers it."""
+    """Number of the rule in the game's manual."""
     robot: int
     alliance: Alliance
-    """Of that robot."""
+    """Alliance of that robot."""
     points: int
-    """That the other alliance gets."""
+    """Points that the other alliance gets."""
     text: str
-    """What it did, as people read it."""
+    """Description of the violation, for people."""
 
     @property
     def gains(self) -> Alliance:
-        """Who gets the points."""
+        """Alliance that gets the points."""
         return other_alliance(self.alliance)
 
     def __str__(self) -> str:
@@ -95,7 +95,7 @@ class Score:
     total: int
 
     def __gt__(self, other: object) -> bool:
-        """Refuse to compare two numbers with one, and name both."""
+        """Raise an error for a comparison of two numbers with one."""
         raise ConfigError(
             f"a score has points of red and of blue, got {other!r}: did you mean score.blue or score.red?"
         )
@@ -104,7 +104,7 @@ class Score:
 
 
 class ScoringTracker:
-    """Counts pieces through zones, each piece once until it is let in again by its owner."""
+    """Counter of pieces through zones; a piece counts once until the caller puts it back on the field."""
 
     def __init__(
         self,
@@ -116,8 +116,8 @@ class ScoringTracker:
         """Make a tracker.
 
         Args:
-            zones: Where pieces score; names must differ.
-            worth: Points of a piece in a zone now; None: always `zone.points`.
+            zones: Zones where pieces score; names must differ.
+            worth: Function that gives the points of a piece in a zone now; None: always `zone.points`.
             kinds: Kind of the piece of each slot; needed if a zone names kinds.
         """
         self.zones = tuple(zones)
@@ -132,28 +132,28 @@ class ScoringTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Begin at zero."""
+        """Start at zero."""
         self.events: list[ScoreEvent] = []
-        """All events so far, in order."""
+        """All scoring events so far, in order."""
         self.fouls: list[FoulEvent] = []
         """All fouls so far, in order."""
         self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
         """Points by alliance."""
         self.pieces: dict[str, int] = dict.fromkeys((zone.name for zone in self.zones), 0)
-        """Pieces by zone, whatever they were worth."""
+        """Pieces by zone, whatever their points."""
 
     def add(self, alliance: Alliance, points: int) -> None:
-        """Give points that no piece brings: for a climb, a parked robot."""
+        """Add points that no piece brings: for a climb, a parked robot."""
         self.totals[alliance] += points
 
     def foul(self, event: FoulEvent) -> None:
-        """Note a foul, and give its points to the other alliance."""
+        """Record a foul, and give its points to the other alliance."""
         self.fouls.append(event)
         self.totals[event.gains] += event.points
 
     @staticmethod
     def _mask(zone: ScoringZone, kinds: Sequence[str]) -> BoolArray | None:
-        """Which slots may score in a zone, shape (n,); None: all."""
+        """Return which slots may score in a zone, shape (n,); None: all."""
         if not zone.kinds:
             return None
         unknown = set(zone.kinds) - set(kinds)
@@ -162,16 +162,16 @@ class ScoringTracker:
         return np.isin(np.array(kinds), zone.kinds)
 
     def update(self, time: float, slots: IntArray, start: FloatArray, end: FloatArray) -> list[ScoreEvent]:
-        """Sweep pieces from where they were to where they are.
+        """Sweep pieces from their old to their new positions.
 
         Args:
-            time: At the end of the tick [s].
-            slots: The pieces that moved, shape (n,).
-            start: Where they were, shape (n, 3) [m].
-            end: Where they are, shape (n, 3) [m].
+            time: End of the tick [s].
+            slots: Slots of the pieces that moved, shape (n,).
+            start: Old positions, shape (n, 3) [m].
+            end: New positions, shape (n, 3) [m].
 
         Returns:
-            The new events; the caller takes those pieces off the field.
+            New events; the caller takes those pieces off the field.
         """
         if not len(slots):
             return []
@@ -182,7 +182,7 @@ class ScoringTracker:
         found: list[ScoreEvent] = []
         left: BoolArray = np.ones(len(slots), dtype=bool)
         falling = end[:, 2] < start[:, 2]
-        # few zones have a piece near: 102 -> 29 us a tick of a match of six
+        # few zones have a piece nearby: 102 -> 29 us per tick of a match of six robots
         low, top = np.minimum(start, end)[:, None], np.maximum(start, end)[:, None]
         near = np.any(np.all((top >= self._low) & (low <= self._high), axis=2), axis=0)
         for row in np.nonzero(near)[0].tolist():

@@ -1,7 +1,7 @@
-"""A robot that plays a script: it drives by chassis speeds, aims by solving the shot, and commands volts.
+"""A robot that follows a script: it drives by chassis speeds, aims by solving the shot, and commands volts.
 
-Scripts are generators that yield once a tick. They think as a blue robot; for a red one, places are flipped under the
-field's symmetry on the way in and out.
+Scripts are generators that yield once a tick. They play as a blue robot; for a red one, poses are flipped under the
+field's symmetry on input and output.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from typing import TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import wrap_angle
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
@@ -29,38 +27,40 @@ from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
+from simcore.world.rotation import wrap_angle
+from simcore.world.symmetry import Pose
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
 _log = logging.getLogger(__name__)
 
 Steps: TypeAlias = Generator[None, None, None]
-"""Yields once a tick."""
+"""Generator that yields once a tick."""
 Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
-"""What to do, from the first tick to the last."""
+"""Function of the robot that makes its steps from the first tick to the last."""
 
-# Of a robot that is ready to shoot. Each is worth 40 to 60 mm where a shot of 2.5 m and 1.2 s comes down.
-_WHEEL_TOLERANCE = 0.01  # of the wheels' speed; the range goes with its square
+# Tolerances of a robot that is ready to shoot. Each is worth 40 to 60 mm at the target of a shot of 2.5 m and 1.2 s.
+_WHEEL_TOLERANCE = 0.01  # of the wheels' speed; the range depends on its square
 _HEADING_TOLERANCE = degrees(1.0)
 _MOST_SPEED = 0.05  # over ground [m/s]
-_AT_TARGET = 0.1  # a zone this near to a target is meant [m]
+_AT_TARGET = 0.1  # [m]; zones this near to a target count as its zones
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptSettings:
-    """How scripts handle a robot."""
+    """Settings of how scripts handle a robot."""
 
     acceleration: float = 6.0
-    """Along the ground [m/s^2]; half of what tires can give, so that wheels do not skid."""
+    """Acceleration along the ground [m/s^2]; half of what tires can give, so that wheels do not skid."""
     shot_elevation: float = degrees(60.0)
-    """Of shots over the horizontal, where a hood can choose [rad]."""
+    """Elevation of shots above the horizontal, for shooters with a hood [rad]."""
     feed_volts: Mapping[str, float] = field(default_factory=dict)
     """Mechanisms that run while pieces are fed to the shooter, with their voltage [V]."""
     roller_volts: float = 9.0
-    """At the intake's roller while it is out [V]."""
+    """Voltage of the intake's roller while the intake is out [V]."""
     intake_x: float = -0.6
-    """Where the intake takes pieces, ahead of the robot's center [m]."""
+    """Position of the intake ahead of the robot's center [m]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -73,18 +73,18 @@ class ScriptSettings:
         )
 
     def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
-        """What makes a robot that follows a script so, for `Auto.controller`."""
+        """Return a function that makes a robot with these settings, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
 
 
 class ScriptedRobot:
-    """A controller that follows a script; for robots with swerve.
+    """Controller that follows a script; for robots with swerve.
 
     Args:
-        script: What to do.
-        match: In which it plays.
-        alliance: Whose robot it is.
-        settings: How it handles the robot.
+        script: Script to follow.
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        settings: Settings of how it handles the robot.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class ScriptedRobot:
         self._wheel_goal = 0.0
         self._feed = False
         self._intake = False
-        self._from_below: dict[tuple[float, float, float], bool] = {}  # by target, whether a shot may come to it rising
+        self._from_below: dict[tuple[float, float, float], bool] = {}  # by target: may a shot reach it rising
         self._positions: dict[str, float] = {}
         self._volts: dict[str, float] = {}
         self._position_loop = PositionController(kp=25.0)
@@ -108,24 +108,24 @@ class ScriptedRobot:
         self._wheel_loops: dict[str, VelocityController] = {}
         self._robot: Robot | None = None
         self.pose: Pose = (0.0, 0.0, 0.0)
-        """Where the robot believes to be in this tick since it was put down, as a blue one [m, m, rad]."""
+        """Pose of the robot in this tick by its odometry since its placement, as a blue one [m, m, rad]."""
         self.is_done = False
         """Whether the script has ended."""
         self.aim_error = (0.0, 0.0)
-        """By how much it aims beside the shot that hits: to the left [rad], and too fast, as a share of the speed."""
+        """Aiming error added to the solved shot: to the left [rad], and too fast, as a share of the speed."""
 
     @property
     def match(self) -> PlayedMatch:
-        """The match in which it plays."""
+        """Match in which it plays."""
         return self._match
 
     @property
     def alliance(self) -> Alliance:
-        """Whose robot it is."""
+        """Alliance of the robot."""
         return self._alliance
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
+        """Run one tick of robot code. The script begins with its first robot, and again after `Match.reset`."""
         if self._robot is not robot:
             self.begin(robot)
         self.pose = self.as_blue(robot.reckoned_pose)
@@ -139,7 +139,7 @@ class ScriptedRobot:
         """Begin the script with a robot.
 
         Raises:
-            ConfigError: It has no swerve; a script drives nothing else.
+            ConfigError: If the robot has no swerve, which scripts need.
         """
         if not isinstance(robot.drive, SwerveDrive):
             kind = type(robot.drive).__name__
@@ -157,7 +157,7 @@ class ScriptedRobot:
                 self._wheel_loops[name] = VelocityController.for_gearbox(wheel.gearbox, kp=0.08)
         self._steps = self._script(self)
 
-    # --- what a script sees -------------------------------------------------------------------------------------
+    # --- state that a script reads ------------------------------------------------------------------------------
 
     @property
     def robot(self) -> Robot:
@@ -166,21 +166,21 @@ class ScriptedRobot:
         return self._robot
 
     def as_blue(self, pose: Pose) -> Pose:
-        """A pose of the field frame [m, m, rad], as a blue robot sees it in the corresponding place."""
+        """Convert a field-frame pose [m, m, rad] to that of a blue robot in the corresponding place."""
         return pose if self._alliance == "blue" else self._symmetry.flip_pose(*pose)
 
     @property
     def held(self) -> int:
-        """How many pieces the robot holds."""
+        """Number of pieces that the robot holds."""
         return len(self.robot.held)
 
     def piece_positions(self, kind: str | None = None) -> FloatArray:
-        """Where pieces are on the field, of one kind or all, blue field frame [m], shape (n, 3)."""
+        """Return positions of pieces on the field, of one kind or all, blue field frame [m], shape (n, 3)."""
         pieces = self._match.pieces
         positions = pieces.state.pos[pieces.on_field(kind)]
         return positions if self._alliance == "blue" else self._symmetry.flip_points(positions)
 
-    # --- what a script does -------------------------------------------------------------------------------------
+    # --- commands of a script -----------------------------------------------------------------------------------
 
     def stop(self) -> None:
         """Stand still."""
@@ -196,28 +196,28 @@ class ScriptedRobot:
         self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
 
     def intake(self, on: bool) -> None:
-        """Put the intake out and turn its roller, or pull it in."""
+        """Deploy the intake and turn its roller, or retract it."""
         self._intake = on
 
     def set_position(self, mechanism: str, position: float) -> None:
-        """Bring a mechanism to a position [rad] and hold it there from now on."""
+        """Move a mechanism to a position [rad] and hold it there from now on."""
         self._volts.pop(mechanism, None)
         self._positions[mechanism] = position
 
     def set_volts(self, mechanism: str, volts: float) -> None:
-        """Put a voltage on a mechanism from now on [V]."""
+        """Apply a voltage to a mechanism from now on [V]."""
         self._positions.pop(mechanism, None)
         self._volts[mechanism] = volts
 
     def wait(self, seconds: float) -> Steps:
-        """Go on doing the same."""
+        """Keep the present commands for a time [s]."""
         for _ in range(round(seconds / TICK)):
             yield
 
     def drive_to(
         self, x: float, y: float, yaw: float, *, speed: float = 3.0, tolerance: float = 0.06, timeout: float = 6.0
     ) -> Steps:
-        """Drive straight to a pose and stop there [m, m, rad]; gives up after `timeout` [s]."""
+        """Drive straight to a pose and stop there [m, m, rad]; give up after `timeout` [s]."""
         yield from self.drive_through([(x, y)], yaw, speed=speed, tolerance=tolerance, timeout=timeout)
 
     def drive_through(
@@ -236,9 +236,9 @@ class ScriptedRobot:
             points: Corners of the path, blue field frame [m].
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
-            tolerance: How near to the last point counts as there [m].
-            corner: From how near a corner the next one is aimed at [m].
-            timeout: Gives up after this long [s].
+            tolerance: Distance from the last point that counts as reached [m].
+            corner: Distance from a corner at which the robot turns to the next one [m].
+            timeout: Time after which it gives up [s].
         """
         way = list(points)
         for _ in range(round(timeout / TICK)):
@@ -261,14 +261,14 @@ class ScriptedRobot:
         """Command the velocity of this tick along straight lines, so that the robot can stop at the last point.
 
         Args:
-            way: Corners of the path, blue field frame [m]; those that are reached are taken out.
+            way: Corners of the path, blue field frame [m]; reached ones are removed.
             yaw: Heading to turn to [rad].
             speed: Cruising speed [m/s].
-            corner: From how near a corner the next one is aimed at [m].
-            stop_before: How far before the last point to stop [m].
+            corner: Distance from a corner at which the robot turns to the next one [m].
+            stop_before: Distance before the last point at which to stop [m].
 
         Returns:
-            Length of the way that is left [m].
+            Remaining length of the path [m].
         """
         x, y, heading = self.pose
         while len(way) > 1 and math.hypot(way[0][0] - x, way[0][1] - y) < corner:
@@ -295,15 +295,15 @@ class ScriptedRobot:
     ) -> Steps:
         """Take in the pieces of a region, the nearest first.
 
-        It ends when nothing is left there, or no room in the robot.
+        It ends when no piece is left there or the robot is full.
 
         Args:
             low: Smallest corner of the region, blue field frame [m].
             high: Largest corner [m].
-            aside: How far the robot may leave the region's middle line along y [m].
-            timeout: Gives up after this long [s].
-            speed: Of the approach [m/s].
-            kind: Of pieces; None: any.
+            aside: Largest distance of the robot from the region's middle line along y [m].
+            timeout: Time after which it gives up [s].
+            speed: Speed of the approach [m/s].
+            kind: Kind of pieces; None: any.
             yaw: Heading to hold, 0 or pi [rad].
         """
         back = -self.settings.intake_x * math.cos(yaw)
@@ -327,26 +327,26 @@ class ScriptedRobot:
         yield
 
     def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
-        """Aim at a place, blue field frame [m], and shoot everything; gives up after `timeout` [s].
+        """Aim at a place, blue field frame [m], and shoot all pieces; give up after `timeout` [s].
 
-        Where there is no shot, the log says once why. In a zone that counts not only falling pieces (`downward=False`)
-        a shot may come to its target on its way up.
+        Where there is no shot, the log gives the reason once. If the target's zone also counts rising pieces
+        (`downward=False`), a shot may reach it on its way up.
         """
-        patience, told = round(timeout / TICK), False
+        patience, has_logged = round(timeout / TICK), False
         robot = self.robot
         while robot.storage.pieces and patience:
             patience -= 1
             try:
                 shot = self._solve(target)
             except NoShotError as error:
-                if not told:
+                if not has_logged:
                     _log.warning("robot %d at %.2f s: %s", self.robot.number, self._match.time, error)
-                self._feed, told = False, True
+                self._feed, has_logged = False, True
                 yield
                 continue
-            beside, faster = self.aim_error
+            to_left, faster = self.aim_error
             self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(shot.speed * (1.0 + faster))
-            turn = wrap_angle(shot.yaw + beside - self.pose[2])
+            turn = wrap_angle(shot.yaw + to_left - self.pose[2])
             self.accelerate_to(0.0, 0.0, turn)
             self._feed = self._is_ready(turn)
             yield
@@ -359,11 +359,11 @@ class ScriptedRobot:
         return self._feed
 
     def hold_fire(self) -> None:
-        """Feed nothing to the shooter any more."""
+        """Stop feeding the shooter."""
         self._feed = False
 
     def spin_up(self, target: tuple[float, float, float]) -> None:
-        """Bring the shooter wheels to the speed for a shot from here at a place [m], if there is one."""
+        """Spin the shooter wheels up for a shot from here at a place [m], if there is one."""
         try:
             self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target).speed)
         except NoShotError:
@@ -404,7 +404,7 @@ class ScriptedRobot:
         return abs(turn) < _HEADING_TOLERANCE and aimed and still and up
 
     def _braking_speed(self, distance: float) -> float:
-        """The speed from which half of the acceleration stops the robot within a distance [m]; [m/s]."""
+        """Compute the speed from which half of the acceleration stops the robot within a distance [m]; [m/s]."""
         return math.sqrt(2.0 * 0.5 * self.settings.acceleration * max(0.0, distance))
 
     def _drive(self) -> None:

@@ -1,45 +1,45 @@
-"""Why a robot took nothing in or threw nothing, as far as a run shows it: a line for each part that fell short."""
+"""Reasons why a robot took in or shot nothing, as far as a run shows them: one line per part that fell short."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from simcore.pieces.intake import Intake, is_deployed
-from simcore.pieces.shooter import Shooter
+from simcore.robot.intake import Intake, is_deployed
 from simcore.robot.mechanisms import ShaftSim, place_text
 from simcore.robot.robot import Robot
+from simcore.robot.shooter import Shooter
 
 __all__ = ["Shortfalls"]
 
-_ASKED = 0.02  # of a request, volts or share of the battery: less is nothing
-_PERIOD = 5  # ticks from look to look
-_WANTED = 8  # looks with requests one way; a part that was asked for less may just not have got there
-_STAYED = 0.05  # of the way between the stops
-_ELSEWHERE = 0.5  # [m] between belief and truth
+_REQUEST = 0.02  # volts or share of the battery; smaller requests count as none
+_PERIOD = 5  # ticks from check to check
+_ENOUGH = 8  # checks with requests in one direction; a part with fewer may not have had the time
+_UNMOVED = 0.05  # of the travel between the stops
+_ELSEWHERE = 0.5  # [m] between pose estimate and true pose
 
 
 class Shortfalls:
-    """Watches intakes and shooters of one robot, ten times a second.
+    """Monitor of the intakes and shooters of one robot, ten times a second.
 
-    A part is watched until it has worked once, so a robot that plays well costs nothing.
+    A part is checked until it has worked once, so a robot that plays well costs nothing.
 
     Args:
-        robot: Which.
+        robot: Robot to monitor.
     """
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._ranges: dict[str, tuple[float, float]] = {}  # of positions or, of rollers and wheels, speeds
-        self._asked: dict[str, int] = {}  # looks with positive requests less those with negative ones
+        self._ranges: dict[str, tuple[float, float]] = {}  # of positions, or of speeds for rollers and wheels
+        self._requested: dict[str, int] = {}  # checks with positive requests minus those with negative ones
         self._idle = list(enumerate(robot.intakes, 1))  # that have not worked yet
-        self._silent = list(enumerate(robot.shooters, 1))  # that have not been open yet
-        self._empty_at: dict[int, float] = {}  # when a shooter was open with nothing in it [s], by number
-        self._coasting: dict[str, int] = {}  # shots while a feeder was not driven, by its name
+        self._silent = list(enumerate(robot.shooters, 1))  # whose gate has not been open yet
+        self._empty_at: dict[int, float] = {}  # time of the first opening without pieces [s], by number
+        self._coasting: dict[str, int] = {}  # shots while a feeder was coasting, by its name
         self._shots = self._ticks = 0
 
     def after_tick(self, time: float) -> None:
-        """Look at the end of a tick [s], before anything is thrown in it."""
+        """Check the parts at the end of a tick [s], before pieces are shot in it."""
         self._ticks += 1
         if self._ticks % _PERIOD:
             return
@@ -49,27 +49,27 @@ class Shortfalls:
                 self._idle.remove((number, intake))
             for name in (config.deploy, config.roller):
                 if name is not None:
-                    self._look(name, is_position=name == config.deploy)
+                    self._record_range(name, is_position=name == config.deploy)
         for number, shooter in list(self._silent):
             for name in (*shooter.config.wheels, *shooter.config.gate):
-                self._look(name, is_position=False)
+                self._record_range(name, is_position=False)
             if shooter.gate_open:
                 self._silent.remove((number, shooter))
                 if not self._shots and not self._robot.storage_of(shooter.config).pieces:
                     self._empty_at[number] = time
 
     def note_shot(self) -> None:
-        """It has thrown a piece."""
+        """Record a shot."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
             if self._mechanism(name).record["request"]["value"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
-        """What fell short, a sentence each; what robot code never asked for is nothing.
+        """Yield the shortfalls, a sentence each; parts that robot code never commanded are left out.
 
         Args:
-            taken_in: How many pieces the robot has taken.
+            taken_in: Number of pieces that the robot has taken in.
         """
         if not taken_in:
             for number, intake in self._idle:
@@ -96,17 +96,17 @@ class Shortfalls:
     def _mechanism(self, name: str) -> ShaftSim:
         return self._robot.mechanisms[name]
 
-    def _look(self, name: str, *, is_position: bool) -> None:
+    def _record_range(self, name: str, *, is_position: bool) -> None:
         record = self._mechanism(name).record
         value, request = float(record["position" if is_position else "speed"][0]), float(record["request"]["value"][0])
         low, high = self._ranges.get(name, (value, value))
         self._ranges[name] = min(low, value), max(high, value)
-        if abs(request) > _ASKED:
-            self._asked[name] = self._asked.get(name, 0) + (1 if request > 0.0 else -1)
+        if abs(request) > _REQUEST:
+            self._requested[name] = self._requested.get(name, 0) + (1 if request > 0.0 else -1)
 
     def _of_intake(self, whose: str, intake: Intake) -> Iterator[str]:
         config = intake.config
-        if abs(self._asked.get(config.roller or config.deploy or "", 0)) < _WANTED:  # nobody wanted to take anything in
+        if abs(self._requested.get(config.roller or config.deploy or "", 0)) < _ENOUGH:  # never commanded
             return
         if config.deploy is not None:
             low, high = self._ranges[config.deploy]
@@ -116,10 +116,10 @@ class Shortfalls:
             if not is_deployed(nearest, mechanism.stops, config.deployed_at):
                 start, stop = (lower, "lower") if config.deployed_at == "upper" else (upper, "upper")
                 text = f"{whose} was never out: {config.deploy!r} came to {place_text(mechanism, nearest)}"
-                if abs(nearest - start) < _STAYED * (upper - lower):
+                if abs(nearest - start) < _UNMOVED * (upper - lower):
                     place = place_text(mechanism, start)
                     text = f"{whose} was never out: {config.deploy!r} stayed at its {stop} stop, {place}"
-                    asked = self._asked.get(config.deploy, 0)
+                    asked = self._requested.get(config.deploy, 0)
                     if not asked:
                         text += ", and was not asked to move"
                     elif (asked > 0) == (stop == "upper"):
@@ -133,7 +133,7 @@ class Shortfalls:
 
     def _of_shooter(self, whose: str, shooter: Shooter) -> Iterator[str]:
         config = shooter.config
-        if all(abs(self._asked.get(name, 0)) < _WANTED for name in (*config.wheels, *config.gate)):
+        if all(abs(self._requested.get(name, 0)) < _ENOUGH for name in (*config.wheels, *config.gate)):
             return
         best = sum(self._ranges[name][1] for name in config.wheels) / len(config.wheels)
         other = -sum(self._ranges[name][0] for name in config.wheels) / len(config.wheels)
@@ -147,7 +147,7 @@ class Shortfalls:
 
 
 def _too_slow(whose: str, name: str, best: float, other: float, least: float) -> str:
-    """That a turning part never came to its speed [rad/s]."""
+    """Return the sentence that a turning part never reached its speed [rad/s]."""
     reached = max(0.0, best) / math.tau
     text = f"{whose}: {name!r} reached {reached:.1f} of the {least / math.tau:.1f} turns/s from which it works"
     if other > least:

@@ -1,4 +1,4 @@
-"""Who plays and where robots start: checked before the first tick."""
+"""Checks of players and starting places before the first tick."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, multiply
-from simcore.geometry.symmetry import Pose
 from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
 from simcore.match.scoring import Alliance
-from simcore.physics.engine_choice import ENGINES
-from simcore.physics.world import PhysicsWorld
 from simcore.quantities import shown
 from simcore.robot.robot import Robot
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.engine_choice import ENGINES
+from simcore.world.footprints import corners, overlaps
+from simcore.world.rotation import Quaternion, Vector, from_yaw, matrix, multiply
+from simcore.world.symmetry import Pose
+from simcore.world.world import PhysicsWorld
 
 __all__ = [
     "BeliefCheck",
@@ -40,21 +40,21 @@ Flip: TypeAlias = Callable[[float, float, float], Pose]
 
 _log = logging.getLogger(__name__)
 
-_APART = 0.5, math.radians(10.0)  # [m], [rad]; a paths' follower comes to no goal that is so far off
-_MOVES = 0.05  # [m/s]; faster than that a robot is on its way
-_BEGINNING = 0.5  # [s] of autonomous, in which robot code sets its pose
-_SPARE = 0.02  # [m]; a robot may be so deep in something, which then pushes it out
-_RING, _RINGS = 0.1, 20  # [m], [-]; where a free place is looked for
+_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower reaches no goal from this far off
+_MOVES = 0.05  # [m/s]; a faster robot is on its way
+_BEGINNING = 0.5  # [s] of autonomous in which robot code sets its pose
+_SPARE = 0.02  # [m]; allowed overlap at a start, which is then pushed out
+_RING, _RINGS = 0.1, 20  # [m], [-]; spacing and number of the rings that are searched for a free place
 
 
 def require_playable(
     game: Game, entries: Sequence[RobotEntry], *, options: Iterable[str], controllers: int, seed: int
 ) -> None:
-    """Refuse a match that cannot be.
+    """Raise an error for an invalid match.
 
     Raises:
-        ConfigError: The seed is no whole number >= 0, or there are more robots, controllers or preloads than can be.
-        UnknownNameError: The game has no such option.
+        ConfigError: If the seed is not a whole number >= 0, or there are too many robots, controllers or preloads.
+        UnknownNameError: If the game has no such option.
     """
     if not hasattr(game, "robots"):
         raise ConfigError(f"want a Game, as find_game(name) gives it, got {shown(game)}")
@@ -76,10 +76,10 @@ def require_playable(
 
 
 def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] = (), engine: object = None) -> None:
-    """Refuse what a match could only fail of later.
+    """Raise an error for settings that a match would otherwise fail on later.
 
     Raises:
-        ConfigError: It is no switch, no sink or no engine.
+        ConfigError: If one is not a bool, a sink or an engine.
     """
     if not isinstance(practice, bool):
         raise ConfigError(f"practice must be True or False, got {shown(practice)}")
@@ -91,12 +91,12 @@ def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] =
 
 
 class StartError(ConfigError):
-    """A robot cannot stand where it should start.
+    """Error for a robot that cannot stand at its start.
 
     Args:
-        number: Of the robot.
-        problem: What is wrong, as what follows after "robot 0".
-        hint: What would work; empty: another start.
+        number: Number of the robot.
+        problem: Description of the mistake, to follow "robot 0" in the message.
+        hint: Description of what would work; empty: another start.
     """
 
     def __init__(self, number: int, problem: str, hint: str = "") -> None:
@@ -109,16 +109,16 @@ class StartError(ConfigError):
 def require_free_starts(
     world: PhysicsWorld, robots: Sequence[Robot], field: FieldDefinition, alliances: Sequence[Alliance]
 ) -> None:
-    """Refuse robots that start beyond the field, inside of each other or of a solid element.
+    """Raise an error for robots that start outside the field, or inside one another or a solid element.
 
     Args:
-        world: With the field and the robots.
-        robots: Where they start.
-        field: Theirs.
-        alliances: Of each robot; of a red one the text says places as blue, too: so its entry has them.
+        world: World with the field and the robots.
+        robots: Robots at their starts.
+        field: Field of the match.
+        alliances: Alliance of each robot; for a red one the message also gives blue places, as its entry has them.
 
     Raises:
-        StartError: One does.
+        StartError: If one does.
     """
     for robot, alliance in zip(robots, alliances, strict=True):
         pose, as_blue = robot.chassis.pose, field.symmetry.flip_pose if alliance == "red" else None
@@ -134,18 +134,18 @@ def require_free_place(
     others: Sequence[Robot] = (),
     as_blue: Flip | None = None,
 ) -> None:
-    """Refuse a start beyond the field, or inside of something solid; the text names a place nearby that is free.
+    """Raise an error for a start outside the field or inside a solid; the message names a free place nearby.
 
     Args:
-        world: With the field and the robots.
-        robot: Who would start there.
-        pose: Where, field frame [m, m, rad].
-        field_size: Length and width [m].
+        world: World with the field and the robots.
+        robot: Robot that would start there.
+        pose: Start, field frame [m, m, rad].
+        field_size: Length and width of the field [m].
         others: Robots that are on the field.
-        as_blue: Turns a place into that of a blue robot, where the start was given so; None: it was not.
+        as_blue: Function that converts a place to that of a blue robot, for starts given so; None: not needed.
 
     Raises:
-        StartError: It is.
+        StartError: If the start is not free.
     """
     (x, y, _), (length, width) = pose, field_size
     if not (0.0 <= x <= length and 0.0 <= y <= width):
@@ -162,7 +162,7 @@ def require_free_place(
 def free_place(
     world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, others: Sequence[Robot] = ()
 ) -> Pose | None:
-    """The place nearest to a pose where a robot can stand, within two meters; None: there is none.
+    """Return the place nearest to a pose where a robot can stand, within two meters; None if there is none.
 
     The arguments are those of `require_free_place`.
     """
@@ -186,12 +186,12 @@ def free_place(
 
 
 class BeliefCheck:
-    """Warns where a robot begins an auto elsewhere than it believes to be; once each time.
+    """Warning for robots that begin an auto away from their estimated pose; once per auto.
 
-    It looks as the robot begins to move, and once more when the auto is half a second old or over.
+    It checks as the robot begins to move, and again when the auto is half a second old or over.
 
     Args:
-        robots: Of the match.
+        robots: Robots of the match.
     """
 
     def __init__(self, robots: Sequence[Robot]) -> None:
@@ -199,10 +199,10 @@ class BeliefCheck:
         self._open: list[Robot] = []
         self._since: float | None = None
         self.reasons: dict[int, str] = {}
-        """Why a robot could not be put where its auto begins, by its number, until it is told."""
+        """Reasons why robots could not be placed at the start of their auto, by number, until reported."""
 
     def after_tick(self, time: float, timer: MatchTimer) -> None:
-        """Look at the end of a tick [s]."""
+        """Check the robots at the end of a tick [s]."""
         is_auto = timer.is_enabled and timer.phase.mode == "auto"
         if is_auto and self._since is None:
             self._since, self._open = time, list(self._robots)
@@ -214,7 +214,7 @@ class BeliefCheck:
             self._since = None
 
     def _warn(self, robot: Robot, *, is_last: bool) -> bool:
-        """Say so if a robot is not where it believes to be; returns whether it was said."""
+        """Warn if a robot is away from its estimated pose; return whether it warned."""
         true, believed, reason = robot.chassis.pose, robot.believed_pose, self.reasons.get(robot.number, "")
         if not (is_last or reason) and robot.chassis.speed < _MOVES:
             return False
@@ -232,18 +232,18 @@ class BeliefCheck:
 
 
 def pose_text(pose: Pose) -> str:
-    """A pose for people, in meters and degrees."""
+    """Format a pose for people, in meters and degrees."""
     return f"({pose[0]:.2f}, {pose[1]:.2f}) m, {math.degrees(math.remainder(pose[2], math.tau)):.0f} deg"
 
 
 def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> Pose:
-    """Where people put a robot who miss a place: to the other side where it would be in a wall, else not at all.
+    """Return where people put a robot by mistake: mirrored if it would be in a wall, else exactly at the pose.
 
     Args:
-        world: With the field and the robots.
-        robot: Who is put there.
-        pose: Where it should be, field frame [m, m, rad].
-        error: How far ahead, to its left and turned it ends up [m, m, rad].
+        world: World with the field and the robots.
+        robot: Robot that is placed.
+        pose: Intended pose, field frame [m, m, rad].
+        error: Error ahead, to its left and in rotation [m, m, rad].
     """
     (x, y, yaw), (ahead, left, turn) = pose, error
     c, s = math.cos(yaw), math.sin(yaw)
@@ -258,7 +258,7 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
 
 
 def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> tuple[bool, bool]:
-    """Whether a robot that stands there would be in a wall or a robot, and whether on a ramp."""
+    """Return whether a robot standing there would overlap a wall or a robot, and whether a ramp."""
     c, (x, y, yaw) = robot.chassis.config, pose
     half_length, half_width = 0.5 * c.bumper_length, 0.5 * c.bumper_width
     return world.obstacles(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)
@@ -273,7 +273,7 @@ def _place(x: float, y: float, as_blue: Flip | None) -> str:
 
 
 def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Robot] = ()) -> str:
-    """What a robot that stands there would be in by more than people can squeeze it; empty: it is free."""
+    """Return what a robot standing there would overlap by more than people can squeeze it; empty if free."""
     c, (x, y, yaw) = robot.chassis.config, pose
     z = robot.chassis.standing(pose)[0][2]
     half = 0.5 * c.bumper_length - _SPARE, 0.5 * c.bumper_width - _SPARE
@@ -292,13 +292,13 @@ def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Ro
 
 
 def _outlines(robot: Robot, pos: Vector, quat: Quaternion, *, spare: float = 0.0) -> list[FloatArray]:
-    """Lower and upper edge of the bumpers from above: a robot that is tilted leans over what stands beside it.
+    """Return lower and upper edge of the bumpers from above: a tilted robot leans over its surroundings.
 
     Args:
-        robot: Whose they are.
-        pos: Of its origin, field frame [m].
-        quat: Its attitude.
-        spare: What the bumpers are less wide on each side [m].
+        robot: Robot with the bumpers.
+        pos: Position of its origin, field frame [m].
+        quat: Attitude of the robot.
+        spare: Reduction of the bumpers on each side [m].
     """
     body = robot.chassis.config
     edge = corners(0.0, 0.0, 0.0, body.bumper_length - 2.0 * spare, body.bumper_width - 2.0 * spare)

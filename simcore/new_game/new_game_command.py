@@ -1,4 +1,4 @@
-"""`simcore new-game NAME`: write a package for a new game. It plays, and its tests pass, before a line is changed."""
+"""`simcore new-game NAME`: write a package for a new game that plays, and passes its tests, without a change."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ _YEAR = Quantity("", 1992, 2992, is_whole=True)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
-    parser.add_argument("name", metavar="NAME", help="of the game: lower-case letters, digits and _, e.g. discs")
+    """Add the options of the command."""
+    parser.add_argument("name", metavar="NAME", help="name of the game: lower-case letters, digits and _, e.g. discs")
     parser.add_argument(
         "--year",
         type=number_flag(_YEAR),
-        help="of the game (default: below those of the installed ones, so that they stay the default)",
+        help="year of the game (default: below those of the installed ones, so that they stay the default)",
     )
-    parser.add_argument("--folder", type=Path, metavar="FOLDER", help="where to write it (default: ./NAME)")
+    parser.add_argument("--folder", type=Path, metavar="FOLDER", help="folder to write to (default: ./NAME)")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the package; returns 0.
+    """Write the package and return 0.
 
     Raises:
-        ConfigError: The name or the year cannot be.
-        OutputError: There is something at that place, or it cannot be written.
+        ConfigError: If the name or the year is not valid.
+        OutputError: If the folder is not empty or cannot be written.
     """
     year = args.year or _year_below(game.year for game in installed_games().values())
     folder = args.folder or Path(args.name)
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _year_below(years: Iterable[int]) -> int:
-    """Return a year that makes a new game nobody's default, which is the newest."""
+    """Return a year before all others, so that the new game does not become the default."""
     return max(years, default=int(_YEAR.least) + 1) - 1
 
 
@@ -66,16 +66,16 @@ def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
     """Write the package of a game.
 
     Args:
-        name: Of the game and of its package.
-        year: Of the season.
-        folder: New, or empty.
+        name: Name of the game and of its package.
+        year: Year of the season.
+        folder: Folder to write to, new or empty.
 
     Returns:
-        The files, in the order of reading.
+        Files in the order of reading.
 
     Raises:
-        ConfigError: The name or the year cannot be.
-        OutputError: There is something at that place, or it cannot be written.
+        ConfigError: If the name or the year is not valid.
+        OutputError: If the folder is not empty or cannot be written.
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in ("simcore", "games", "tests"):
         raise ConfigError(
@@ -109,7 +109,7 @@ def _title(name: str) -> str:
 
 
 def _files(name: str) -> list[tuple[Traversable, str]]:
-    """Templates, and where they go."""
+    """Return templates with their target paths."""
     template = resources.files("simcore.new_game") / "template"
     package = ("dimensions", "field", "pieces", "staging", "rules", "robot", "autos", "game")
     return [

@@ -1,1 +1,1 @@
-"""Game pieces: their kinds, where they are, what moves them, and what takes them in or lets them go."""
+"""Game pieces: kinds, states, flight, launches and resting places."""

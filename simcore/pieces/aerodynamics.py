@@ -1,4 +1,4 @@
-"""What air does to a flying piece: quadratic drag and the lift of spin, as factors of `simcore.loop.contact`."""
+"""Aerodynamics of a flying piece: quadratic drag and spin lift, as factors for `simcore.loop.contact`."""
 
 from __future__ import annotations
 
@@ -26,28 +26,27 @@ r = 0.075 m (O. Sawatzki, Acta Mechanica 9, 159, 1970). A ball loses 1 % of its 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aerodynamics:
-    """Shape of a piece and the air that it flies through.
+    """Aerodynamic coefficients of a piece, and the density of the air.
 
     The lift coefficient grows with the spin ratio S = r omega / v (omega across the flight) and levels off:
     Cl = slope S / (1 + slope S / limit).
 
     Source: a baseball has slope 1.92 and limit 0.48, from Cl = 1.120 S / (0.583 + 2.333 S) in A. Nathan's trajectory
-    calculator (as printed at coryfront.in/sports/alans-physical-model); that Cl depends on S and hardly on the speed:
-    Nathan, Am. J. Phys. 76, 119 (2008). A smooth foam ball is not a baseball, and nobody has published its numbers, not
-    even their sign: a smooth ball may bend the other way (reverse Magnus). So lift is off until a team measures its
-    own and sets `lift_slope`. What that may cost: with a slope of 1 (Cl 0.32 at a spin ratio of 1) a ball of 0.15 m and
-    0.215 kg that rolls off a hood at 10.5 m/s comes down 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at
-    45 degrees.
+    calculator (as printed at coryfront.in/sports/alans-physical-model); Cl depends on S and hardly on the speed:
+    Nathan, Am. J. Phys. 76, 119 (2008). No figures are published for smooth foam balls, not even the sign: a smooth
+    ball may curve the other way (reverse Magnus). So lift is off by default; a team with measurements can set
+    `lift_slope`. The error this may cause: with a slope of 1 (Cl 0.32 at a spin ratio of 1) a ball of 0.15 m and 0.215
+    kg that rolls off a hood at 10.5 m/s lands 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at 45 degrees.
     """
 
     drag_coefficient: float = 0.47
-    """Of a smooth sphere at 5-15 m/s; foam balls may be anywhere in 0.40-0.55 [-]."""
+    """Drag coefficient [-]: that of a smooth sphere at 5-15 m/s; foam balls may be anywhere in 0.40-0.55."""
     lift_slope: float = 0.0
-    """Lift coefficient per spin ratio, for slow spin; zero turns lift off [-]."""
+    """Lift coefficient per spin ratio at slow spin; zero turns lift off [-]."""
     lift_limit: float = 0.48
-    """Lift coefficient that fast spin comes near to [-]."""
+    """Limit of the lift coefficient at fast spin [-]."""
     air_density: float = 1.2
-    """At 20 degrees Celsius and sea level [kg/m^3]."""
+    """Density of the air, at 20 degrees Celsius and sea level [kg/m^3]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -60,12 +59,12 @@ class Aerodynamics:
 
 
 class AirFactors(NamedTuple):
-    """The three numbers that the accelerations need, of a kind of piece, or of each of n pieces, shape (n,)."""
+    """Factors of the accelerations by air, for a kind of piece, or for each of n pieces, shape (n,)."""
 
     drag: float | FloatArray = 0.0
     """k = rho Cd A / (2 m): deceleration over speed squared [1/m]."""
     lift: float | FloatArray = 0.0
-    """rho A r slope / (2 m): acceleration over omega x v, for slow spin [-]."""
+    """rho A r slope / (2 m): acceleration over omega x v at slow spin [-]."""
     lift_saturation: float | FloatArray = 0.0
     """r slope / limit: how soon the lift levels off [m]."""
     spin_drag: float | FloatArray = 0.0
@@ -73,10 +72,10 @@ class AirFactors(NamedTuple):
 
 
 def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> AirFactors:
-    """Factors of a ball of a radius [m], so that A = pi r^2, and a mass [kg].
+    """Compute the factors of a ball of a radius [m], so that A = pi r^2, and a mass [kg].
 
     Raises:
-        ConfigError: If radius or mass is not above zero.
+        ConfigError: Radius or mass is not above zero.
 
     >>> round(air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag, 4)
     0.0232
@@ -93,10 +92,10 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
 
 
 def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatArray:
-    """Acceleration by quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
+    """Compute the acceleration by quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
 
     Args:
-        velocity: Through the air [m/s], shape (n, 3).
+        velocity: Velocity through the air [m/s], shape (n, 3).
         drag: k of all pieces, or of each, shape (n,) [1/m].
     """
     result: FloatArray = velocity * (-drag * _lengths(velocity))[:, None]
@@ -104,6 +103,6 @@ def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatAr
 
 
 def _lengths(rows: FloatArray) -> FloatArray:
-    """Of vectors (n, 3), shape (n,)."""
+    """Return the lengths of vectors (n, 3), shape (n,)."""
     norm: FloatArray = np.sqrt(np.einsum("ij,ij->i", rows, rows))
     return norm

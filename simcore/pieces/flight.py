@@ -1,7 +1,7 @@
-"""Flights of balls, many at once, by the loop that moves the balls of a match (`simcore.loop.balls`).
+"""Flights of many balls at once, with the loop that moves the balls of a match (`simcore.loop.balls`).
 
-Each flies among what stands on the field, past all others and all that moves. `fly_shots` follows shots until it is
-clear whether they score. A ball that leaves a muzzle in a match must be free there, which `muzzle_obstacle` says.
+Each ball flies past the field's elements, but through other balls and everything that moves. `fly_shots` follows shots
+until they have scored or missed. In a match the muzzle of a launched ball must be free, see `muzzle_obstacle`.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
-from simcore.geometry.zones import Zone
 from simcore.loop.state import IN_FLIGHT, Balls, make_balls, make_memory
-from simcore.physics.ball_dynamics import StandingField
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.ball_dynamics import StandingField
+from simcore.world.rotation import Vector
+from simcore.world.world import PhysicsWorld
+from simcore.world.zones import Zone
 
 __all__ = [
     "FLIGHT_STEP",
@@ -32,32 +32,32 @@ __all__ = [
 ]
 
 FLIGHT_STEP = 0.005
-"""How finely flights are looked at [s]; the loop's own steps are shorter."""
+"""Sampling interval of flights [s]; the loop's own steps are shorter."""
 PER_TICK = 4
-"""Such steps in a tick, at whose end it is seen what has scored."""
+"""Such steps per tick; scoring is evaluated at the end of a tick."""
 LONGEST = 1200
-"""Such steps after which a shot has missed: 6 s, as long as one to a height of 40 m."""
+"""Such steps after which a shot has missed: 6 s, the time of a shot to a height of 40 m."""
 SQUEEZE = 0.9
-"""Of a piece's radius that must be free where it leaves: a foam piece gives by the rest."""
-_LEFT = 0.75  # of the balls still in flight, below which the others are left out of the arrays
+"""Fraction of a piece's radius that must be free where it leaves: foam yields by the rest."""
+_LEFT = 0.75  # fraction still in flight below which the arrays are compacted
 
 
 def flying_balls(
     kind: GamePieceConfig, pos: FloatArray, vel: FloatArray, spin: FloatArray, *, mass: float | FloatArray = 1.0,
     diameter: float | FloatArray = 1.0, drag: float | FloatArray = 1.0,
 ) -> Balls:  # fmt: skip
-    """Balls of a kind as they leave; what is no ball flies as the largest ball in it.
+    """Create balls of a kind at launch; a piece of another shape flies as the largest ball inside of it.
 
-    As in a match the diameter changes what air does to a ball, and not its body.
+    As in a match the diameter changes the aerodynamics of a ball, not its collision radius.
 
     Args:
-        kind: Of all.
+        kind: Kind of all balls.
         pos: Centers, field frame [m], shape (n, 3).
-        vel: [m/s], shape (n, 3).
+        vel: Velocities [m/s], shape (n, 3).
         spin: Angular velocities, field frame [rad/s], shape (n, 3).
-        mass: Over that of the kind [-], of all or shape (n,).
-        diameter: The same.
-        drag: The same, of the drag coefficient.
+        mass: Mass over that of the kind [-], for all or shape (n,).
+        diameter: Diameter over that of the kind [-], for all or shape (n,).
+        drag: Drag coefficient over that of the kind [-], for all or shape (n,).
     """
     balls, air = make_balls(np.full(len(pos), IN_FLIGHT, np.uint8), pos.copy(), vel.copy()), kind.air
     balls.is_ball[:], balls.spin[:], balls.radius[:], balls.foam[:] = 1, spin, kind.inner_radius, kind.foam
@@ -70,7 +70,7 @@ def flying_balls(
 
 
 def cannot_rise(balls: Balls, height: float, gravity: float) -> BoolArray:
-    """Which balls, squeezed by nothing, have not the energy to come to a height [m] any more, shape (n,)."""
+    """Return a mask of the balls that touch nothing and lack the energy to reach a height [m], shape (n,)."""
     vel, rim = balls.vel, balls.radius[:, None] * balls.spin
     energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + 0.2 * np.einsum("ij,ij->i", rim, rim)  # of a solid ball
     spent: BoolArray = (energy + gravity * (balls.pos[:, 2] - height) < 0.0) & (balls.contacts == 0)
@@ -79,18 +79,18 @@ def cannot_rise(balls: Balls, height: float, gravity: float) -> BoolArray:
 
 @dataclass(slots=True, kw_only=True)
 class ShotOutcomes:
-    """What became of n shots, one a row."""
+    """Outcomes of n shots, one row each."""
 
     goes_in: BoolArray
-    """Which of them scored."""
+    """Whether each shot scored."""
     by_board: BoolArray
-    """Which touched something behind and above the opening before they came through it."""
+    """Whether each shot touched something behind and above the opening before it passed through."""
     by_rim: BoolArray
-    """Which touched anything else before: the rim, or what is in the way."""
+    """Whether each shot touched anything else before: the rim, or an obstacle."""
     time: FloatArray
-    """From the muzzle to the first way through the opening [s], NaN for those that do not come through it."""
+    """Time from the muzzle to the first passage through the opening [s]; NaN without a passage."""
     place: FloatArray
-    """Where they come through the plane of the opening then [m], NaN for the others, shape (n, 3)."""
+    """Point of that passage in the plane of the opening [m]; NaN without a passage, shape (n, 3)."""
     vel: FloatArray
     """Velocity there [m/s], shape (n, 3)."""
 
@@ -98,15 +98,15 @@ class ShotOutcomes:
 def fly_shots(
     field: StandingField, balls: Balls, opening: ShotOpening, zone: Zone, *, downward: bool = True, clean: bool = False
 ) -> ShotOutcomes:
-    """Fly shots until they score, or cannot any more.
+    """Fly shots until they have scored or can no longer score.
 
     Args:
-        field: Among what.
-        balls: From their muzzles on; they are moved.
-        opening: What they are to come through.
-        zone: Where they score.
+        field: Field elements that the shots may touch.
+        balls: Balls at their muzzles; this function moves them.
+        opening: Opening to pass through.
+        zone: Zone in which they score.
         downward: Whether only falling pieces score.
-        clean: Whether what misses the opening, or touches the rim or something in the way, need not be followed on.
+        clean: Whether to stop following shots that miss the opening, or touch the rim or an obstacle.
     """
     n = len(balls.status)
     found = ShotOutcomes(
@@ -132,7 +132,7 @@ def fly_shots(
             share = depth_before[passes] / (depth_before - depth)[passes]
             place = before[passes] + share[:, None] * (balls.pos - before)[passes]
             within = opening.holds(place)
-            first = within & np.isnan(found.time[row[passes]])  # not again after a bounce out of it
+            first = within & np.isnan(found.time[row[passes]])  # not again after bouncing out of it
             there = row[passes[first]]
             found.place[there], found.vel[there] = place[first], balls.vel[passes[first]]
             found.time[there] = FLIGHT_STEP * (number + share[first])
@@ -151,11 +151,11 @@ def fly_shots(
     return found
 
 
-# --- what is in the way of a muzzle -----------------------------------------------------------------------------------
+# --- obstacles at a muzzle --------------------------------------------------------------------------------------------
 
 
 def _ball() -> FloatArray:
-    """Center of a unit ball, and 14 points around it: along the axes and along the diagonals, shape (15, 3)."""
+    """Return the center of a unit ball and 14 points around it, along the axes and the diagonals, shape (15, 3)."""
     corners = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T / math.sqrt(3.0)
     return np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3), corners])
 
@@ -164,17 +164,17 @@ _BALL = _ball()
 
 
 def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius: float, *, robot: int) -> int:
-    """Row of the part of the field or the robot that keeps a piece from being at a muzzle, -1 if it is free.
+    """Return the row of the field element or robot that blocks a piece at a muzzle, -1 if it is free.
 
-    A wall may be between robot and muzzle, or the muzzle in it. So nothing may be met on the ways from a place inside
-    of the robot, where no wall can be, to the piece's center and to points around it.
+    A wall may be between robot and muzzle, or the muzzle inside of it. So rays are cast from a point inside of the
+    robot, where no wall can be, to the piece's center and to points around it.
 
     Args:
-        world: What may be in the way.
-        inside: A place in the robot's body, field frame [m].
+        world: World with the possible obstacles.
+        inside: Point in the robot's body, field frame [m].
         muzzle: Center of the piece, field frame [m].
-        radius: Of the largest ball in the piece [m].
-        robot: Row of the robot that shoots.
+        radius: Radius of the largest ball inside of the piece [m].
+        robot: Row of the shooting robot.
     """
     ends = np.array(muzzle) + SQUEEZE * radius * _BALL
     _, rows = world.first_obstacles(np.repeat(np.array([inside]), len(ends), axis=0), ends, ignore=robot)

@@ -1,4 +1,4 @@
-"""Where a piece leaves the robot, and how fast, when robot and turret move: one formula for one launch or for n.
+"""Position and velocity of a piece at launch from a moving robot and turret: one formula for one launch or for n.
 
 Conventions: robot x forward, y left, z up; yaw counter-clockwise positive; elevation positive up from the horizontal.
 """
@@ -11,25 +11,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import matrix
 from simcore.quantities import ANGLE, ROBOT_HEIGHT, ROBOT_PLACE, Quantity, require, require_fields
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import matrix
 
 __all__ = ["Aim", "Launch", "LaunchParameters", "launch_direction", "launch_state", "muzzle_offset", "to_field"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchParameters:
-    """Place of a launcher on the robot. With a turret, the muzzle turns about the pivot."""
+    """Position of a launcher on the robot. With a turret, the muzzle turns about the pivot."""
 
     height: float
-    """Of the piece's center as it leaves, over the robot's origin [m]."""
+    """Height of the piece's center at launch over the robot's origin [m]."""
     forward: float = 0.0
-    """From the pivot to the muzzle, along the launch direction [m]."""
+    """Distance from the pivot to the muzzle, along the launch direction [m]."""
     pivot_x: float = 0.0
-    """Of the turret's axis, robot frame [m]; without a turret the robot's center is as good."""
+    """X of the turret's axis, robot frame [m]; without a turret that of the robot's center will do."""
     pivot_y: float = 0.0
-    """Of the turret's axis, robot frame [m]."""
+    """Y of the turret's axis, robot frame [m]."""
     heading: float = 0.0
     """Launch direction in the robot frame at turret angle zero: pi shoots out of the back [rad]."""
     barrels: tuple[float, ...] = (0.0,)
@@ -47,30 +47,30 @@ class Aim(NamedTuple):
     """Speed and direction of a launch at one instant, relative to the robot; of n launches, arrays of shape (n,)."""
 
     elevation: float | FloatArray
-    """Over the robot's floor plane [rad]."""
+    """Elevation over the robot's floor plane [rad]."""
     speed: float | FloatArray
-    """Relative to the muzzle [m/s]."""
+    """Speed relative to the muzzle [m/s]."""
     turret_angle: float | FloatArray = 0.0
-    """Counter-clockwise positive [rad]."""
+    """Turret angle, counter-clockwise positive [rad]."""
     turret_rate: float | FloatArray = 0.0
-    """Rate of the turret against the robot, which carries the muzzle round its pivot [rad/s]."""
+    """Rate of the turret relative to the robot, which moves the muzzle around its pivot [rad/s]."""
 
 
 class Launch(NamedTuple):
-    """One piece that leaves in a tick."""
+    """Launch of one piece within a tick."""
 
     barrel: int
     """Index into `LaunchParameters.barrels`."""
     delay: float
-    """From the start of the tick to the launch [s]."""
+    """Time from the start of the tick to the launch [s]."""
     aim: Aim
     """Speed and direction at that instant, relative to the robot."""
     spin: float = 1.0
-    """Factor of the spin that the wheels would give it [-]."""
+    """Factor on the spin that the wheels give [-]."""
 
 
 def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> FloatArray:
-    """Unit vectors of directions, shape (3,), or (n, 3) of arrays."""
+    """Return unit vectors of directions, shape (3,), or (n, 3) for arrays."""
     level = np.cos(elevation)
     return _vectors(level * np.cos(yaw), level * np.sin(yaw), np.sin(elevation))
 
@@ -78,7 +78,7 @@ def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> 
 def muzzle_offset(
     launch: LaunchParameters, barrel: int | IntArray = 0, turret_angle: float | FloatArray = 0.0
 ) -> FloatArray:
-    """From the robot's origin to muzzles, robot frame [m], shape (3,), or (n, 3) of arrays."""
+    """Return the vector from the robot's origin to the muzzle, robot frame [m], shape (3,), or (n, 3) for arrays."""
     yaw = launch.heading + turret_angle
     ahead, left = launch.forward, np.array(launch.barrels)[barrel]
     c, s = np.cos(yaw), np.sin(yaw)
@@ -88,16 +88,16 @@ def muzzle_offset(
 def launch_state(
     launch: LaunchParameters, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], barrel: int | IntArray = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Position [m] and velocity [m/s] of pieces as they leave a robot that may pitch and roll, field frame.
+    """Return position [m] and velocity [m/s] of launched pieces, field frame; the robot may pitch and roll.
 
-    v = v_exit + v_turret + v_chassis + omega x r; the last term is what a robot that turns adds.
+    v = v_exit + v_turret + v_chassis + omega x r; the last term is that of a turning robot.
 
     Args:
-        launch: Place of the launcher.
-        aim: Of one launch or of n.
-        robot: As a `PartState`, field frame: position of its origin [m], attitude as quaternion xyzw, velocity [m/s]
-            and angular velocity [rad/s]; each of one robot, or (n, 3) and (n, 4).
-        barrel: Which one.
+        launch: Position of the launcher.
+        aim: Aim of one launch or of n.
+        robot: Fields of a `PartState`, field frame: position of the origin [m], attitude as quaternion xyzw, velocity
+            [m/s] and angular velocity [rad/s]; each of one robot, or (n, 3) and (n, 4).
+        barrel: Index of the barrel.
     """
     pos, quat, vel, rate = (np.asarray(one, dtype=np.float64) for one in robot)
     offset = muzzle_offset(launch, barrel, aim.turret_angle)
@@ -109,11 +109,11 @@ def launch_state(
 
 
 def to_field(robot_rotation: Sequence[float] | FloatArray, vectors: FloatArray) -> FloatArray:
-    """Vectors of the robot's axes in the field's, by quaternions xyzw; shape (3,) and (4,), or (n, 3) and (n, 4)."""
+    """Rotate vectors from robot to field axes by quaternions xyzw; shape (3,) and (4,), or (n, 3) and (n, 4)."""
     turned: FloatArray = np.einsum("ij...,...j->...i", matrix(np.asarray(robot_rotation).T), vectors)
     return turned
 
 
 def _vectors(x: float | FloatArray, y: float | FloatArray, z: float | FloatArray) -> FloatArray:
-    """Vectors of coordinates, shape (3,), or (n, 3) where one of them is an array."""
+    """Stack coordinates to vectors, shape (3,), or (n, 3) if one of them is an array."""
     return np.stack(np.broadcast_arrays(x, y, z), axis=-1)

@@ -1,8 +1,8 @@
-"""The pieces of a world: staged, put on the field, moved, asleep and woken, held, launched, scored.
+"""Manager of all pieces of a world: staging, motion, sleep, holding, launch and scoring.
 
-Balls move in the loop (`simcore.loop.balls`), which wakes them as well; pieces of other shapes are bodies of the
-engine. A piece falls asleep when it has been supported and slow for a while. One that is no ball wakes before anything
-can reach it.
+Balls move in the loop (`simcore.loop.balls`), which also wakes them; pieces of other shapes are bodies of the engine. A
+piece that has been supported and slow for a while falls asleep. A piece that is not a ball wakes before anything can
+reach it.
 """
 
 from __future__ import annotations
@@ -15,9 +15,6 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
@@ -25,27 +22,30 @@ from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.quantities import COUNT, FORCE, Quantity, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
+from simcore.world.rotation import IDENTITY, Quaternion, Vector
+from simcore.world.shapes import Box, Compound, Shape, Sphere, parts_of
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["Footprint", "GamePieceManager"]
 
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
-_BESIDE = 0.02  # [m]; what is within this of a piece may carry it
-_DEEPEST = 0.02  # [m]; deeper in something no piece is staged on purpose
-_SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: of a ball's radius, [m] of others
+_SUPPORT_REACH = 0.02  # [m]; an object within this distance of a piece may carry it
+_DEEPEST = 0.02  # [m]; no piece is staged deeper in an element on purpose
+_SOFT, _HARD = 0.1, 0.003  # allowed depth in a wall at release: of a ball's radius, [m] of others
 _SLEEPY = 0.3  # [s] for which a piece must be slow before it sleeps
-_GAINS = 0.01  # [m/s]; a piece that has gained so much since it is slow begins anew to count as slow
-_ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; of pieces that are no balls: they rock on an edge, but do not roll on
-_WAKES = 0.005, 0.05  # [m/s]; slower robots and pieces wake nothing beside them
-_MARGIN = 0.05  # [m], beside what moves
-_WINDY = 3.0  # [m/s]; the air acts on pieces that are no balls if they are faster
+_GAINS = 0.01  # [m/s]; a slow piece that speeds up by this must be slow for the whole time again
+_ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; limits of slow pieces that are not balls: they rock on an edge
+_WAKES = 0.005, 0.05  # [m/s]; slower robots and pieces wake nothing next to them
+_MARGIN = 0.05  # [m], around moving objects
+_WINDY = 3.0  # [m/s]; air acts on pieces that are not balls above this speed
 _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0.0025, 0.004)
-"""Of boxes, of other shapes of one part and of those of several: way of a point in a step of the engine [m], and
-shortest and longest such step [s]. An engine finds a contact when it is there, and of what is no box one place at a
-time: a disc that falls flat from 1.3 m sinks by 3 mm, in steps of 5 ms by 33 mm."""
-_INSIDE = 0.3  # [m], from the edge of the field to the nearest middle of a piece: within an arm's reach over the rail
+"""For boxes, for other shapes of one part and for those of several: travel of a point in a step of the engine [m], and
+shortest and longest such step [s]. An engine finds a contact only once it exists, and for shapes other than boxes one
+point at a time: a disc that falls flat from 1.3 m sinks in by 3 mm; in steps of 5 ms by 33 mm."""
+_INSIDE = 0.3  # [m], from the edge of the field to the center of a piece: within reach over the rail
 _SPACING = 0.01  # [m], between pieces that are put down
 _MOST_TRIES = 4000
-_PIECE_SPEED = Quantity("m/s", 0.0, 1000.0)  # a tick takes steps of a quarter of a radius: at 1e9 m/s minutes
+_PIECE_SPEED = Quantity("m/s", 0.0, 1000.0)  # a tick takes steps of a quarter radius: minutes at 1e9 m/s
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
 _ALL = (*_LOOSE, _HELD)
@@ -53,7 +53,7 @@ _ALL = (*_LOOSE, _HELD)
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """A robot, or what hangs and swings, as the pieces see it."""
+    """Robot, or hanging body, as the pieces see it."""
 
     x: float
     y: float
@@ -62,14 +62,14 @@ class Footprint:
     """Half of the bumper box along its heading [m]."""
     half_width: float
     speed: float
-    """Fastest point of the box [m/s], so including spin."""
+    """Speed of the fastest point of the box, spin included [m/s]."""
     heights: tuple[float, float] = (-math.inf, math.inf)
-    """Of its lowest and highest parts [m]."""
+    """Heights of its lowest and highest parts [m]."""
     waking_speed: float = 0.005
-    """While it is slower, it wakes nothing [m/s]."""
+    """Speed below which it wakes nothing [m/s]."""
 
     def gap(self, pos: FloatArray) -> FloatArray:
-        """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
+        """Return the horizontal distance of points (n, 2 or 3) from the box [m], negative inside, shape (n,)."""
         dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         ahead, aside = np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
@@ -79,9 +79,9 @@ class Footprint:
 
 
 class GamePieceManager:
-    """Owns all pieces of a world.
+    """Owner of all pieces of a world.
 
-    Which call takes a piece from which status, and to which; any other is refused:
+    Calls, and the statuses that they take a piece from and to; any other status is refused:
 
     | call | from | to |
     |---|---|---|
@@ -94,16 +94,16 @@ class GamePieceManager:
     | `set_aside` | SCORED | STAGED |
 
     Args:
-        world: Where the bodies live.
-        types: Each type with the most pieces of it that there can be.
-        field_size: Length and width [m]; pieces that come to rest beyond it, or are 0.5 m beyond it, are brought back.
-        never_sleep: Pieces stay awake: for measurements.
-        places: Where pieces stay and count.
-        variation: By which factors pieces differ from their kind; None: not at all.
+        world: World that the bodies live in.
+        types: Each type with the maximum number of its pieces.
+        field_size: Length and width [m]; pieces that rest outside, or get 0.5 m outside, are brought back.
+        never_sleep: Whether pieces stay awake, for measurements.
+        places: Places where pieces stay and count.
+        variation: Factors by which pieces differ from their kind; None: no differences.
     """
 
     on_taken: Sequence[Callable[[int], None]] = ()
-    """By number of the robot: told of a piece that is taken from it."""
+    """Callbacks by number of the robot, called with a piece that is taken from it."""
 
     def __init__(
         self,
@@ -126,30 +126,31 @@ class GamePieceManager:
         self._others = (~self._is_ball).nonzero()[0]
         self._is_shot = np.zeros(len(self._pool.rows), dtype=bool)
         self.places = RestingPlaces(places, self._pool)
-        """Where pieces stay and count."""
+        """Assignment of pieces to the places where they stay and count."""
         self.shown = ShownPieces(self._pool, self.attitudes)
-        """What the pieces on the field look like."""
+        """View of the pieces on the field for displays."""
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
         self.out_of_field: Callable[[int], bool] | None = None
-        """Told of each piece that has left the field; False: it is put back at once. True: it has taken the piece."""
+        """Callback for each piece that has left the field; returns True if it has taken the piece, False to put it
+        back."""
         self.total = 0
-        """How many pieces have come into the match."""
+        """Number of pieces that have come into the match."""
         self.recovered = 0
-        """How many times a piece was brought back from outside the field."""
+        """Number of times that a piece was brought back from outside the field."""
         self._start = self.state.pos.copy()  # of the tick
-        self._leaving: dict[int, int] = {}  # slots of pieces that are no balls, and the robots that they come out of
+        self._leaving: dict[int, int] = {}  # slots of pieces that are not balls, and the robots that they are leaving
         self._steps = np.array([_steps_of(kind.shape) for kind, _ in types]).reshape(-1, 3)[self.state.kind]
         self.fastest = 0.0
-        """Speed of the fastest piece as the tick began, with what gravity can add [m/s]."""
+        """Speed of the fastest piece at the start of the tick, plus what gravity can add [m/s]."""
 
     # --- life -----------------------------------------------------------------------------------------------------
 
     def stage(self, name: str, count: int) -> IntArray:
-        """Count pieces in that are not on the field yet; returns their slots.
+        """Add pieces to the match that are not on the field yet; return their slots.
 
         Raises:
-            UnknownNameError: No such type.
+            UnknownNameError: There is no such type.
             CapacityError: The pool is too small.
         """
         require("stage", "count", count, COUNT)
@@ -167,21 +168,21 @@ class GamePieceManager:
         resting: bool = False,
         lodged: float | None = None,
     ) -> IntArray:
-        """Put new pieces on the field; those that stand on the carpet sleep at once. Returns their slots.
+        """Put new pieces on the field; return their slots. Those that stand on the carpet sleep at once.
 
         Args:
-            name: Of their kind.
+            name: Name of their kind.
             positions: Centers, field frame [m], shape (n, 3).
-            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright, as the shape of the kind is.
+            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright, as the shape of the kind.
             resting: Whether they sleep at once where they are, because they lie on other pieces or on the field.
-            lodged: Force at which they come free, because they are wedged in there [N]; None: they are not.
+            lodged: Force that frees them, because they are wedged in there [N]; None: they are not lodged.
 
         Raises:
-            UnknownNameError: No such type.
+            UnknownNameError: There is no such type.
             CapacityError: The pool is too small.
-            ConfigError: An attitude is no unit quaternion, nothing is there to rest on, or the force is not above 0, or
-                they are no balls.
-            NonFiniteError: A place is not finite. In each case nothing is spawned.
+            ConfigError: An attitude is no unit quaternion, there is nothing to rest on, the force is not above 0, or
+                lodged pieces are not balls.
+            NonFiniteError: A position is not finite. In each case nothing is spawned.
         """
         positions = _rows(f"spawn {name}", positions, np.size(positions) // 3, 3)
         quats = _quaternions(name, attitudes, len(positions))
@@ -200,17 +201,17 @@ class GamePieceManager:
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
         """Put pieces on the field, at rest, wherever they are now.
 
-        A ball that is put some way into an element of the field comes out of it with half a meter a second.
+        An element of the field pushes out a ball that is put some way into it, at half a meter a second.
 
         Args:
-            slots: Which ones.
+            slots: Slots of the pieces.
             positions: Centers, field frame [m], shape (n, 3).
             attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright.
 
         Raises:
-            ConfigError: A slot holds no piece, an attitude is no quaternion, or the center of a ball, or another piece
-                by 2 cm, would be inside of an element.
-            NonFiniteError: A place is not finite. In each case nothing has changed.
+            ConfigError: A slot holds no piece, an attitude is no quaternion, or a piece would be inside of an element:
+                a ball with its center, another piece by 2 cm.
+            NonFiniteError: A position is not finite. In each case nothing has changed.
         """
         self._require("release", slots, _ALL)
         positions = _rows("release", positions, len(slots), 3)
@@ -226,7 +227,7 @@ class GamePieceManager:
         self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
-        """Take pieces into a robot: off the field, and what leaned on them wakes.
+        """Move pieces from the field into a robot; sleepers that leaned on them wake.
 
         Raises:
             ConfigError: A slot holds no piece, a robot has it, or there is no such robot; nothing has changed.
@@ -251,19 +252,19 @@ class GamePieceManager:
         quat: Quaternion = IDENTITY,
         flying: bool = True,
     ) -> int:
-        """Let one held piece go with a velocity; returns its slot.
+        """Launch a held piece with a velocity; return its slot.
 
         Args:
-            holder: The robot that holds it.
+            holder: Number of the robot that holds it.
             pos: Center of the piece at the muzzle, field frame [m].
-            vel: Its velocity [m/s].
-            spin: Its angular velocity [rad/s].
-            slot: Which piece; None: that of the lowest slot.
-            quat: Its attitude.
+            vel: Velocity of the piece [m/s].
+            spin: Angular velocity of the piece [rad/s].
+            slot: Slot of the piece; None: the lowest slot that the robot holds.
+            quat: Attitude of the piece.
             flying: Whether it is shot into the air; otherwise it is put down.
 
         Raises:
-            CapacityError: The robot holds none, or not this one.
+            CapacityError: The robot holds no piece, or not this one.
             NonFiniteError: A value is not finite; the piece stays held.
             ConfigError: It is faster than 1,000 m/s; the piece stays held.
         """
@@ -287,7 +288,7 @@ class GamePieceManager:
         return slot
 
     def _leave(self, slot: int, robot: int) -> None:
-        """Let a piece that was shot come out of the robot of an engine row before it can touch it."""
+        """Keep a launched piece from touching the robot of an engine row until it has come out of it."""
         if self._is_ball[slot]:
             self._world.balls.leave(slot, robot)
         else:
@@ -295,7 +296,7 @@ class GamePieceManager:
             self._world.set_piece_touchable(self._pool.rows[slot], True, robots=False)
 
     def _let_touch_robots(self) -> None:
-        """See which pieces that are no balls have come out of the robots that shot them."""
+        """Let pieces that are not balls touch the robots that shot them once they have come out."""
         for slot, robot in list(self._leaving.items()):
             away = math.dist(self.state.pos[slot], self._world.bodies.of(robot)["pos"][0])
             is_here = self.state.status[slot] in ON_FIELD
@@ -305,7 +306,7 @@ class GamePieceManager:
                     self._world.set_piece_touchable(self._pool.rows[slot], True)
 
     def fly(self, slot: int, h: float) -> None:
-        """Let a piece that was launched just now fly on for h [s]; one that is no ball stays if something is there."""
+        """Advance a piece that was just launched by h [s]; one that is not a ball stays if something blocks it."""
         if self._is_ball[slot]:
             self._world.balls.fly(self._balls.only(slice(slot, slot + 1)), h)
             return
@@ -326,12 +327,12 @@ class GamePieceManager:
             self._world.set_velocity(self._pool.rows[slot], vel, spin)
 
     def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
-        """How deep a piece would be in what stands on the field [m].
+        """Return the depth that a piece would have in the field's elements [m].
 
-        In place of a piece on the field that is no ball one of its kind is tried that is off it; 0 if there is none.
+        For a piece on the field that is not a ball, a parked piece of its kind is tried instead; 0 if there is none.
 
         Args:
-            slot: Which piece.
+            slot: Slot of the piece.
             pos: Center, field frame [m].
             quat: Attitude.
         """
@@ -348,14 +349,14 @@ class GamePieceManager:
         return depth
 
     def is_free(self, slot: int, depth: float) -> bool:
-        """Whether a piece that is so deep in what stands on the field [m] can be let go there."""
+        """Return whether a piece at this depth in the field's elements [m] can be released there."""
         return depth < (_SOFT * float(self._pool.radius[slot]) if self._is_ball[slot] else _HARD)
 
     def require_room(self) -> None:
-        """Refuse pieces on the field that are inside of what stands there, as no piece gets by itself.
+        """Refuse pieces that are staged inside of the field's elements.
 
         Raises:
-            ConfigError: One is; the text says in what and how deep.
+            ConfigError: A piece is inside of an element; the message names it and the depth.
         """
         for slot in self.on_field().tolist():
             if self._is_ball[slot] and self._balls.hold[slot] > 0.0:  # wedged in
@@ -373,13 +374,13 @@ class GamePieceManager:
             )
 
     def _depth_now(self, slot: int) -> float:
-        """How deep a piece that is on the field is in what stands there [m]."""
+        """Return the current depth of a piece on the field in the field's elements [m]."""
         if self._is_ball[slot]:
             return self._world.balls.depth(tuple(self.state.pos[slot].tolist()), float(self._pool.radius[slot]))
         return float(self._world.engine.depth(self._pool.rows[slot]))
 
     def score(self, slots: IntArray) -> None:
-        """Take scored pieces off the field; what leaned on them wakes.
+        """Take scored pieces off the field; sleepers that leaned on them wake.
 
         Raises:
             ConfigError: A piece is not on the field; nothing has changed.
@@ -391,7 +392,7 @@ class GamePieceManager:
             self.state.status[slot] = _SCORED
 
     def set_aside(self, slots: IntArray) -> None:
-        """Let people keep scored pieces, who will put them on the field again.
+        """Stage scored pieces: people keep them and will put them on the field again.
 
         Raises:
             ConfigError: A piece has not scored; nothing has changed.
@@ -402,16 +403,16 @@ class GamePieceManager:
     def push(self, slots: IntArray, velocities: FloatArray, *, flying: bool = False) -> None:
         """Give pieces on the field a velocity, and wake them.
 
-        A lodged one stays unless to give it this within a tick takes more than what holds it.
+        A lodged piece stays unless this velocity within a tick takes more force than holds it.
 
         Args:
-            slots: Which ones.
-            velocities: Field frame [m/s], shape (n, 3).
-            flying: They are in the air and touch nothing, as after a launch.
+            slots: Slots of the pieces.
+            velocities: Velocities, field frame [m/s], shape (n, 3).
+            flying: Whether they are in the air and touch nothing, as after a launch.
 
         Raises:
             ConfigError: A piece is not on the field, or a velocity is above 1,000 m/s.
-            NonFiniteError: A velocity is not finite. Either way nothing has changed.
+            NonFiniteError: A velocity is not finite. In each case nothing has changed.
         """
         self._require("push", slots, ON_FIELD)
         velocities = _rows("push", velocities, len(slots), 3)
@@ -430,7 +431,7 @@ class GamePieceManager:
                 self.state.status[slot] = _IN_FLIGHT
 
     def clear(self) -> None:
-        """Take all pieces out of the match; none is counted any more."""
+        """Remove all pieces from the match."""
         slots = np.nonzero(self.state.status != _FREE)[0]
         for slot in slots.tolist():
             self._pool.park(slot)
@@ -439,14 +440,14 @@ class GamePieceManager:
         self.total = 0
 
     def spare(self, name: str, count: int) -> IntArray:
-        """Pieces that could be put on the field; returns their slots.
+        """Choose pieces that can be put on the field; return their slots.
 
-        Those that have not come into the match yet are staged by it; after them come those that wait off the field, and
-        then those that have scored.
+        Pieces that have not come into the match yet are staged first; then come those that wait off the field, then
+        those that have scored.
 
         Raises:
-            UnknownNameError: No such type.
-            CapacityError: Fewer are off the field and in no robot; nothing has changed.
+            UnknownNameError: There is no such type.
+            CapacityError: Too few are off the field and in no robot; nothing has changed.
         """
         require("spare", "count", count, COUNT)
         mine = self.state.kind == self._kind(name)
@@ -461,11 +462,11 @@ class GamePieceManager:
         return slots
 
     def put_down(self, slots: IntArray, places: FloatArray) -> None:
-        """Put pieces on the carpet, at rest, each at the free place nearest to one that is given.
+        """Put pieces on the carpet, at rest, each at the nearest free place to a given one.
 
         Args:
-            slots: Which ones.
-            places: Field frame [m], shape (n, 2).
+            slots: Slots of the pieces.
+            places: Places to be near, field frame [m], shape (n, 2).
 
         Raises:
             ConfigError: A slot holds no piece; nothing has changed.
@@ -476,10 +477,10 @@ class GamePieceManager:
             self._move_to_free_place(slot, (x, y))
 
     def make_room(self, robots: Sequence[Footprint]) -> None:
-        """Move the pieces that stand where a robot has just been put, to the nearest free places beside it.
+        """Move pieces where a robot has just been placed to the nearest free places next to it.
 
         Args:
-            robots: All of them, where they are now.
+            robots: Footprints of all robots at their current poses.
         """
         self._robots = list(robots)
         here = self.on_field()
@@ -489,29 +490,29 @@ class GamePieceManager:
             x, y, _ = self.state.pos[slot].tolist()
             self._move_to_free_place(slot, (x, y))
 
-    # --- questions ------------------------------------------------------------------------------------------------
+    # --- state ----------------------------------------------------------------------------------------------------
 
     @property
     def is_untouched(self) -> BoolArray:
-        """Which slots were shot and have touched nothing since, shape (n,)."""
+        """Whether each slot was shot and has touched nothing since, shape (n,)."""
         untouched: BoolArray = self._is_shot & (self._balls.is_touched == 0)
         return untouched
 
     @property
     def types(self) -> list[GamePieceConfig]:
-        """The types, in the order of `PieceState.kind`."""
+        """Types of pieces, in the order of `PieceState.kind`."""
         return self._pool.types
 
     def kind_name(self, slot: int) -> str:
-        """Name of the kind of a slot's piece."""
+        """Return the name of the kind of a slot's piece."""
         return str(self._pool.types[self.state.kind[slot]].name)
 
     def row(self, slot: int) -> int:
-        """Engine row of a slot's body, -1 of a ball."""
+        """Return the engine row of a slot's body, -1 for a ball."""
         return self._pool.rows[slot]
 
     def robots_touching(self, slot: int) -> list[int]:
-        """Engine rows of the robots that a piece has touched: a ball in this tick, others in the last step."""
+        """Return engine rows of the robots that a piece has touched: a ball in this tick, others in the last step."""
         if self._is_ball[slot]:
             return self._world.balls.robots_touching(slot)
         return [row for row in self._world.engine.touching(self._pool.rows[slot]) if row in self._world.robot_rows]
@@ -535,14 +536,14 @@ class GamePieceManager:
         return self._pool.is_on_field
 
     def on_field(self, name: str | None = None) -> IntArray:
-        """Slots on the field or in the air, of one type or all."""
+        """Return slots on the field or in the air, of one type or all."""
         here = self.is_on_field
         if name is not None:
             here &= self.state.kind == self._kind(name)
         return np.nonzero(here)[0]
 
     def attitudes(self, slots: IntArray) -> FloatArray:
-        """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
+        """Return attitudes w, x, y, z, shape (n, 4); for a piece off the field the last one on it."""
         quat = self._balls.quat
         if len(self._others):
             moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
@@ -559,7 +560,7 @@ class GamePieceManager:
 
     @property
     def mass(self) -> FloatArray:
-        """Of each slot's piece [kg], shape (n,)."""
+        """Mass of each slot's piece [kg], shape (n,)."""
         return self._pool.mass
 
     @property
@@ -568,15 +569,15 @@ class GamePieceManager:
         return self._pool.size
 
     def air_of(self, slot: int) -> AirFactors:
-        """What the air does to one piece."""
+        """Return the aerodynamic factors of one piece."""
         return self._pool.air_of(slot)
 
     def held(self, holder: int) -> IntArray:
-        """Slots that a robot holds."""
+        """Return the slots that a robot holds."""
         return np.nonzero((self.state.status == _HELD) & (self.state.holder == holder))[0]
 
     def count(self, status: PieceStatus, name: str | None = None) -> int:
-        """How many pieces are in a status."""
+        """Count the pieces in a status."""
         mask: BoolArray = self.state.status == int(status)
         if name is not None:
             mask &= self.state.kind == self._kind(name)
@@ -585,11 +586,11 @@ class GamePieceManager:
     # --- one tick -------------------------------------------------------------------------------------------------
 
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> float:
-        """Before the engine moves: wake what can be reached within dt [s]; returns its longest step for the pieces [s].
+        """Wake reachable pieces before a motion of dt [s]; return the engine's longest step for the pieces [s].
 
         Args:
-            robots: All that moves and is no piece.
-            dt: Length of the tick [s].
+            robots: Footprints of all moving objects that are not pieces.
+            dt: Duration of the tick [s].
         """
         state, self._robots = self.state, list(robots)
         self._start[:] = state.pos
@@ -602,13 +603,13 @@ class GamePieceManager:
             return math.inf
         self._let_touch_robots()
         self._wake_reached(awake, dt)
-        slots, rows = self._beside_balls(dt)
+        slots, rows = self._near_balls(dt)
         fixed = slots[self._pool.is_frozen[slots]]
         self._world.balls.begin_tick([*rows, *self._pool.rows_of(slots)], self._pool.rows_of(fixed))
         return self._longest_step()
 
     def apply_drag(self, h: float) -> None:
-        """Let air act on the pieces that are no balls, before the engine's step of h [s]."""
+        """Apply air drag to the pieces that are not balls, before the engine's step of h [s]."""
         slots = self._moving_others()
         if len(slots):
             slots = slots[_squares(self.state.vel[slots]) > _WINDY * _WINDY]
@@ -617,7 +618,7 @@ class GamePieceManager:
             self._world.engine.apply_forces(rows, self._pool.mass[slots][:, None] * drag)
 
     def gather(self, dt: float) -> None:
-        """After the engine moved: read where the awake pieces are, once."""
+        """Read the positions of the awake pieces once, after the engine has moved."""
         state, balls = self.state, self._balls
         state.before[:] = self._start
         others = self._moving_others()
@@ -640,14 +641,14 @@ class GamePieceManager:
             self._put_back(awake[~within.all(axis=1)])
 
     def settle(self, dt: float) -> None:
-        """Put to sleep what has been slow for long enough, after a tick of dt [s]."""
+        """Put pieces to sleep that have been slow for long enough, after a tick of dt [s]."""
         state, still = self.state, self._balls.still
         others = self._moving_others()
         if len(others):
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
             speed, calm = np.sqrt(_squares(state.vel[others])), self._balls.calm
             is_slow = (speed < _ROCKING) & (_squares(spin) < _TURNING**2)
-            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # what gains speed is not in balance
+            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # speeding up: not in balance
             calm[others] = np.where(begins, speed, calm[others])
             still[others] = np.where(begins, 0.0, still[others])
             still[others] = np.where(is_slow & (state.status[others] == _AWAKE), still[others] + dt, 0.0)
@@ -662,13 +663,13 @@ class GamePieceManager:
             self._fall_asleep(ready)
 
     def _moving_others(self) -> IntArray:
-        """Slots of the pieces that the engine moves."""
+        """Return slots of the pieces that the engine moves."""
         status = self.state.status[self._others]
         moving: IntArray = self._others[(status == _AWAKE) | (status == _IN_FLIGHT)]
         return moving
 
     def _wake_reached(self, awake: IntArray, dt: float) -> None:
-        """Wake the sleepers that are no balls and that something which moves may reach within dt [s]."""
+        """Wake sleepers that are not balls and that a moving object may reach within dt [s]."""
         state, radius = self.state, self._pool.radius
         status = state.status[self._others]
         asleep = self._others[(status == _ASLEEP) | (status == _PLACED)]
@@ -688,8 +689,8 @@ class GamePieceManager:
         for slot in asleep[reached].tolist():
             self._wake(slot)
 
-    def _beside_balls(self, dt: float) -> tuple[IntArray, list[int]]:
-        """What a ball may touch within dt [s]: slots of pieces that are no balls, and engine rows of what hangs."""
+    def _near_balls(self, dt: float) -> tuple[IntArray, list[int]]:
+        """Return what balls may touch within dt [s]: slots of other pieces, and engine rows of hanging bodies."""
         state, radius = self.state, self._pool.radius
         here = self.is_on_field
         balls, others = (here & self._is_ball).nonzero()[0], self._others[here[self._others]]
@@ -710,7 +711,7 @@ class GamePieceManager:
         return others[near], rows
 
     def _longest_step(self) -> float:
-        """Longest step of the engine that its pieces allow [s]."""
+        """Return the longest step of the engine that its pieces allow [s]."""
         slots = self._moving_others()
         if not len(slots):
             return math.inf
@@ -719,7 +720,7 @@ class GamePieceManager:
         move, shortest, longest = self._steps[slots].T
         return float(np.minimum(longest, np.maximum(shortest, move / np.maximum(rim, 1e-6))).min())
 
-    # --- inside ---------------------------------------------------------------------------------------------------
+    # --- internals ------------------------------------------------------------------------------------------------
 
     def _kind(self, name: str) -> int:
         if not isinstance(name, str) or name not in self._kinds:
@@ -734,7 +735,7 @@ class GamePieceManager:
             self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake the sleepers around a piece that leaves its place on the field: they may have leaned on it."""
+        """Wake the sleepers around a piece that leaves its place on the field, as they may have leaned on it."""
         state = self.state
         if state.status[slot] not in ON_FIELD:
             return
@@ -745,7 +746,7 @@ class GamePieceManager:
                 self._wake(other)
 
     def _fall_asleep(self, slots: IntArray) -> None:
-        self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again
+        self.attitudes(slots)  # keeps the current attitude: a sleeper's is not read again
         self.state.status[slots] = _ASLEEP
         self.state.vel[slots] = self._balls.spin[slots] = 0.0
         for slot in slots.tolist():
@@ -771,7 +772,7 @@ class GamePieceManager:
                 self._fall_asleep(np.array([slot]))
 
     def _put_back(self, slots: IntArray) -> None:
-        """Put pieces on the carpet inside the field, nearest to where each left it, at rest."""
+        """Put pieces on the carpet inside the field, at rest, each nearest to where it left."""
         for slot in slots.tolist():
             if self.out_of_field is not None and self.out_of_field(slot):
                 continue
@@ -780,9 +781,9 @@ class GamePieceManager:
             self.recovered += 1
 
     def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
-        """Put a piece on the carpet, at rest, at the free place nearest to one that is given [m].
+        """Put a piece on the carpet, at rest, at the nearest free place to a given one [m].
 
-        In a field without any free place it is put down above that one.
+        If the field has no free place, put it down above the given one.
         """
         kind, others = self._pool.types[self.state.kind[slot]], self.on_field()
         radius, height, taken = kind.bounding_radius, kind.rest_height, self.state.pos[others[others != slot]]
@@ -817,8 +818,8 @@ class GamePieceManager:
             raise ConfigError(f"{what}: piece {int(wrong[0])} is {status}, it must be one of {names}")
 
     def _require_support(self, name: str, positions: FloatArray) -> None:
-        """Check that there is something that new pieces of a kind can lie on."""
-        reach = self._pool.types[self._kind(name)].bounding_radius + _BESIDE
+        """Check that new pieces of a kind have something to lie on."""
+        reach = self._pool.types[self._kind(name)].bounding_radius + _SUPPORT_REACH
         others = self.on_field()
         is_near = self._world.near_field(positions, np.full(len(positions), reach)) | (positions[:, 2] < reach)
         for place, near in zip(positions, is_near.tolist(), strict=True):
@@ -831,20 +832,20 @@ class GamePieceManager:
 
 
 def _steps_of(shape: Shape) -> tuple[float, float, float]:
-    """What steps of the engine a shape asks for; see `_BOXES`."""
+    """Return the engine steps that a shape needs; see `_BOXES`."""
     if all(isinstance(part.shape, Sphere | Box) for part in parts_of(shape)):
         return _BOXES
     return _PARTS if isinstance(shape, Compound) else _PLAIN
 
 
 def _squares(rows: FloatArray) -> FloatArray:
-    """Squares of the lengths of vectors (..., 3), shape (...,)."""
+    """Return squared lengths of vectors (..., 3), shape (...,)."""
     squares: FloatArray = np.einsum("...i,...i->...", rows, rows)
     return squares
 
 
 def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
-    """Rows of finite numbers, checked; one row alone may stand for itself."""
+    """Check rows of finite numbers and return them; a single row may come without its list."""
     try:
         rows = np.asarray(values, dtype=float).reshape(count, width)
     except (TypeError, ValueError, OverflowError):
@@ -855,12 +856,12 @@ def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
 
 
 def _require_speed(what: str, velocity: Sequence[float] | FloatArray) -> None:
-    """Refuse a velocity [m/s] that no piece has; the steps of a tick grow with it."""
+    """Refuse a velocity [m/s] that no piece has; the number of steps per tick grows with it."""
     require(what, "speed", math.hypot(*velocity), _PIECE_SPEED)
 
 
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:
-    """Unit quaternions x, y, z, w of some pieces, checked."""
+    """Check unit quaternions x, y, z, w of pieces and return them."""
     if attitudes is None:
         return [IDENTITY] * count
     rows = _rows(what, attitudes, count, 4)
@@ -870,7 +871,7 @@ def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Qu
 
 
 def _spiral(spacing: float) -> Iterator[tuple[float, float]]:
-    """Offsets [m] around the middle, nearest first: rings `spacing` apart with places `spacing` apart."""
+    """Yield offsets [m] around the middle, nearest first: rings `spacing` apart with places `spacing` apart."""
     yield 0.0, 0.0
     tries, ring = 1, 1
     while tries < _MOST_TRIES:

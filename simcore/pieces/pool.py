@@ -1,7 +1,7 @@
-"""The state of all pieces, made once, and the bodies of those that are no balls.
+"""State of all pieces, allocated once, and the engine bodies of those that are not balls.
 
-Balls live in the arrays of the loop (`simcore.loop.balls`), others are bodies of the engine. A piece that is held,
-scored or not yet on the field is parked: nothing moves it.
+Balls live in the arrays of the loop (`simcore.loop.balls`), other pieces are bodies of the engine. A piece that is
+held, scored or not yet on the field is parked: nothing moves it.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError
-from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.loop.state import JUST_PUT, make_balls
-from simcore.physics.shapes import Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.world.rotation import IDENTITY, Quaternion
+from simcore.world.shapes import Sphere
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus", "ShownPieces"]
 
@@ -29,10 +29,10 @@ _PARKING_HEIGHT = 50.0  # [m], above everything; 1 m apart: balls parked on one 
 
 
 class PieceStatus(IntEnum):
-    """Where a piece is in its life."""
+    """Status of a piece."""
 
     FREE = 0
-    """A body that no piece uses."""
+    """Unused slot."""
     STAGED = 1
     """Counted, but not on the field: e.g. in an outpost's chute."""
     ASLEEP = 2
@@ -50,11 +50,11 @@ class PieceStatus(IntEnum):
 
 
 ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
-"""The statuses of pieces on the field or in the air."""
+"""Statuses of pieces on the field or in the air."""
 _IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], ON_FIELD)
-"""By status."""
+"""Whether each status is on the field or in the air."""
 _IS_FROZEN: BoolArray = np.isin([int(status) for status in PieceStatus], (PieceStatus.ASLEEP, PieceStatus.PLACED))
-"""By status."""
+"""Whether each status is at rest and frozen."""
 
 
 @dataclass(slots=True)
@@ -62,17 +62,17 @@ class PieceState:
     """State of all pieces, one row per slot; `n` is the capacity of the pool."""
 
     pos: FloatArray
-    """Center, field frame [m], shape (n, 3); where it last was for pieces that are parked."""
+    """Center, field frame [m], shape (n, 3); for parked pieces the last one on the field."""
     before: FloatArray
     """Center at the start of the tick [m], shape (n, 3)."""
     vel: FloatArray
-    """Velocity, field frame [m/s], shape (n, 3); of those that are no balls the mean over the last tick."""
+    """Velocity, field frame [m/s], shape (n, 3); for pieces that are not balls the mean over the last tick."""
     status: npt.NDArray[np.uint8]
     """A `PieceStatus` per slot, shape (n,)."""
     kind: npt.NDArray[np.uint8]
     """Index of the piece's type, shape (n,)."""
     holder: IntArray
-    """Which robot holds the piece, -1 for none, shape (n,)."""
+    """Number of the robot that holds the piece, -1 for none, shape (n,)."""
 
 
 class PiecePool:
@@ -84,12 +84,12 @@ class PiecePool:
         types: list[tuple[GamePieceConfig, int]],
         variation: PieceVariation | None = None,
     ) -> None:
-        """Make all bodies.
+        """Create all bodies.
 
         Args:
-            world: Where the bodies live.
-            types: Each type with the most pieces of it that there can be.
-            variation: By which factors pieces differ from their kind; None: not at all.
+            world: World that the bodies live in.
+            types: Each type with the maximum number of its pieces.
+            variation: Factors by which pieces differ from their kind; None: no differences.
         """
         self._world = world
         self.types = [config for config, _ in types]
@@ -103,17 +103,17 @@ class PiecePool:
             holder=np.full(n, -1, dtype=np.int64),
         )
         self.rows: list[int] = []
-        """Engine row of each slot, -1 of a ball."""
+        """Engine row of each slot, -1 for a ball."""
         self.changes = 0
-        """Grows whenever a piece may have come, gone or moved."""
+        """Counter that increases whenever a piece may have come, gone or moved."""
         self.size = np.ones(n) if variation is None else variation.diameter
         """Diameter of each slot's piece over that of its kind [-], shape (n,)."""
         self.balls = make_balls(self.state.status, self.state.pos, self.state.vel)
-        """The arrays of the loop; it leaves out the rows of pieces that are no balls."""
+        """Arrays of the loop, which skips the rows of pieces that are not balls."""
         self.radius, self.mass = self.balls.radius, self.balls.mass
         """Bounding radius [m] and mass [kg] of each slot's piece, shape (n,)."""
         self.drag = self.balls.air[:, 0]
-        """See `AirFactors`; of each slot's piece [1/m], shape (n,)."""
+        """Drag factor of each slot's piece, see `AirFactors` [1/m], shape (n,)."""
         slot = 0
         for kind, (config, count) in enumerate(types):
             mine, balls = slice(slot, slot + count), self.balls
@@ -133,7 +133,7 @@ class PiecePool:
                 self._make_bodies(slot, config, balls.surface[mine, 1])
             slot += count
         self.is_ball = self.balls.is_ball.astype(bool)
-        """Which slots are balls, shape (n,)."""
+        """Whether each slot is a ball, shape (n,)."""
         world.balls.set_balls(self.balls)
 
     def _make_bodies(self, slot: int, config: GamePieceConfig, restitution: FloatArray) -> None:
@@ -152,7 +152,7 @@ class PiecePool:
     @property
     def is_on_field(self) -> BoolArray:
         """Whether each slot is on the field or in the air, shape (n,)."""
-        here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # 1.3 us, three comparisons 4
+        here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # 1.3 us; three comparisons take 4
         return here
 
     @property
@@ -162,7 +162,7 @@ class PiecePool:
         return frozen
 
     def air_of(self, slot: int) -> AirFactors:
-        """What the air does to one piece."""
+        """Return the aerodynamic factors of one piece."""
         drag, lift, saturation, spin_drag = self.balls.air[slot].tolist()
         return AirFactors(drag, lift, saturation, spin_drag)
 
@@ -170,8 +170,8 @@ class PiecePool:
         """Reserve free slots of a type; they stay parked.
 
         Raises:
-            CapacityError: Fewer are free.
-            ConfigError: A negative count.
+            CapacityError: Too few are free.
+            ConfigError: The count is negative.
         """
         if count < 0:
             raise ConfigError(f"{self.types[kind].name}: how many pieces must be >= 0, got {count}")
@@ -188,7 +188,7 @@ class PiecePool:
         """Take a piece out of parking and put it on the field, at rest and awake.
 
         Raises:
-            NonFiniteError: A NaN or an infinity; nothing is moved.
+            NonFiniteError: A value is NaN or infinite; nothing has moved.
         """
         if not all(map(math.isfinite, (*pos, *quat))):
             name = self.types[self.state.kind[slot]].name
@@ -205,7 +205,7 @@ class PiecePool:
             self._world.set_piece_touchable(row, True)
 
     def park(self, slot: int) -> None:
-        """Take a piece off the field. Its `pos` stays as the place where it was last seen."""
+        """Take a piece off the field. Its `pos` keeps the last position on the field."""
         self.changes += 1
         self.state.vel[slot] = 0.0
         row = self.rows[slot]
@@ -215,7 +215,7 @@ class PiecePool:
             self._world.engine.fix(row)
 
     def rows_of(self, slots: IntArray) -> list[int]:
-        """Engine rows of some slots."""
+        """Return the engine rows of slots."""
         rows = self.rows
         return [rows[slot] for slot in slots.tolist()]
 
@@ -225,13 +225,13 @@ class PiecePool:
 
 
 class ShownPieces:
-    """What pieces on the field look like: slots and poses by kind.
+    """View of the pieces on the field for displays: slots and poses by kind.
 
-    The arrays are read-only, and the same until the pool says that something has changed.
+    The arrays are read-only, and stay the same objects until something in the pool changes.
 
     Args:
         pool: The pieces.
-        attitudes: Of slots, as w, x, y, z, shape (n, 4).
+        attitudes: Function that returns the attitudes of slots, w, x, y, z, shape (n, 4).
     """
 
     def __init__(self, pool: PiecePool, attitudes: Callable[[IntArray], FloatArray]) -> None:
@@ -241,10 +241,10 @@ class ShownPieces:
         self._kept: dict[int, tuple[IntArray, FloatArray]] = {}
 
     def of(self, kind: int) -> tuple[IntArray, FloatArray]:
-        """Slots of a kind on the field or in the air, rising, shape (n,), and their rows x, y, z, qw, qx, qy, qz.
+        """Return slots of a kind on the field or in the air, rising, shape (n,), and rows x, y, z, qw, qx, qy, qz.
 
         Args:
-            kind: Its number.
+            kind: Index of the kind.
         """
         pool = self._pool
         if pool.changes != self._changes:

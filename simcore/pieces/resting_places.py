@@ -1,7 +1,7 @@
-"""Places on the field where pieces stay and count: on a pipe, in a trough, on a shelf.
+"""Resting places: places on the field where pieces stay and count, such as a pipe, a trough or a shelf.
 
-Physics decides: a piece that has come to rest in a place, on something, and touches no robot is placed there. It is
-frozen like any piece that sleeps, wakes like one, and stays placed until it leaves the place or a robot takes it.
+Physics decides: a piece that has come to rest in a place, on something, and touches no robot counts as placed. It
+sleeps and wakes like any other piece, and stays placed until it leaves the place or a robot takes it.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Vector, rotate
-from simcore.geometry.zones import Zone
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import Alliance, IntArray
+from simcore.world.rotation import Vector, rotate
+from simcore.world.zones import Zone
 
 __all__ = ["PlaceEvent", "RestingPlace", "RestingPlaces"]
 
@@ -30,24 +30,24 @@ _TILT = Quantity("rad", 0.0, 0.5 * math.pi, is_open=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingPlace:
-    """A place where pieces stay and count."""
+    """Place where pieces stay and count."""
 
     name: str
     level: str = ""
-    """What it is counted with, e.g. all places of one height. One that begins with `Blue` or `Red` is shown as that
-    alliance's: `BlueL4`."""
+    """Level that it counts for, e.g. that of all places of one height. A name that begins with `Blue` or `Red` is
+    published for that alliance: `BlueL4`."""
     alliance: Alliance | None = None
-    """Whose it is; None: nobody's."""
+    """Alliance that owns it; None: neither."""
     zone: Zone
-    """Where the center of a piece must be."""
+    """Zone that must contain the center of a piece."""
     capacity: int | None = None
-    """Pieces that count in it; None: any number."""
+    """Maximum number of pieces that count in it; None: any number."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that count in it; none named: all."""
+    """Kinds of pieces that count in it; empty: all."""
     axis: Vector | None = None
-    """Where the z axis of a piece's shape must point to or away from, field frame; None: anywhere."""
+    """Direction of the z axis of a piece's shape, of either sign, field frame; None: any."""
     max_tilt: float = math.radians(30.0)
-    """How far it may be off that axis [rad]."""
+    """Largest angle to that axis [rad]."""
 
     def __post_init__(self) -> None:
         owner = f"RestingPlace {self.name!r}"
@@ -60,24 +60,24 @@ class RestingPlace:
 
 @dataclass(frozen=True, slots=True)
 class PlaceEvent:
-    """A piece that has come to stay in a place, or has left it."""
+    """Arrival of a piece in a place, or its departure."""
 
     place: RestingPlace
     slot: int
-    """The piece."""
+    """Slot of the piece."""
     holder: int
-    """Robot that took it, -1 for none."""
+    """Number of the robot that took it, -1 for none."""
 
 
 class RestingPlaces:
-    """Which piece is in which place.
+    """Assignment of pieces to resting places.
 
     Args:
-        places: Names must differ; where two overlap, a piece counts in the first.
-        pool: The pieces.
+        places: Resting places with unique names; where two overlap, a piece counts in the first.
+        pool: Pieces to assign.
 
     Raises:
-        ConfigError: Two places of one name, or a kind of piece that there is not.
+        ConfigError: Two places have the same name, or a kind of piece does not exist.
     """
 
     def __init__(self, places: Iterable[RestingPlace], pool: PiecePool) -> None:
@@ -93,7 +93,7 @@ class RestingPlaces:
         self._pool = pool
         self._place: IntArray = np.full(len(pool.rows), -1, dtype=np.int64)
         self._placed: list[PlaceEvent] = []
-        self._counts: dict[str, IntArray] = {}  # by level; none after a piece has come or gone
+        self._counts: dict[str, IntArray] = {}  # by level; empty after a piece has come or gone
         self._totals: dict[str, int] = {}
         self._numbers = {name: number for number, name in enumerate(names)}
         self._levels: dict[str, list[int]] = {}
@@ -105,9 +105,9 @@ class RestingPlaces:
         """Place a piece that has just fallen asleep, if it is in a place.
 
         Args:
-            slot: Of the piece.
-            quat: Its attitude, x, y, z, w.
-            touches_robot: Whether it leans on a robot; then it does not count.
+            slot: Slot of the piece.
+            quat: Attitude of the piece, x, y, z, w.
+            touches_robot: Whether it touches a robot; then it does not count.
         """
         state = self._pool.state
         if touches_robot:
@@ -123,7 +123,7 @@ class RestingPlaces:
             state.status[slot] = _PLACED
 
     def update(self) -> tuple[list[PlaceEvent], list[PlaceEvent]]:
-        """Pieces that have come to stay since the last call, and those that have left."""
+        """Return the arrivals and the departures since the last call."""
         state = self._pool.state
         removed = []
         for slot in np.nonzero((self._place >= 0) & (state.status != _PLACED))[0].tolist():
@@ -138,14 +138,14 @@ class RestingPlaces:
 
     @property
     def woken(self) -> IntArray:
-        """Slots of the pieces that count in a place, but have been woken there."""
+        """Return slots of the pieces that count in a place but have been woken there."""
         return np.nonzero((self._place >= 0) & (self._pool.state.status == _AWAKE))[0]
 
     def slots(self, name: str | None = None, *, level: str | None = None) -> IntArray:
-        """Slots of the pieces in a place, in all places of a level, or in all places.
+        """Return slots of the pieces in a place, in all places of a level, or in all places.
 
         Raises:
-            UnknownNameError: No such place.
+            UnknownNameError: There is no such place.
         """
         if name is not None and name not in self._numbers:
             raise UnknownNameError("resting place", name, self._numbers)
@@ -157,17 +157,17 @@ class RestingPlaces:
         return np.nonzero(np.isin(self._place, wanted))[0]
 
     def count(self, name: str | None = None, *, level: str | None = None) -> int:
-        """How many pieces are in a place, in all places of a level, or in all places."""
+        """Count the pieces in a place, in all places of a level, or in all places."""
         return len(self.slots(name, level=level))
 
     def counts(self) -> Mapping[str, IntArray]:
-        """How many pieces are in each place of each level, both in the order of the places; read-only."""
+        """Return the number of pieces in each place of each level, in the order of the places; read-only."""
         if not self._counts:
             self._count_levels()
         return self._counts
 
     def totals(self) -> Mapping[str, int]:
-        """How many pieces are in the places of each level, in their order."""
+        """Return the number of pieces in the places of each level, in the order of the levels."""
         if not self._counts:
             self._count_levels()
         return self._totals
@@ -180,7 +180,7 @@ class RestingPlaces:
             counts.setflags(write=False)
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
-        """Number of the place that a piece is in and counts in, -1 for none."""
+        """Return the index of the place that a piece is in and counts in, -1 for none."""
         state = self._pool.state
         kind, here = state.kind[slot], state.pos[slot][None]
         for number, place in enumerate(self.places):

@@ -1,4 +1,4 @@
-"""The opening that shots come through: where shooters aim, and what a shot has passed that goes in."""
+"""Opening of a goal: the target of shooters, and the outline that a scoring shot passes through."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Vector
 from simcore.quantities import ANGLE, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.rotation import Vector
 
 __all__ = ["ShotOpening"]
 
-_FLAT = 1e-3  # [m]; corners may be this far off their common plane
+_FLAT = 1e-3  # [m]; largest distance of corners from their common plane
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotOpening:
-    """A flat opening with a rim, convex, in any attitude."""
+    """Flat, convex opening with a rim, in any attitude."""
 
     corners: tuple[Vector, ...]
-    """Of the rim, in their order around it, field frame [m]."""
+    """Corners of the rim, in order around it, field frame [m]."""
     approach: float
-    """Direction in which a shot comes that comes straight at it [rad]."""
+    """Horizontal direction of a shot that approaches it straight on [rad]."""
 
     def __post_init__(self) -> None:
         require_fields(self, corners=[(FIELD_PLACE,) * 3], approach=ANGLE)
@@ -38,23 +38,23 @@ class ShotOpening:
 
     @property
     def middle(self) -> FloatArray:
-        """Mean of its corners: where to aim, field frame [m], shape (3,)."""
+        """Mean of the corners, the point to aim at, field frame [m], shape (3,)."""
         mean: FloatArray = np.array(self.corners).mean(axis=0)
         return mean
 
     @property
     def inward(self) -> FloatArray:
-        """Unit normal toward the inside: down, or on where a shot comes straight from, shape (3,)."""
+        """Unit normal toward the inside: downward, or along the straight approach, shape (3,)."""
         first, second, third = np.array(self.corners[:3])
         normal: FloatArray = np.cross(second - first, third - second)
         ahead = np.array([math.cos(self.approach), math.sin(self.approach), -1.0])
         return normal * (math.copysign(1.0, normal @ ahead) / np.linalg.norm(normal))
 
     def holds(self, points: FloatArray) -> BoolArray:
-        """Which points (n, 3) [m], looked at along the normal, are within the rim, shape (n,)."""
+        """Return a mask of the points (n, 3) [m] that lie within the rim, seen along the normal, shape (n,)."""
         rows, inside = np.array(self.corners), np.ones((2, len(points)), dtype=bool)
         for corner, toward in zip(rows, np.cross(self.inward, np.roll(rows, -1, axis=0) - rows), strict=True):
             side = (points - corner) @ toward
-            inside &= np.stack([side >= 0.0, side <= 0.0])  # corners go either way round
+            inside &= np.stack([side >= 0.0, side <= 0.0])  # corners may go either way round
         within: BoolArray = inside[0] | inside[1]
         return within

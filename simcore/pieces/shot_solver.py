@@ -1,10 +1,10 @@
-"""How to aim: the yaw, elevation and speed that bring a ball with drag down through a target, also on the move.
+"""Aiming: the yaw, elevation and speed that bring a ball with drag down through a target, also on the move.
 
-Without lift a flight stays in one vertical plane, and in the field frame that plane goes through muzzle and target.
-So the unknowns are two, slope and speed in that plane. For each slope exactly one speed hits; what remains is one
-equation in the slope: that the launch *relative to the moving muzzle* has the elevation, or the speed, that was asked.
+Without lift a flight stays in one vertical plane, and in the field frame that plane contains muzzle and target. So the
+unknowns are slope and speed in that plane. For each slope exactly one speed hits; the remaining equation in the slope
+is that the launch *relative to the moving muzzle* has the requested elevation or speed.
 
-Along the horizontal distance x the flight needs no event search: with the slope p = dz/dx and q = 1 / vx^2,
+Over the horizontal distance x the flight needs no event search: with the slope p = dz/dx and q = 1 / vx^2,
     dp/dx = -g q,   dq/dx = 2 k q sqrt(1 + p^2),   dz/dx = p,   dt/dx = sqrt(q).
 """
 
@@ -16,45 +16,45 @@ from dataclasses import dataclass
 from typing import SupportsFloat, TypeAlias
 
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
-from simcore.geometry.rotation import wrap_angle
 from simcore.loop.compiled import compiled
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
+from simcore.world.rotation import wrap_angle
 
 __all__ = ["NoShotError", "Shot", "solve_shot"]
 
 _Vector: TypeAlias = Sequence[float] | FloatArray
 _STEPS = 16  # RK4 steps to the target: within 0.1 mm of solve_ivp over half a field
 _STEEPEST = math.radians(88.0)
-_MIN_DISTANCE = 0.05  # closer than this "towards the target" means nothing [m]
+_MIN_DISTANCE = 0.05  # [m]; at less distance the direction to the target is undefined
 
 
 class NoShotError(SimcoreError, ValueError):
-    """No launch within the limits brings the ball to the target."""
+    """Error: no launch within the limits brings the ball to the target."""
 
     def __init__(self, reason: str, *, distance: float, height: float) -> None:
         self.reason = reason
         self.distance = distance
-        """Horizontal, muzzle to target [m]."""
+        """Horizontal distance from muzzle to target [m]."""
         self.height = height
-        """Target over muzzle [m]."""
+        """Height of the target over the muzzle [m]."""
         super().__init__(f"no shot at {distance:.2f} m away and {height:+.2f} m up: {reason}")
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """A launch that hits, relative to the muzzle: what hood, wheels and turret have to do."""
+    """Launch that hits, relative to the muzzle: setpoints for hood, wheels and turret."""
 
     yaw: float
     """Direction of the launch, field frame [rad]."""
     elevation: float
-    """Over the horizontal [rad]."""
+    """Elevation over the horizontal [rad]."""
     speed: float
-    """Relative to the muzzle [m/s]."""
+    """Speed relative to the muzzle [m/s]."""
     time_of_flight: float
-    """From muzzle to target [s]."""
+    """Time from muzzle to target [s]."""
     entry_angle: float
-    """Under the horizontal at the target, so positive on the way down [rad]."""
+    """Angle below the horizontal at the target, positive on the way down [rad]."""
 
 
 def solve_shot(
@@ -63,26 +63,26 @@ def solve_shot(
     muzzle_offset: _Vector = (0.0, 0.0, 0.0), high_arc: bool = True, rising: bool = False, max_speed: float = math.inf,
     gravity: float = GRAVITY,
 ) -> Shot:  # fmt: skip
-    """Find the shot for a fixed elevation (what speed?) or a fixed speed (what elevation?). About 1 ms.
+    """Solve for the speed at a fixed elevation, or for the elevation at a fixed speed. Takes about 1 ms.
 
     Args:
-        muzzle: Where the ball's center leaves, field frame [m], shape (3,).
-        target: The point to fall through, field frame [m], shape (3,).
-        elevation: Of the launch relative to the robot [rad]; give this or `speed`.
-        speed: Of the launch relative to the muzzle [m/s].
+        muzzle: Center of the ball at launch, field frame [m], shape (3,).
+        target: Point to fall through, field frame [m], shape (3,).
+        elevation: Elevation of the launch relative to the robot [rad]; give this or `speed`.
+        speed: Speed of the launch relative to the muzzle [m/s].
         drag: k = rho Cd A / (2 m), `drag` of a kind's `air` [1/m]. Lift is not modeled.
-        robot_velocity: Of the robot center, field frame [m/s], shape (3,).
-        yaw_rate: Counter-clockwise positive [rad/s].
-        muzzle_offset: From robot center to muzzle, field axes [m], shape (3,); only matters with a yaw rate.
-        high_arc: With a fixed speed, which of the two elevations.
-        rising: Whether it may come to the target on its way up, too, as into a goal that is open to the front.
-        max_speed: The launcher's best [m/s].
-        gravity: Downward [m/s^2].
+        robot_velocity: Velocity of the robot center, field frame [m/s], shape (3,).
+        yaw_rate: Yaw rate of the robot, counter-clockwise positive [rad/s].
+        muzzle_offset: Vector from robot center to muzzle, field axes [m], shape (3,); only matters with a yaw rate.
+        high_arc: Whether to take the higher of the two elevations at a fixed speed.
+        rising: Whether the ball may also reach the target on its way up, as for a goal that is open to the front.
+        max_speed: Maximum speed of the launcher [m/s].
+        gravity: Gravitational acceleration, downward [m/s^2].
 
     Raises:
-        NoShotError: If nothing hits, with the reason.
-        ConfigError: If not exactly one of elevation and speed is given, or one makes no sense.
-        NonFiniteError: If a position or velocity is not finite.
+        NoShotError: Nothing hits; the message has the reason.
+        ConfigError: Not exactly one of elevation and speed is given, or a value is out of range.
+        NonFiniteError: A position or velocity is not finite.
 
     >>> shot = solve_shot((0, 0, 0.5), (4.18, 0, 1.8288), elevation=math.radians(60), drag=0.0232)
     >>> round(shot.speed, 2), round(shot.time_of_flight, 2)
@@ -96,7 +96,7 @@ def solve_shot(
         raise ConfigError(f"solve_shot: speed must be finite and > 0 m/s, got {speed}")
     k = float(drag)
     if not (0.0 <= k < math.inf and 0.0 < gravity < math.inf and max_speed > 0.0):
-        raise ConfigError(f"solve_shot: want drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
+        raise ConfigError(f"solve_shot: need drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
     problem = _Problem(muzzle, target, robot_velocity, yaw_rate, muzzle_offset, k, gravity)
     if elevation is not None:
         shot = problem.shot(problem.angle_for_elevation(elevation))
@@ -111,7 +111,7 @@ def solve_shot(
 
 
 class _Problem:
-    """One aiming task in the vertical plane through muzzle and target; an angle is the field-frame elevation."""
+    """Aiming task in the vertical plane through muzzle and target; an angle is the field-frame elevation."""
 
     def __init__(
         self, muzzle: _Vector, target: _Vector, velocity: _Vector, yaw_rate: float, offset: _Vector, drag: float,
@@ -123,15 +123,15 @@ class _Problem:
         self.distance = math.hypot(east, north)
         if not math.isfinite(self.distance + self.height + vx + vy + self.up):
             raise NonFiniteError(
-                f"solve_shot: want finite numbers, got muzzle {muzzle}, target {target},"
+                f"solve_shot: need finite numbers, got muzzle {muzzle}, target {target},"
                 f" robot {velocity} m/s, {yaw_rate} rad/s"
             )
         if self.distance < _MIN_DISTANCE:
-            raise self.no_shot(f"the target is right over or under the muzzle (want {_MIN_DISTANCE} m or more)")
+            raise self.no_shot(f"the target is right over or under the muzzle (need {_MIN_DISTANCE} m or more)")
         self.bearing = math.atan2(north, east)
         c, s = east / self.distance, north / self.distance
-        self.along = c * vx + s * vy  # muzzle velocity towards the target, [m/s]
-        self.across = c * vy - s * vx  # to the left of it
+        self.along = c * vx + s * vy  # muzzle velocity toward the target [m/s]
+        self.across = c * vy - s * vx  # muzzle velocity to the left of it [m/s]
         self.drag = drag
         self.gravity = gravity
         self.flattest = math.atan2(self.height, self.distance) + 1e-3  # line of sight
@@ -142,7 +142,7 @@ class _Problem:
         return NoShotError(reason, distance=self.distance, height=self.height)
 
     def angle_for_elevation(self, elevation: float) -> float:
-        """Field-frame angle whose launch has this elevation relative to the muzzle."""
+        """Return the field-frame angle whose launch has this elevation relative to the muzzle."""
         if self.along == self.across == self.up == 0.0:
             if elevation < self.flattest:
                 raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is below the line of sight")
@@ -154,12 +154,12 @@ class _Problem:
         def excess(angle: float) -> float:
             return self.shot(angle).elevation - elevation
 
-        # Outward from the answer of a robot at rest: the first change of sign is the nearest answer.
+        # Search outward from the answer for a robot at rest: the first change of sign is the nearest answer.
         middle = min(max(elevation, self.flattest), _STEEPEST)
         ends, values, limits = [middle] * 2, [excess(middle)] * 2, [self.flattest, _STEEPEST]
         reach = math.radians(3.0)
         while ends != limits:
-            # The excess grows with the angle: go the way that should change its sign first.
+            # The excess grows with the angle: first try the direction that should change its sign.
             for side in (0, 1) if values[1] > 0.0 else (1, 0):
                 if ends[side] != limits[side]:
                     end = min(max(ends[side] + (reach if side else -reach), self.flattest), _STEEPEST)
@@ -172,13 +172,13 @@ class _Problem:
         raise self.no_shot(f"no speed hits at {math.degrees(elevation):.1f} degrees from a robot that moves like this")
 
     def angle_for_speed(self, speed: float, high_arc: bool) -> float:
-        """Field-frame angle whose launch has this speed relative to the muzzle."""
+        """Return the field-frame angle whose launch has this speed relative to the muzzle."""
         from scipy.optimize import brentq, minimize_scalar
 
         def excess(angle: float) -> float:
             return self.shot(angle).speed - speed
 
-        cheapest = 0.5 * (0.5 * math.pi + self.flattest)  # least speed in a vacuum at rest; close enough to start
+        cheapest = 0.5 * (0.5 * math.pi + self.flattest)  # optimum in a vacuum at rest; close enough to start
         if excess(cheapest) > 0.0:
             found = minimize_scalar(
                 excess, bounds=(self.flattest, _STEEPEST), method="bounded", options={"xatol": 1e-4}
@@ -192,7 +192,7 @@ class _Problem:
         return float(brentq(excess, cheapest, end, xtol=1e-10))
 
     def shot(self, angle: float) -> Shot:
-        """The one launch at this field-frame angle that hits."""
+        """Return the launch at this field-frame angle that hits."""
         slope = math.tan(angle)
         q, end_slope, time = self._hit(slope)
         forward = 1.0 / math.sqrt(q)
@@ -207,9 +207,9 @@ class _Problem:
         )
 
     def _hit(self, slope: float) -> tuple[float, float, float]:
-        """The q = 1 / vx^2 at the muzzle that hits with this slope; slope and time at the target."""
+        """Return q = 1 / vx^2 at the muzzle of the hit with this slope, and slope and time at the target."""
         distance, k = self.distance, self.drag
-        drop = slope * distance - self.height  # how far gravity has to bring the ball down, > 0
+        drop = slope * distance - self.height  # [m], > 0; distance that gravity must bring the ball down
         mean = self.height / distance  # slopes at start, middle and end of a flight without drag
         stretch = (_length(slope) + 4.0 * _length(mean) + _length(2.0 * mean - slope)) / 6.0
         y = 2.0 * k * stretch * distance
@@ -221,7 +221,7 @@ class _Problem:
             low, high = (low, q) if fall > drop else (q, high)
             if abs(fall - drop) < 1e-8 or high - low < 1e-15 * q:
                 return q, end_slope, time
-            # Fall is nearly a line in q: the secant (first one through zero), kept inside what is known.
+            # The fall is nearly linear in q: use the secant (first one through zero), kept within the known bracket.
             guess = 0.0
             if math.isfinite(fall):
                 if fall != last_fall:
@@ -233,7 +233,7 @@ class _Problem:
 
 @compiled
 def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[float, float, float]:
-    """Fall below the straight line, slope and time at the distance, by RK4; infinite if it drops before that."""
+    """Return drop below the straight line, slope and time at the distance, by RK4; infinite if it falls short."""
     h = distance / _STEPS
     half, sixth, k2 = 0.5 * h, h / 6.0, 2.0 * k
     slope, rise, time = p, 0.0, 0.0

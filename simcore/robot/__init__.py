@@ -1,1 +1,1 @@
-"""The robot: chassis, drivetrain, battery, gyro and mechanisms."""
+"""Robots: chassis, drivetrain, battery, gyro and mechanisms."""

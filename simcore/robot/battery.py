@@ -1,4 +1,4 @@
-"""A robot's 12 V battery, and the roboRIO that switches off when it sags."""
+"""Battery of a robot, and the brown-outs and resets of its roboRIO."""
 
 from __future__ import annotations
 
@@ -16,53 +16,55 @@ __all__ = ["Battery", "BatteryConfig", "BrownoutLog"]
 
 _log = logging.getLogger(__name__)
 
-_SERIES = 5.0  # [s]; a brown-out that comes sooner after the last one is of the same series
-_MOST = 3  # consumers that are named
-_LEAST = 1.0  # [A]; what draws less is not named
+_SERIES = 5.0  # [s]; a brown-out within this time of the last one belongs to the same series
+_MOST = 3  # most consumers that a message names
+_LEAST = 1.0  # [A]; a message does not name consumers below this
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatteryConfig:
-    """An 18 Ah lead-acid battery with its cables, and the brown-out levels of the roboRIO that it feeds.
+    """Lead-acid battery of 18 Ah with its cables, and the brown-out levels of the roboRIO that it feeds.
 
-    Defaults: a good competition battery. 12.9 V fresh and rested and 11.7 V empty are the usual AGM table; 15 mohm
-    inside plus 5 mohm of breaker and cable is what WPILib's `BatterySim` uses as well.
+    The defaults are a good competition battery. 12.9 V charged and 11.7 V empty, both rested, are the usual values for
+    AGM batteries. WPILib's `BatterySim` also assumes 15 mohm inside and 5 mohm of breaker and cable.
     """
 
     full_voltage: float = 12.9
-    """Open circuit, full, rested [V]."""
+    """Open-circuit voltage when fully charged and rested [V]."""
     empty_voltage: float = 11.7
-    """Open circuit, no charge left, rested [V]."""
+    """Open-circuit voltage when empty and rested [V]."""
     resistance: float = 0.020
-    """Of battery, breaker and cable: the drop that comes and goes at once [ohm]."""
+    """Series resistance of battery, breaker and cable, which causes the immediate voltage drop [ohm]."""
     recovery_resistance: float = 0.008
-    """Of the slow part of the drop [ohm]; estimate, +-50 %."""
+    """Resistance that causes the slow part of the drop [ohm]; estimate, +-50 %."""
     recovery_time: float = 8.0
-    """Time constant of the slow part [s]; estimate, +-50 %: a battery 'bounces back' within some seconds."""
+    """Time constant of the slow part [s]; estimate, +-50 %: a battery recovers within some seconds."""
     capacity_ah: float = 12.0
-    """Charge that can be drawn at match currents [A h]; the 18 Ah on the label is a 20-hour figure."""
+    """Charge available at match currents [A h]; the 18 Ah on the label are for a discharge over 20 hours."""
     initial_charge: float = 1.0
     """State of charge at the start [0..1]."""
     brownout_voltage: float = 6.75
-    """Below this the roboRIO wants its outputs off, and with the next heartbeat motors turn with open circuits [V].
-    roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
+    """Voltage below which the roboRIO disables its outputs [V]. Motor controllers open their circuits at the next
+    heartbeat. The default is that of a roboRIO 2, which software can change; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
-    """And restores them above this [V]. Source: NI roboRIO user manual, table 2."""
+    """Voltage above which the roboRIO enables the outputs again [V]. Source: NI roboRIO user manual, table 2."""
     heartbeat: float = 0.020
-    """How often motor controllers on CAN hear whether they may run [s]: a dip between two heartbeats is never heard of,
-    and what one of them has switched off stays off until the next. Source: WPILib documentation, "FRC CAN Device
+    """Period of the enable signal to motor controllers on CAN [s]. A dip between two heartbeats has no effect, and
+    outputs that a heartbeat has disabled stay off until the next. Source: WPILib documentation, "FRC CAN Device
     Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
     reset_voltage: float = 4.5
-    """Below this the roboRIO itself goes out, and boots when the voltage is back [V]. Source: NI roboRIO user manual,
-    table 2, stage 3."""
+    """Voltage below which the roboRIO itself shuts down; it boots when the voltage is back [V]. Source: NI roboRIO user
+    manual, table 2, stage 3."""
     reset_hold: float = 0.015
-    """For how long its own capacitors carry it below that [s]; estimate, +-50 %: nobody has published it, and at events
-    robots with weak batteries brown out often, but hardly ever reboot (Chief Delphi 144371)."""
+    """Time for which its own capacitors carry the roboRIO below that voltage [s]; estimate, +-50 %: there is no
+    published figure, and at events robots with weak batteries brown out often but hardly ever reboot (Chief Delphi
+    144371)."""
     reboot_time: float = 25.0
-    """From the moment that the voltage is back until robot code moves motors again [s]; estimate, 15 to 40 s, by the
-    size of the robot program."""
+    """Time from the return of the voltage until robot code moves motors again [s]; estimate, 15 to 40 s, depending on
+    the size of the robot program."""
     brownout_enabled: bool = True
-    """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
+    """Whether low voltage disables the outputs; False to study a motor, or to repeat a figure that ignores the
+    roboRIO."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -94,7 +96,7 @@ class BatteryConfig:
 
     @staticmethod
     def stiff(voltage: float = 12.0) -> BatteryConfig:
-        """A supply that never sags, for figures and tests."""
+        """Return a supply whose voltage never sags, for figures and tests."""
         return BatteryConfig(
             full_voltage=voltage,
             empty_voltage=voltage,
@@ -105,35 +107,35 @@ class BatteryConfig:
 
 
 class Battery:
-    """State of one robot's battery: nothing is shared between robots.
+    """State of one robot's battery; robots share nothing.
 
-    Open-circuit voltage falls with the charge drawn; behind it sit a resistance and one slow RC element
-    (Thevenin model), so that a robot at rest sees its voltage come back over some seconds.
+    The open-circuit voltage falls with the charge drawn. A resistance and one slow RC element follow in series
+    (Thevenin model), so that the voltage of a robot at rest recovers over some seconds.
 
-    What keeps a robot that draws too much from standing still is the heartbeat: motors stay on until the next one says
-    that the voltage is low, and off until the one after, by which it has long recovered. Inductance of the cables
-    (2 uH) and the controllers' capacitors (some mF) smooth over less than a millisecond and are left out.
+    The heartbeat keeps a robot that draws too much from stopping: motors stay on until the next heartbeat reports the
+    low voltage, and off until the one after, when the voltage has long recovered. The model leaves out the inductance
+    of the cables (2 uH) and the controllers' capacitors (some mF): both act for less than a millisecond.
 
-    The loop of robots draws from it together with all motors of its robot (`simcore.loop.battery`).
+    The loop steps it together with all motors of its robot (`simcore.loop.battery`).
     """
 
     __slots__ = ("_config", "_reported", "on_brownout", "on_reset", "records")
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
         self.records = records(BATTERY)
-        """Its record in the arrays of the loop, shape (1,)."""
+        """Record of this battery in the arrays of the loop, shape (1,)."""
         self._set(min_voltage=math.inf)
         self.config = config or BatteryConfig()
         self._reported = 0, 0
         self.on_brownout: Callable[[], None] | None = None
-        """Called after a brown-out has begun; `noted` says of that moment."""
+        """Callback after a brown-out begins; `noted` holds the values of that moment."""
         self.on_reset: Callable[[], None] | None = None
-        """Called after the roboRIO has gone out."""
+        """Callback after the roboRIO shuts down."""
         self.reset()
 
     @property
     def config(self) -> BatteryConfig:
-        """What it is; another one counts from the next step on."""
+        """Parameters of the battery; a new config applies from the next step on."""
         return self._config
 
     @config.setter
@@ -165,18 +167,18 @@ class Battery:
         return float(self.records[name][0])
 
     def reset(self) -> None:
-        """Swap in a rested battery with the initial charge; what has been lowest so far stays so."""
+        """Swap in a rested battery with the initial charge; keep the minimum voltage of the run."""
         self._set(charge=self.config.initial_charge)
         begin_battery(self.records, 0)
         self.begin_tick()
         self.report()
 
     def begin_tick(self) -> None:
-        """Forget what has been lowest in the last tick."""
+        """Start a new tick: clear the minimum voltage of the last one."""
         self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
 
     def report(self) -> None:
-        """Call `on_brownout` and `on_reset` if one has begun since the last call."""
+        """Call `on_brownout` and `on_reset` for events since the last call."""
         before, self._reported = self._reported, (self.brownouts, self.resets)
         if self._reported[1] > before[1] and self.on_reset is not None:
             self.on_reset()
@@ -185,32 +187,32 @@ class Battery:
 
     @property
     def voltage(self) -> float:
-        """At the terminals, under the load of the last step [V]."""
+        """Terminal voltage under the load of the last step [V]."""
         return self._get("voltage")
 
     @property
     def current(self) -> float:
-        """Drawn in the last step [A]; negative while motors feed energy back."""
+        """Current drawn in the last step [A]; negative while motors feed energy back."""
         return self._get("current")
 
     @property
     def noted(self) -> tuple[float, float]:
-        """Voltage and current as the last brown-out or reset began [V, A]."""
+        """Voltage and current at the start of the last brown-out or reset [V, A]."""
         return self._get("noted_voltage"), self._get("noted_current")
 
     @property
     def min_voltage(self) -> float:
-        """Lowest since the start [V]."""
+        """Lowest voltage since the start [V]."""
         return self._get("min_voltage")
 
     @property
     def tick_min_voltage(self) -> float:
-        """Lowest since the tick began [V]."""
+        """Lowest voltage since the tick began [V]."""
         return self._get("tick_min_voltage")
 
     @property
     def browned_out(self) -> bool:
-        """Whether motor controllers keep their bridges off, as the last heartbeat has it."""
+        """Whether motor controllers hold their outputs off, according to the last heartbeat."""
         return bool(self.records["is_off"][0])
 
     @property
@@ -220,17 +222,17 @@ class Battery:
 
     @property
     def brownouts(self) -> int:
-        """How many times motors began to be off, since the start."""
+        """Number of brown-outs since the start."""
         return int(self.records["brownouts"][0])
 
     @property
     def off_time(self) -> float:
-        """For how long they were, since the start [s]."""
+        """Total time with outputs off since the start [s]."""
         return self._get("off_time")
 
     @property
     def resets(self) -> int:
-        """How often the roboRIO went out and had to boot, since the start."""
+        """Number of times since the start that the roboRIO shut down and had to boot."""
         return int(self.records["resets"][0])
 
     @property
@@ -240,48 +242,48 @@ class Battery:
 
     @property
     def energy(self) -> float:
-        """Given at the terminals since the last reset [J]."""
+        """Energy delivered at the terminals since the last reset [J]."""
         return self._get("energy")
 
     @property
     def open_voltage(self) -> float:
-        """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
+        """Voltage behind the series resistance [V]: the terminals would show it if the load vanished now."""
         return float(open_voltage(self.records, 0))
 
 
 class BrownoutLog:
-    """Writes one line when a series of brown-outs begins, with what drew the current, and a count at the end.
+    """Log of brown-outs: a line with the largest consumers as a series begins, and a count at the end.
 
-    A reset of the roboRIO, which ends most matches, has a line of its own, every time.
+    Every reset of the roboRIO, which ends most matches, gets its own line.
 
     Args:
-        number: Of the robot.
-        battery: That is watched.
-        consumers: What each consumer drew as the last brown-out began, by name [A].
+        number: Number of the robot.
+        battery: Battery to watch.
+        consumers: Supplier of the current of each consumer at the start of the last brown-out, by name [A].
     """
 
     def __init__(self, number: int, battery: Battery, consumers: Callable[[], Mapping[str, float]]) -> None:
         self._number = number
         self._battery = battery
         self._consumers = consumers
-        self._first = self._reset = ""  # of the present tick, in words
+        self._first = self._reset = ""  # of the current tick, as text
         self._last = -_SERIES
         battery.on_brownout, battery.on_reset = self._note, self._note_reset
 
     def _note(self) -> None:
-        self._first = self._first or self._in_words()
+        self._first = self._first or self._describe()
 
     def _note_reset(self) -> None:
-        self._reset = self._in_words()
+        self._reset = self._describe()
 
-    def _in_words(self) -> str:
+    def _describe(self) -> str:
         largest = sorted(self._consumers().items(), key=lambda one: -one[1])[:_MOST]
         named = ", ".join(f"{name} {amps:.0f} A" for name, amps in largest if amps > _LEAST)
         volts, amps = self._battery.noted
         return f"{volts:.1f} V with {amps:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
-        """Tell of a reset, and of a series that has begun, in a tick that ended at a time [s]."""
+        """Log a reset, and the start of a series, of the tick that ended at a time [s]."""
         if self._reset:
             _log.warning(
                 "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
@@ -298,7 +300,7 @@ class BrownoutLog:
         self._first, self._last = "", time
 
     def log_total(self) -> None:
-        """At the end of a run: how many there were, if any."""
+        """Log the number of brown-outs at the end of a run, if there were any."""
         battery = self._battery
         if battery.brownouts:
             resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""

@@ -1,7 +1,6 @@
-"""The robot in the world: its mass, its wheels, and where it is.
+"""Chassis of a robot in the world: its mass, wheels and pose.
 
-The loop moves it (`simcore.loop.robots`); what really came of it is what tires and motors see next. Poses are never
-forced.
+The loop moves it (`simcore.loop.robots`). Tires and motors see the motion that results; nothing forces a pose.
 """
 
 from __future__ import annotations
@@ -14,7 +13,13 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.geometry.rotation import (
+from simcore.quantities import POSE, checked_number, require_count, require_row
+from simcore.robot.chassis_config import ChassisConfig, MassDistribution
+from simcore.robot.mechanisms import ShaftSim
+from simcore.robot.wheel_config import RobotMass
+from simcore.robot.wheeled_drive import WheeledDrive, static_loads
+from simcore.typing import FloatArray
+from simcore.world.rotation import (
     Quaternion,
     Vector,
     from_yaw,
@@ -24,18 +29,12 @@ from simcore.geometry.rotation import (
     rpy,
     yaw_of,
 )
-from simcore.physics.world import PhysicsWorld
-from simcore.quantities import POSE, checked_number, require_count, require_row
-from simcore.robot.chassis_config import ChassisConfig, MassDistribution
-from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.wheel_config import RobotMass
-from simcore.robot.wheeled_drive import WheeledDrive, static_loads
-from simcore.typing import FloatArray
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["ChassisSimulation", "GroundClearance", "ground_clearance"]
 
 _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground touches it
-_LOWERED = 0.003  # [m]; by so much the middle wheels of a dropped center stand lower
+_LOWERED = 0.003  # [m]; the middle wheels of a dropped center are lower by this
 _FAR_BELOW = 5.0  # [m]
 
 
@@ -44,24 +43,24 @@ class GroundClearance:
     """Result of `ground_clearance`."""
 
     height: float
-    """Of the lowest wheel above the surface under it [m]; a little below 0 when a tire is pressed in."""
+    """Height of the lowest wheel above the surface under it [m]; slightly below 0 when a tire is compressed."""
     is_airborne: bool
-    """No wheel touches."""
+    """Whether no wheel touches the ground."""
 
 
 def ground_clearance(
     wheel_points: FloatArray, surface_heights: FloatArray, *, tolerance: float = 0.01
 ) -> GroundClearance:
-    """Clearance of a robot from its wheels' lowest points, so that a tilted robot on a bump is not in the air.
+    """Compute the ground clearance from the wheels' lowest points, so that a tilted robot on a bump is not airborne.
 
     Args:
-        wheel_points: Where each wheel would touch, field frame [m], shape (n, 3).
+        wheel_points: Lowest point of each wheel, field frame [m], shape (n, 3).
         surface_heights: Height of carpet, bump or ramp under each point, from a ray or a map [m], shape (n,).
-        tolerance: A wheel within this of its surface touches it [m].
+        tolerance: Height below which a wheel counts as touching [m].
 
     Raises:
-        ConfigError: No wheel, or shapes that do not belong together.
-        NonFiniteError: A NaN or an infinity.
+        ConfigError: There is no wheel, or the shapes do not match.
+        NonFiniteError: A value is NaN or infinite.
 
     >>> ground_clearance(np.array([[0.3, 0.0, 0.12], [-0.3, 0.0, 0.10]]), np.array([0.0, 0.0]))
     GroundClearance(height=0.1, is_airborne=True)
@@ -82,16 +81,16 @@ _ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class ChassisSimulation:
-    """A robot body, driven by a drivetrain model or by forces.
+    """Robot body that a drivetrain model or external forces drive.
 
     Args:
-        world: Where it stands.
+        world: World that the robot stands in.
         config: Mass, shape and wheels.
-        pose: Start, field frame [m, m, rad].
-        drivetrain: A model of motors and tires; None: its wheels roll freely, and `apply_forces` drives it.
-        mechanisms: What else turns on the robot, and takes current from its battery.
-        name: For messages.
-        mass: Mass, center and inertia of the whole robot as it starts; None: as the config says.
+        pose: Start pose, field frame [m, m, rad].
+        drivetrain: Model of motors and tires; None: the wheels roll freely, and `apply_forces` drives the body.
+        mechanisms: Mechanisms that draw current from the robot's battery.
+        name: Name for messages.
+        mass: Mass, center and inertia of the whole robot at the start; None: those of the config.
     """
 
     def __init__(
@@ -109,7 +108,7 @@ class ChassisSimulation:
         self.distribution = mass or MassDistribution(
             config.mass, (0.0, 0.0, config.center_of_mass_height), config.inertia
         )
-        """With what it holds and as its mechanisms stand; see `set_mass`."""
+        """Mass with held pieces and mechanisms in their current positions; see `set_mass`."""
         self.name = name
         self._world = world
         self._drivetrain = drivetrain
@@ -129,7 +128,7 @@ class ChassisSimulation:
         self.soles = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         """Lowest point of each wheel, robot frame [m], shape (n, 3)."""
         self.wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
-        """Of its outermost wheel from its origin [m]."""
+        """Distance of the outermost wheel from the robot's origin [m]."""
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, drivetrain, mechanisms)
         lowered = () if drivetrain is None else drivetrain.robot.lowered
@@ -142,9 +141,9 @@ class ChassisSimulation:
         self._set_mass()
         world.set_pose(self.row, *self.standing(pose))
         self.pos: Vector = (0.0, 0.0, 0.0)
-        """Point on the robot's underside where the carpet would be, field frame [m]."""
+        """Robot origin, field frame [m]: the point on the underside at carpet level."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
-        """Attitude."""
+        """Attitude, x, y, z, w."""
         self.vel: Vector = (0.0, 0.0, 0.0)
         """Velocity of the center of mass, field frame [m/s]."""
         self.rate: Vector = (0.0, 0.0, 0.0)
@@ -154,10 +153,10 @@ class ChassisSimulation:
     # --- driving ------------------------------------------------------------------------------------------------
 
     def apply_forces(self, force: Vector, torque: Vector = _ZERO) -> None:
-        """Push at the center of mass, field frame [N, N m], until the next command.
+        """Apply a force and a torque at the center of mass, field frame [N, N m], until the next command.
 
         Raises:
-            NonFiniteError: A value is not finite; the last forces stay.
+            NonFiniteError: A value is not finite; the last forces stay in effect.
         """
         self._require_finite("force", force)
         self._require_finite("torque", torque)
@@ -165,11 +164,11 @@ class ChassisSimulation:
         request["force"], request["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
-        """Put the robot somewhere at rest, on the carpet or on what robots drive over [m, m, rad].
+        """Place the robot at rest, on the carpet or on whatever robots can drive over [m, m, rad].
 
         Raises:
-            NonFiniteError: A value is not finite; the robot stays.
-            ConfigError: One is on no field; the robot stays.
+            NonFiniteError: A value is not finite; the robot stays where it is.
+            ConfigError: A value is outside of any field; the robot stays where it is.
         """
         self._require_finite("pose", (x, y, yaw))
         require_row(self.name, "pose", (x, y, yaw), POSE)
@@ -177,11 +176,11 @@ class ChassisSimulation:
         self.read()
 
     def set_mass(self, mass: MassDistribution, vel: Vector, rate: Vector) -> None:
-        """Take in another mass, center and inertia, between two steps; its body stays where it is.
+        """Change mass, center and inertia between two steps; the pose of the body stays.
 
         Args:
-            mass: From now on.
-            vel: Of the new center of mass, field frame [m/s].
+            mass: New mass distribution.
+            vel: Velocity of the new center of mass, field frame [m/s].
             rate: Angular velocity, field frame [rad/s].
         """
         self.distribution, self.vel, self.rate = mass, vel, rate
@@ -189,7 +188,7 @@ class ChassisSimulation:
         self._world.set_velocity(self.row, vel, rate)
 
     def _set_mass(self) -> None:
-        """Tell loop and drivetrain what the robot weighs."""
+        """Pass the robot's mass to the loop and the drivetrain."""
         mass, center, inertia = self.distribution
         if self._drivetrain is not None:
             self._drivetrain.set_mass_properties(mass, inertia[2], center)
@@ -203,17 +202,17 @@ class ChassisSimulation:
 
     @property
     def _record(self) -> Any:
-        """Of this robot, in the arrays of the loop."""
+        """Record of this robot in the arrays of the loop."""
         return self._dynamics.robots[self._number]
 
     def read(self) -> None:
-        """Take pose and velocity from the loop."""
+        """Read pose and velocity from the loop."""
         body = self._world.bodies.of(self.row)
         self.pos, self.quat = tuple(body["pos"][0].tolist()), tuple(body["quat"][0].tolist())
         self.vel, self.rate = tuple(body["vel"][0].tolist()), tuple(body["rate"][0].tolist())
-        self._yaw = yaw_of(self.quat)  # asked for eight times a tick
+        self._yaw = yaw_of(self.quat)  # used eight times a tick
 
-    # --- questions ----------------------------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------------------------
 
     @property
     def normal_loads(self) -> list[float]:
@@ -224,7 +223,7 @@ class ChassisSimulation:
 
     @property
     def touching(self) -> list[bool]:
-        """Which wheels are on the ground."""
+        """Whether each wheel touches the ground."""
         gaps = self._dynamics.wheel_gaps(self._number, len(self.config.wheel_positions))
         return [gap < _CONTACT_GAP for gap in gaps]
 
@@ -257,7 +256,7 @@ class ChassisSimulation:
         return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
-        """How far from where its origin is now a corner of its bumpers can be within dt [s], from above [m]."""
+        """Return the radius around the origin that the bumpers cannot leave within dt [s], in plan [m]."""
         return self._half_diagonal + dt * self.speed
 
     @property
@@ -270,19 +269,19 @@ class ChassisSimulation:
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float]:
-        """What the pieces need to know: x, y, yaw, half length, half width [m, rad] and speed of the box [m/s]."""
+        """Pose x, y, yaw, half length and half width of the bumpers [m, rad], speed of the fastest corner [m/s]."""
         x, y, yaw = self.pose
         return x, y, yaw, self.config.bumper_length / 2, self.config.bumper_width / 2, self.speed
 
     def standing(self, pose: Vector) -> tuple[Vector, Quaternion]:
-        """Place of its origin, field frame [m], and attitude as it would stand at a pose [m, m, rad]."""
+        """Return position of the origin, field frame [m], and attitude of the robot standing at a pose [m, m, rad]."""
         return self._world.standing(self._number, pose)
 
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
-        """What is under the wheels.
+        """Return the wheels' lowest points and the ground height under them.
 
         Returns:
-            Lowest point of each wheel, field frame [m], shape (n, 3), and the height of what carries robots straight
+            Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable surface straight
             under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
         """
         soles = self.soles @ matrix(self.quat).T + self.pos
@@ -291,7 +290,7 @@ class ChassisSimulation:
         hubs = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         return soles, self._world.ground_under(hubs, _FAR_BELOW)
 
-    # --- inside -------------------------------------------------------------------------------------------------
+    # --- checks -------------------------------------------------------------------------------------------------
 
     def _require_finite(self, what: str, values: Sequence[float]) -> None:
         require_count(f"{self.name}: {what}", values, 3, "axes")

@@ -1,8 +1,8 @@
-"""The robot as a rigid body: its shape, mass, center of mass and inertia, and what moves on it.
+"""Robot as a rigid body: shape, mass, center of mass, inertia and moving masses.
 
-A robot's stated mass, center and inertia are those of all of it at the start, with nothing held. Its body is what is
-left without its moving masses; these, and the pieces that it holds, are points: what they have of inertia about their
-own centers stays with the body, or is left out (of 50 balls of 0.215 kg 0.02 kg m^2).
+A robot's stated mass, center and inertia are those of the whole robot at the start, without pieces. Its body is the
+rest without the moving masses. Moving masses and held pieces are point masses: their inertia about their own centers
+stays with the body, or is left out (0.02 kg m^2 for 50 balls of 0.215 kg).
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, MechanismMotion, part_pose
-from simcore.geometry.rotation import Vector
-from simcore.physics.contact_law import BUMPER, BUMPER_CLOTH, RUBBER, TerrainSurface
-from simcore.physics.robot_dynamics import BumperPart
-from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.fixed_wheel_config import FixedWheelConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.units import plain_sum
+from simcore.world.contact_law import BUMPER, BUMPER_CLOTH, RUBBER, TerrainSurface
+from simcore.world.linkage import Joint, MechanismMotion, part_pose
+from simcore.world.robot_dynamics import BumperPart
+from simcore.world.rotation import Vector
+from simcore.world.shapes import Box, Compound, Part, Sphere
 
 __all__ = [
     "BUMPER_STIFFNESS",
@@ -36,20 +36,20 @@ __all__ = [
 ]
 
 PointMass: TypeAlias = tuple[float, Vector]
-"""Mass [kg], and its place in the robot frame [m]."""
+"""Mass [kg] and position in the robot frame [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovingMass:
-    """A part of the robot's mass that mechanisms move: an elevator's stage, a carriage, an arm."""
+    """Part of the robot's mass that mechanisms move: an elevator stage, a carriage, an arm."""
 
     name: str
     mass: float
-    """Of the mass of the whole robot [kg]."""
+    """Mass of the part, included in that of the whole robot [kg]."""
     joints: tuple[Joint, ...]
-    """What moves it, from the robot outward."""
+    """Joints that move it, from the robot outward."""
     center: Vector = (0.0, 0.0, 0.0)
-    """Its center of mass in the frame after the last joint [m]."""
+    """Center of mass in the frame after the last joint [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"moving mass {self.name!r}", mass=MASS, center=(ROBOT_PLACE,) * 3)
@@ -58,26 +58,26 @@ class MovingMass:
 
 
 class MassDistribution(NamedTuple):
-    """Of a rigid body, in the robot frame: x forward, y to the left, z up from the floor under the robot's center."""
+    """Mass properties of a rigid body in the robot frame: x forward, y left, z up from the floor under the center."""
 
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     center: Vector
     """Center of mass [m]."""
     inertia: Vector
-    """Moments about the center of mass, along the robot's axes [kg m^2].
+    """Moments of inertia about the center of mass, along the robot's axes [kg m^2].
 
-    Products of inertia are left out: wheels hold roll and pitch, and the yaw moment does not need them.
+    Products of inertia are left out: the wheels limit roll and pitch, and the yaw moment does not need them.
     """
 
 
 def moved_points(parts: Iterable[MovingMass], mechanisms: Mapping[str, MechanismMotion]) -> list[PointMass]:
-    """Where moving masses are as their mechanisms stand."""
+    """Return the moving masses as points at the current positions of their mechanisms."""
     return [(part.mass, part_pose(part.joints, mechanisms, part.center)[0]) for part in parts]
 
 
 def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDistribution:
-    """A body and points on it as one rigid body; points of negative mass are taken out of it.
+    """Combine a body and point masses into one rigid body; points of negative mass are removed from it.
 
         m = sum m_i,   c = sum m_i r_i / m,   I_x = sum (I_xi + m_i (y_i^2 + z_i^2)) - m (c_y^2 + c_z^2), ...
 
@@ -86,7 +86,7 @@ def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDist
     (40.0, 0.3, [3.2, 3.2, 3.0])
     """
     m0, (x0, y0, z0), (ix, iy, iz) = body
-    # About the body's own center: where nothing is added, its own numbers come out, to the last bit.
+    # Sums are taken about the body's own center, so that without points the result is the body, bit for bit.
     mass = m0
     sx = sy = sz = xx = yy = zz = 0.0
     for m, (x, y, z) in points:
@@ -100,13 +100,14 @@ def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDist
 
 
 BUMPER_STIFFNESS = 1e6
-"""Force of bumpers over depth and length of the side that touches [N/m^2]; estimate, within a factor of 2.
+"""Contact stiffness of bumpers: force per depth and per length of contact [N/m^2]; estimate, within a factor of 2.
 
-A pool noodle of 2.5 in (0.0635 m), 5 in (0.127 m) tall, of polyethylene foam with Young's modulus of some 0.5 MPa on
-plywood that does not give way: E x height / thickness. A robot that pushes a wall with all its grip gives way by 1 mm,
-one that hits it flat at 3 m/s by 11 mm."""
+E x height / thickness of a pool noodle of 2.5 in (0.0635 m), 5 in (0.127 m) tall, on rigid plywood, with Young's
+modulus of polyethylene foam, some 0.5 MPa. The bumpers give 1 mm when a robot pushes a wall with full traction, and
+11 mm when it hits the wall flat at 3 m/s."""
 FRAME_STIFFNESS = 4e6
-"""The same of the frame above the bumpers: aluminum tubes and what is bolted on; estimate, within a factor of 3."""
+"""Contact stiffness of the frame above the bumpers: aluminum tubes and mounted parts; estimate, within a factor of
+3."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,26 +115,25 @@ class ChassisConfig:
     """Mass, shape and wheels of a robot. The defaults are a 55 kg robot with bumpers of 0.8 x 0.8 m."""
 
     mass: float = 55.0
-    """With bumpers and battery [kg]."""
+    """Mass with bumpers and battery [kg]."""
     bumper_length: float = 0.8
-    """Outside of the bumpers along x [m]."""
+    """Length over the bumpers, along x [m]."""
     bumper_width: float = 0.8
-    """Outside of the bumpers along y [m]."""
+    """Width over the bumpers, along y [m]."""
     clearance: float = 0.05
-    """From the carpet to the lowest part of frame and bumpers [m]."""
+    """Height of the lowest part of frame and bumpers above the carpet [m]."""
     bumper_top: float = 0.25
     """Upper edge of the bumpers above the carpet [m]."""
     height: float = 0.5
-    """Highest part of the robot above the carpet [m]."""
+    """Height of the highest part of the robot above the carpet [m]."""
     bumper_thickness: float = 0.085
-    """From the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
+    """Distance from the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
     bay: tuple[float, float] | None = None
-    """Depth and width of an opening in the back of bumpers and frame, e.g. for what a climber takes in [m]; None: there
-    is none."""
+    """Depth and width of an opening in the back of bumpers and frame [m], e.g. for a climber; None: there is none."""
     center_of_mass_height: float = 0.2
-    """Above the carpet [m]."""
+    """Height of the center of mass above the carpet [m]."""
     yaw_inertia: float | None = None
-    """About the vertical through the center of mass [kg m^2]; None: a uniform plate of the bumpers' size."""
+    """Yaw inertia about the center of mass [kg m^2]; None: that of a uniform plate of the bumpers' size."""
     wheel_positions: tuple[tuple[float, float], ...] = (
         (0.2667, 0.2667),
         (0.2667, -0.2667),
@@ -146,9 +146,9 @@ class ChassisConfig:
     friction: float = RUBBER.friction
     """Friction of the treads on carpet for the modes without a drivetrain model [-]."""
     surface: TerrainSurface = BUMPER
-    """Material of the outside, as pieces meet it."""
+    """Surface material of the outside in contacts with pieces."""
     bumper_friction: float = BUMPER_CLOTH
-    """Friction factor of the bumpers' cloth against walls and robots [-]."""
+    """Friction factor of the bumper fabric against walls and robots [-]."""
 
     def __post_init__(self) -> None:
         owner = "ChassisConfig"
@@ -190,10 +190,10 @@ class ChassisConfig:
 
     @classmethod
     def around(cls, drivetrain: SwerveConfig | FixedWheelConfig, *, bumper: tuple[float, float]) -> ChassisConfig:
-        """The chassis that carries a drivetrain: of its mass, on its wheels; the rest is as by default.
+        """Return the chassis for a drivetrain, with its mass and wheels; other fields keep their defaults.
 
         Args:
-            drivetrain: Of the robot.
+            drivetrain: Drivetrain of the robot.
             bumper: Length and width over the bumpers [m].
 
         Raises:
@@ -212,19 +212,19 @@ class ChassisConfig:
 
     @property
     def inertia(self) -> Vector:
-        """Principal moments about the center of mass [kg m^2]: a uniform box, its yaw moment replaced if given."""
+        """Principal moments about the center of mass [kg m^2]: of a uniform box, except for a given `yaw_inertia`."""
         a, b, c, m = self.bumper_length, self.bumper_width, self.height, self.mass
         yaw = self.yaw_inertia if self.yaw_inertia is not None else m * (a * a + b * b) / 12.0
         return (m * (b * b + c * c) / 12.0, m * (a * a + c * c) / 12.0, yaw)
 
     @property
     def shape(self) -> Compound:
-        """Bumpers and frame as boxes, and wheels as balls that roll over edges; origin on the carpet."""
+        """Collision shape: boxes for bumpers and frame, balls for wheels that roll over edges; origin on the carpet."""
         return _shape(self)
 
     @property
     def bumpers(self) -> tuple[BumperPart, ...]:
-        """What meets walls and robots: the bumpers, and the frame above them."""
+        """Boxes that touch walls and robots: the bumpers and the frame above them."""
         inset = 2.0 * self.bumper_thickness
         length, width = self.bumper_length, self.bumper_width
         layers = [(length, width, self.clearance, self.bumper_top, BUMPER_STIFFNESS)]
@@ -243,11 +243,11 @@ class ChassisConfig:
 
     @property
     def points(self) -> tuple[Vector, ...]:
-        """Where bumpers and frame touch the field and other robots, each the middle of a ball of 10 mm [m]."""
+        """Contact points of bumpers and frame with the field and robots, each the center of a ball of 10 mm [m]."""
         return _points(self)
 
     def around_bay(self, length: float, width: float, top: float) -> list[Part]:
-        """A box from the clearance up to `top` [m], or three of them around the bay."""
+        """Return a box from the clearance up to `top` [m], or three boxes around the bay."""
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
         if self.bay is None:
             return [Part(Box((length, width, tall)), (0.0, 0.0, z))]
@@ -262,11 +262,11 @@ class ChassisConfig:
 
     @property
     def traction_radius(self) -> float:
-        """Mean distance of the wheels from the center [m]: the lever of their grip against spin."""
+        """Mean distance of the wheels from the center [m]: the lever arm of traction against yaw."""
         return plain_sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)
 
 
-@lru_cache(maxsize=64)  # one object for each config: what is worked out of a shape is kept by it
+@lru_cache(maxsize=64)  # one object for each config, so that data derived from a shape are cached with it
 def _shape(config: ChassisConfig) -> Compound:
     parts = config.around_bay(config.bumper_length, config.bumper_width, config.bumper_top)
     inset = 2.0 * config.bumper_thickness
@@ -281,7 +281,7 @@ _BALL = 0.01  # [m]
 
 @lru_cache(maxsize=64)
 def _points(config: ChassisConfig) -> tuple[Vector, ...]:
-    """Corners and middles of the sides at three heights, but for those in the bay."""
+    """Return corners and midpoints of the sides at three heights, except those in the bay."""
     found: dict[Vector, None] = {}
     half_x, half_y = 0.5 * config.bumper_length - _BALL, 0.5 * config.bumper_width - _BALL
     inset, bay = config.bumper_thickness, config.bay

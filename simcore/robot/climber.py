@@ -1,8 +1,8 @@
-"""Climbers: a hook that a mechanism moves, and the rungs of the field that it can hang on.
+"""Climbers: hooks on mechanisms, and the rungs of the field that they hang on.
 
-A hook that comes down on a rung catches it. From then on the rung pushes the hook back as a stiff spring does, never
-down; the push lifts the robot, and loads the mechanism through its gear. It lets go when the hook rises off the rung.
-A rung of something that hangs goes with it, and is pulled as much as it pushes.
+A hook that moves down onto a rung engages it. The rung then pushes the hook like a stiff spring, never downward. The
+force lifts the robot and loads the mechanism through its gears. The hook disengages when it rises off the rung. A
+rung on a hanging body moves with the body, which feels the reaction.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
-from simcore.geometry.rotation import Vector, minus, rotate, rotate_back
-from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.mechanisms import ShaftSim
 from simcore.typing import Alliance
+from simcore.world.hanging import HangingBody
+from simcore.world.linkage import Joint, part_pose, part_state, require_mechanisms
+from simcore.world.rotation import Vector, minus, rotate, rotate_back
 
 __all__ = ["Climber", "ClimberConfig", "Rung"]
 
-_STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium gives about 1 cm under a robot's weight
+_STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium bends about 1 cm under a robot's weight
 _DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within some tenths of a second
-_GRIP = 0.3  # [-]; friction of a hook along a rung, steel on aluminium
-_SPREAD = 3.0  # [m]; no hook is farther from the middle of its robot, in plan
-_FAR = 0.5  # [m]; farther from all rungs than this and its reach, a hook meets none in the coming sub-step
+_GRIP = 0.3  # [-]; coefficient of friction of a hook along a rung, steel on aluminium
+_SPREAD = 3.0  # [m]; greatest distance of a hook from the center of its robot, in plan
+_FAR = 0.5  # [m]; a hook farther than this plus its reach from all rungs touches none in the next sub-step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rung:
-    """A straight bar of the field."""
+    """Straight bar of the field."""
 
     name: str
     start: Vector
@@ -39,9 +39,10 @@ class Rung:
     end: Vector
     """The other end [m]."""
     mount: str = ""
-    """What hanging body it is part of; it is then where it is while that hangs at rest. Empty: it stays there."""
+    """Name of the hanging body that carries it; `start` and `end` are then its place while the body hangs at rest.
+    Empty: the rung is fixed."""
     alliance: Alliance | None = None
-    """Whose it is; None: nobody's."""
+    """Alliance that owns it; None: neither."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Rung {self.name!r}", start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3)
@@ -49,24 +50,24 @@ class Rung:
             raise ConfigError(f"Rung {self.name!r}: its ends must differ, got {self.start} and {self.end}")
 
     def nearest(self, point: Vector) -> Vector:
-        """The place on the bar that is nearest to a point [m]."""
-        way = [b - a for a, b in zip(self.start, self.end, strict=True)]
-        along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, way, strict=True))
-        share = min(1.0, max(0.0, along / math.fsum(w * w for w in way)))
-        (x, y, z), (wx, wy, wz) = self.start, way
+        """Return the point on the bar nearest to a point [m]."""
+        direction = [b - a for a, b in zip(self.start, self.end, strict=True)]
+        along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, direction, strict=True))
+        share = min(1.0, max(0.0, along / math.fsum(w * w for w in direction)))
+        (x, y, z), (wx, wy, wz) = self.start, direction
         return x + share * wx, y + share * wy, z + share * wz
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClimberConfig:
-    """A hook and what moves it."""
+    """Hook of a climber and the joints that move it."""
 
     joints: tuple[Joint, ...]
-    """From the robot to the hook; the last of them is the one that lifts."""
+    """Joints from the robot to the hook; the last one lifts."""
     offset: Vector = (0.0, 0.0, 0.0)
-    """Of the hook's inside in the frame after the last joint [m]."""
+    """Inside of the hook in the frame after the last joint [m]."""
     reach: float = 0.04
-    """How far from the hook's inside a rung may be when it is caught [m]: half of the hook's mouth."""
+    """Greatest distance between rung and inside of the hook at which the hook engages [m]: half of its mouth."""
 
     def __post_init__(self) -> None:
         require_fields(self, offset=(ROBOT_PLACE,) * 3, reach=ROBOT_LENGTH)
@@ -75,7 +76,7 @@ class ClimberConfig:
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:
-        """All mechanisms that it names."""
+        """Names of the mechanisms that it uses."""
         return tuple(joint.mechanism for joint in self.joints)
 
 
@@ -84,10 +85,10 @@ class Climber:
 
     Args:
         config: Hook and mechanism.
-        mechanisms: Of the robot, by name.
-        chassis: Of the robot.
-        rungs: What it can hang on.
-        mounts: Hanging bodies that rungs are parts of, by name.
+        mechanisms: Mechanisms of the robot, by name.
+        chassis: Chassis of the robot.
+        rungs: Rungs that it can hang on.
+        mounts: Hanging bodies that carry rungs, by name.
     """
 
     def __init__(
@@ -104,15 +105,15 @@ class Climber:
         self._chassis = chassis
         self._mounts = mounts
         far = config.reach + _FAR
-        self._boxes: list[tuple[Rung, list[float], list[float]]] = []  # low and high corner of where a rung may be
+        self._boxes: list[tuple[Rung, list[float], list[float]]] = []  # around where each rung can be
         for rung in rungs:
             axes = list(zip(*self._reached(rung), strict=True))
             self._boxes.append((rung, [min(axis) - far for axis in axes], [max(axis) + far for axis in axes]))
         self.rung: Rung | None = None
-        """What it hangs on."""
+        """Rung that the hook hangs on."""
 
     def _reached(self, rung: Rung) -> list[Vector]:
-        """Corners of where a rung may be, however it swings."""
+        """Return corners of the region that a rung can reach as it swings."""
         mount = self._mounts.get(rung.mount)
         if mount is None:
             return [rung.start, rung.end]
@@ -122,7 +123,7 @@ class Climber:
 
     @property
     def is_near(self) -> bool:
-        """Whether it hangs, or could catch a rung in the next sub-step; otherwise `push` need not be asked."""
+        """Whether the hook hangs or could engage a rung in the next sub-step; if not, `push` can be skipped."""
         if self.rung is not None:
             return True
         c = self._chassis
@@ -131,16 +132,16 @@ class Climber:
             if ax - _SPREAD < x < bx + _SPREAD and ay - _SPREAD < y < by + _SPREAD:
                 break
         else:
-            return False  # without asking where the mechanism is
+            return False  # saves computing the pose of the mechanism
         pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
         hook = [p + a for p, a in zip(c.pos, rotate(c.quat, pos), strict=True)]
         return any([_is_inside(hook, low, high) for _, low, high in self._boxes])
 
     def push(self, h: float) -> tuple[Vector, Vector]:
-        """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.
+        """Load the mechanism, pull the rung, and return the wrench on the robot for the next sub-step.
 
         Args:
-            h: Sub-step [s].
+            h: Length of the sub-step [s].
 
         Returns:
             Force [N] and torque about the center of mass [N m], field frame.
@@ -162,7 +163,7 @@ class Climber:
         return force, (ly * fz - lz * fy, lz * fx - lx * fz, lx * fy - ly * fx)
 
     def _nearest(self, rung: Rung, hook: Vector) -> Vector:
-        """The place on a rung that is nearest to the hook [m]."""
+        """Return the point on a rung nearest to the hook [m]."""
         mount = self._mounts.get(rung.mount)
         return rung.nearest(hook) if mount is None else mount.from_rest(rung.nearest(mount.to_rest(hook)))
 
@@ -181,20 +182,20 @@ class Climber:
         if -dz > self.config.reach or math.hypot(dx, dy) > 3.0 * self.config.reach:
             self.rung = None
             return (0.0, 0.0, 0.0)
-        (x0, y0, _), (x1, y1, _), softer = self.rung.start, self.rung.end, 1.0
+        (x0, y0, _), (x1, y1, _), divisor = self.rung.start, self.rung.end, 1.0
         mount = self._mounts.get(self.rung.mount)
         if mount is not None:
             (x0, y0, _), (x1, y1, _) = mount.from_rest(self.rung.start), mount.from_rest(self.rung.end)
             vel = minus(vel, mount.velocity_at(near))
-            # Implicit Euler: a light body that is pulled as stiffly as a robot would jump from side to side.
-            softer += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
+            # Implicit Euler: explicit steps would let a light body on a spring this stiff oscillate.
+            divisor += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
             dx, dy = dx - vel[0] * h, dy - vel[1] * h
         up = _STIFFNESS * dz - _DAMPING * vel[2]
         if dz <= 0.0 or up <= 0.0:
             return (0.0, 0.0, 0.0)
-        fx, fy = (_STIFFNESS * dx - _DAMPING * vel[0]) / softer, (_STIFFNESS * dy - _DAMPING * vel[1]) / softer
+        fx, fy = (_STIFFNESS * dx - _DAMPING * vel[0]) / divisor, (_STIFFNESS * dy - _DAMPING * vel[1]) / divisor
         size = math.hypot(fx, fy)
-        if size > up:  # a hook that is pulled aside with more than its load slips over the rung
+        if size > up:  # a hook whose side force exceeds its load slips over the rung
             fx, fy = fx * up / size, fy * up / size
         length = math.hypot(x1 - x0, y1 - y0)
         ax, ay = (x1 - x0) / length, (y1 - y0) / length
@@ -206,7 +207,7 @@ class Climber:
         return fx, fy, up
 
     def _load(self, force: Vector, hook: Vector) -> None:
-        """The torque that a force on the hook, robot frame [N], puts on the mechanism of the last joint [N m]."""
+        """Apply a force on the hook, robot frame [N], as load torque on the mechanism of the last joint."""
         joint = self.config.joints[-1]
         frame = part_state(self.config.joints[:-1], self._mechanisms, joint.origin)
         ax, ay, az = rotate(frame.quat, joint.axis)

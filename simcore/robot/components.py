@@ -1,4 +1,4 @@
-"""Poses of what robots move and carry: all parts of all robots at once, from the records of the loop."""
+"""Poses of the moving parts of all robots at once, from the records of the loop."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from simcore.geometry.rotation import Vector
 from simcore.loop.body import rotate
 from simcore.loop.compiled import compiled
 from simcore.loop.robot_state import Records
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import Vector
 
 __all__ = ["Components", "carried"]
 
@@ -29,15 +29,15 @@ _JOINT = np.dtype(
     ],
     align=True,
 )
-"""A joint of a chain; see `simcore.geometry.linkage.Joint`."""
+"""Joint of a chain; see `simcore.world.linkage.Joint`."""
 
 
 class Components:
-    """The moving parts of robots, in the order of `RobotConfig.components`.
+    """Moving parts of the robots, in the order of `RobotConfig.components`.
 
     Args:
-        robots: All of them.
-        shaft_of: Row of each mechanism among the shafts of the loop, by its identity.
+        robots: All robots.
+        shaft_of: Row of each mechanism among the shafts of the loop, by `id` of the mechanism.
     """
 
     def __init__(self, robots: Sequence[Robot], shaft_of: Mapping[int, int]) -> None:
@@ -68,10 +68,10 @@ class Components:
     def poses(self, shafts: Records) -> list[FloatArray]:
         """Return pose rows `x, y, z, qw, qx, qy, qz` in the frames of their robots, shape (n, 7) each; read-only.
 
-        An array is that of before while no part of the robot moves.
+        The array of a robot stays the same object while none of its parts moves.
 
         Args:
-            shafts: Of all robots.
+            shafts: Records of all robots' shafts.
         """
         rows, before = np.empty_like(self._rows), self._rows
         _place(shafts, self._joints, self._chains, self._parts, self._offsets, before, rows, self._moved)
@@ -84,11 +84,11 @@ class Components:
 
 
 def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArray:
-    """Return pose rows in the field frame, shape (n, 7).
+    """Transform pose rows from robot frames to the field frame; return them, shape (n, 7).
 
     Args:
-        rows: Of pieces in the frames of their robots, shape (n, 7).
-        owners: Number of the robot of each, shape (n,).
+        rows: Poses of pieces in the frames of their robots, shape (n, 7).
+        owners: Number of the robot that holds each piece, shape (n,).
         places: Poses of the robots, shape (m, 7).
     """
     found = np.empty_like(rows)
@@ -100,7 +100,7 @@ def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArra
 def _multiply(
     aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
 ) -> tuple[float, float, float, float]:
-    """Return the rotation b followed by the rotation a, as w, x, y, z."""
+    """Return the product of two quaternions w, x, y, z: the rotation b followed by the rotation a."""
     return (
         aw * bw - ax * bx - ay * by - az * bz,
         aw * bx + ax * bw + ay * bz - az * by,
@@ -114,9 +114,9 @@ def _place(
     shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray,
     before: FloatArray, rows: FloatArray, moved: npt.NDArray[np.uint8],
 ) -> None:  # fmt: skip
-    """Write the pose of each part, and whether it has moved.
+    """Write the pose of each part, along its chain of joints as in `simcore.world.linkage.part_pose`.
 
-    A pose is that of the chain of joints before the part, as `simcore.geometry.linkage.part_pose` has it.
+    `moved` marks parts whose pose is another one than `before`.
     """
     last = -1
     x = y = z = 0.0

@@ -1,8 +1,8 @@
-"""Modules and treads that teams buy, so that a config can name them.
+"""Swerve modules and wheel treads on the market, by name.
 
-Source: MapleSim 0.4 `COTS` table, which took ratios from the vendors' pages; tread coefficients are
-its reading of Spectrum 3847's tests on carpet. Steer inertia, efficiency and losses are not in any catalogue: see the
-defaults of `SwerveModuleConfig`.
+Source: MapleSim 0.4 `COTS` table, whose ratios are from the vendors' pages and whose tread coefficients are from
+Spectrum 3847's tests on carpet. No catalogue gives steer inertia, efficiency and losses: see the defaults of
+`SwerveModuleConfig`.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ __all__ = ["MODULES", "TREADS", "SwerveModuleType", "swerve_module", "tread"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveModuleType:
-    """Ratios of one product."""
+    """Gear ratios and wheel of one product."""
 
     name: str
     drive_gearings: tuple[float, ...]
-    """From slowest to fastest [-]."""
+    """Drive ratios on sale, from slowest to fastest [-]."""
     steer_gearing: float
-    """[-]"""
+    """Rotor turns per turn of the azimuth [-]."""
     wheel_radius: float = inches(2.0)
-    """New tread [m]."""
+    """Radius of the wheel with a new tread [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, self.name, drive_gearings=[GEARING], steer_gearing=GEARING, wheel_radius=ROBOT_LENGTH)
@@ -52,7 +52,8 @@ _ROWS = (
     _row("Thrifty Swerve", (6.75, 6.23, 6.00, 5.79, 5.54, 5.14), 25.0),
 )
 MODULES: dict[str, SwerveModuleType] = {m.name: m for m in _ROWS}
-"""By name. WCP's first SwerveX (steer 11.3142) has no published final ratios: give `drive_gearing` yourself."""
+"""Products by name. WCP publishes no final ratios of its first SwerveX (steer 11.3142): set `drive_gearing`
+yourself."""
 
 TREADS = {
     "colson": 0.899,
@@ -65,10 +66,10 @@ TREADS = {
 
 
 def tread(name: str) -> float:
-    """Coefficient of friction of a tread.
+    """Look up the coefficient of friction of a tread [-].
 
     Raises:
-        UnknownNameError: With the nearest names.
+        UnknownNameError: There is no such tread; the message lists the nearest names.
     """
     if name not in TREADS:
         raise UnknownNameError("tread", name, TREADS)
@@ -85,24 +86,24 @@ def swerve_module(
     drive_stator_limit: float | None = None,
     drive_supply_limit: float | None = None,
 ) -> SwerveModuleConfig:
-    """A module of the catalogue at the robot center, to be placed by `SwerveConfig.square` or `replace`.
+    """Return the config of a catalogue module at the robot center; `SwerveConfig.square` or `replace` positions it.
 
     Example:
         >>> swerve_module("SDS MK4i", gearing=6.75).steer_gearing
         21.428571428571427
 
     Args:
-        name: As in `MODULES`.
+        name: Key of `MODULES`.
         gearing: One of the product's ratios, to 1 % (6.75 or L2's exact 6.746).
-        drive_motor: Kraken X60 if not given.
-        steer_motor: Kraken X60 if not given.
+        drive_motor: Drive motor; None: Kraken X60.
+        steer_motor: Steer motor; None: Kraken X60.
         wheel_cof: Coefficient of friction of the wheels on carpet; see `tread`.
-        drive_stator_limit: [A]; None: as the motor's controller is delivered.
-        drive_supply_limit: The same [A].
+        drive_stator_limit: Stator current limit [A]; None: the motor controller's factory default.
+        drive_supply_limit: Supply current limit [A]; None: the motor controller's factory default.
 
     Raises:
-        UnknownNameError: For an unknown product.
-        ConfigError: For a ratio that the product is not sold with.
+        UnknownNameError: The product is unknown.
+        ConfigError: The product is not sold with that ratio.
     """
     if name not in MODULES:
         raise UnknownNameError("swerve module", name, MODULES)

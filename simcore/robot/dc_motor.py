@@ -1,4 +1,4 @@
-"""DC motors: the linear model and the table of every motor that WPILib knows."""
+"""DC motors: the linear model, and a table of all motors in WPILib."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ _DATA = {
     "Romi built-in": (0.1765, 1.25, 0.13, 150.0),
     "Vex 775pro": (0.71, 134.0, 0.7, 18730.0),
 }
-"""Datasheets at 12 V (the Romi's at 4.5 V), by the name printed on the box. Source: WPILib's `DCMotor`, 2026."""
+"""Datasheet values at 12 V (Romi: at 4.5 V), by product name. Source: WPILib's `DCMotor`, 2026."""
 _ROMI_VOLTS = 4.5
 
 MOTOR_NAMES = tuple(_DATA)
-"""The motors of WPILib's `DCMotor`, by the name printed on the box."""
+"""Names of the motors in WPILib's `DCMotor`, as printed on the box."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
 """Inertia of a brushless rotor [kg m^2]; estimate, +-50 %: vendors publish none for Kraken, Falcon, NEO or Vortex."""
@@ -57,30 +57,30 @@ _DEFAULT_ROTOR_INERTIA = 4.5e-5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorModel:
-    """A permanent-magnet DC motor as its datasheet describes it.
+    """Permanent-magnet DC motor as its datasheet describes it.
 
-    Current and torque are straight lines over speed: I = (V - Omega / kv) / R and tau = kt * I, as in WPILib's
-    `DCMotor`. Some datasheets contradict themselves: where `kt * kv` is above 1 (NEO: 1.25) the published stall
-    torque and free speed together deliver more than the electrical power near free speed, before any gear loss.
+    Current and torque are linear in speed: I = (V - Omega / kv) / R and tau = kt * I, as in WPILib's `DCMotor`. Some
+    datasheets contradict themselves: where `kt * kv` is above 1 (NEO: 1.25), the published stall torque and free speed
+    give more mechanical than electrical power near free speed, even before gear losses.
     """
 
     name: str
     stall_torque: float
-    """At nominal voltage [N m]."""
+    """Stall torque at nominal voltage [N m]."""
     stall_current: float
-    """At nominal voltage [A]."""
+    """Stall current at nominal voltage [A]."""
     free_current: float
-    """At nominal voltage and no load [A]."""
+    """No-load current at nominal voltage [A]."""
     free_speed: float
-    """At nominal voltage and no load [rad/s]."""
+    """No-load speed at nominal voltage [rad/s]."""
     nominal_voltage: float = 12.0
     """Voltage of the datasheet [V]."""
     rotor_inertia: float = _DEFAULT_ROTOR_INERTIA
     """Inertia of the rotor about its own axis [kg m^2]."""
     supply_resistance: float = 0.0
-    """Share of `nominal_voltage / stall_current` that lay before the controller as the datasheet was measured: supply
-    and leads [ohm]. At full duty it acts as on the datasheet; at less duty and at a current limit the controller makes
-    up for it, so that a volt makes more torque. 0 unless the vendor has published stall below the nominal voltage."""
+    """Resistance of supply and leads in the vendor's measurement, part of `nominal_voltage / stall_current` [ohm]. It
+    acts fully at full duty; at lower duty and at a current limit the controller compensates for it, so that a volt
+    gives more torque. 0 unless the vendor has published stall below the nominal voltage."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -94,7 +94,7 @@ class MotorModel:
             rotor_inertia=INERTIA_OR_NONE,
             supply_resistance=Quantity("ohm", 0.0, 10.0),
         )
-        # 0 < free current < stall current keeps R, kt and kv positive: a motor without resistance cannot be written.
+        # 0 < free current < stall current keeps R, kt and kv positive; the model needs a resistance above zero.
         require(self.name, "stall_current - free_current", self.stall_current - self.free_current, CURRENT)
         require(
             self.name,
@@ -105,12 +105,12 @@ class MotorModel:
 
     @property
     def resistance(self) -> float:
-        """At full duty: windings, controller and the datasheet's supply [ohm]."""
+        """Resistance at full duty: windings, controller and the datasheet's supply [ohm]."""
         return self.nominal_voltage / self.stall_current
 
     @property
     def winding_resistance(self) -> float:
-        """Behind the controller: what its own voltage meets [ohm]."""
+        """Resistance behind the controller, on which its output voltage acts [ohm]."""
         return self.resistance - self.supply_resistance
 
     @property
@@ -124,11 +124,11 @@ class MotorModel:
         return self.free_speed / (self.nominal_voltage - self.resistance * self.free_current)
 
     def varied(self, *, kt: float, resistance: float) -> MotorModel:
-        """One of its kind with stronger magnets or a warmer winding; the friction torque stays.
+        """Return a copy with stronger magnets or a warmer winding; the friction torque stays.
 
         Args:
-            kt: Factor of torque per current, and of volts per speed [-].
-            resistance: Factor of the resistance [-].
+            kt: Factor on torque per current and on back-EMF per speed [-].
+            resistance: Factor on the resistance [-].
 
         >>> m = motor("Kraken X60")
         >>> one = m.varied(kt=1.02, resistance=1.1)
@@ -136,7 +136,7 @@ class MotorModel:
         (1.02, 1.02, 1.1)
         """
         if kt == resistance == 1.0:
-            return self  # to the last bit
+            return self  # exact to the last bit
         free_current = self.free_current / kt
         return replace(
             self,
@@ -157,7 +157,7 @@ def motor(name: str) -> MotorModel:
     True
 
     Raises:
-        UnknownNameError: When WPILib has no such motor; the message names the nearest.
+        UnknownNameError: WPILib has no such motor; the message lists the nearest names.
     """
     wanted = _plain(name)
     for known in MOTOR_NAMES:
@@ -167,10 +167,10 @@ def motor(name: str) -> MotorModel:
 
 
 def as_motor(source: Any) -> MotorModel:
-    """A motor of ours, or WPILib's `DCMotor` converted, of 2026 or 2027.
+    """Return a simcore motor unchanged, and WPILib's `DCMotor` (2026 or 2027) converted.
 
     Raises:
-        ConfigError: It is neither.
+        ConfigError: The source is neither.
     """
     if isinstance(source, MotorModel):
         return source
@@ -189,11 +189,10 @@ _SPARK_LIMITS = (80.0, math.inf)
 def controller_limits(
     model: MotorModel, stator: float | None = None, supply: float | None = None
 ) -> tuple[float, float]:
-    """Stator and supply limit in force: what is configured, else as the motor's controller is delivered [A].
+    """Return stator and supply limit in force [A]: the configured ones, else the controller's factory defaults.
 
-    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. For
-    other motors, mostly brushed ones behind a PWM controller, there are none: what ends them is a breaker of 40 A, that
-    takes seconds.
+    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. Other
+    motors, mostly brushed ones with a PWM controller, have no limit except a 40 A breaker, which takes seconds to trip.
 
     Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (that supply current falls to 40 A after a
     second at 70 A is left out); default smart current limit of REV's SPARK MAX and Flex.
@@ -218,7 +217,7 @@ def _plain(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())
 
 
-# Rotors that are clearly not of the 60 mm brushless class; estimates from rotor mass and radius, +-50 %.
+# Rotors clearly outside the 60 mm brushless class; estimates from rotor mass and radius, +-50 %.
 _ROTOR_INERTIA = {
     "CIM": 7.8e-5,
     "Mini CIM": 5.0e-5,
@@ -235,7 +234,7 @@ _ROTOR_INERTIA = {
     "Romi built-in": 1.0e-7,
 }
 
-# At 4 V the vendor's dynamometer had 2.15 N m and 39 A from the supply: 117 A in the windings, which is 34 of the
+# At 4 V the vendor's dynamometer measured 2.15 N m and 39 A from the supply: 117 A in the windings, so 34 of the
 # 47 mohm of 12 V / 257 A. Source: motors.vex.com, quoted in Chief Delphi 392256.
 _SUPPLY_RESISTANCE = {"Falcon 500": 0.0127}
 

@@ -1,4 +1,4 @@
-"""What tank (differential) and mecanum drivetrains are made of, checked when it is written down."""
+"""Configs of tank (differential) and mecanum drivetrains, validated at construction."""
 
 from __future__ import annotations
 
@@ -24,41 +24,42 @@ __all__ = ["FixedWheelConfig", "MecanumConfig", "TankConfig"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedWheelConfig(WheelConfig, DrivetrainConfig):
-    """A robot on wheels that do not steer: what `TankConfig` and `MecanumConfig` have in common."""
+    """Drivetrain on wheels that do not steer: the fields that `TankConfig` and `MecanumConfig` share."""
 
     motor: MotorModel = field(default_factory=lambda: motor("NEO"))
     gearing: float = 8.45
     """Rotor turns per wheel turn [-]; kit-bot toughbox 10.71 or 8.45."""
     wheel_radius: float = 0.0762
-    """[m]"""
+    """Radius of the wheels [m]."""
     wheel_cof: float = 1.0
     """Coefficient of friction of the wheels on carpet, along them [-]."""
     wheel_inertia: float = 1.5e-3
-    """Of one wheel with its sprocket [kg m^2]; estimate, +-50 %."""
+    """Inertia of one wheel with its sprocket [kg m^2]; estimate, +-50 %."""
     rolling_resistance: float = 0.015
     """Drag per load [-]; estimate for carpet and chains, +-50 %."""
     friction_volts: float = 0.25
-    """Voltage that just turns a free shaft [V]; see `SwerveModuleConfig.drive_friction_volts`."""
+    """Voltage at which a free shaft just turns [V]; see `SwerveModuleConfig.drive_friction_volts`."""
     efficiency: float = 0.90
-    """Of gearbox and chains, both ways [-]."""
+    """Efficiency of gearbox and chains, in both directions [-]."""
     stator_limit: float | None = None
-    """Per motor [A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    """Stator current limit per motor [A]; None: the controller's factory default (`controller_limits`), `math.inf`:
+    none."""
     supply_limit: float | None = None
-    """The same, drawing and regenerating [A]."""
+    """Supply current limit per motor, drawing and regenerating [A]; None and `math.inf` as for `stator_limit`."""
     brake: bool = True
-    """At zero command: short the motors, or else open the circuit."""
+    """Whether the motors brake at zero command; False: they coast."""
     kp: float = 1.0
-    """Feedback of the on-board speed loop [V per m/s]."""
+    """Feedback gain of the on-board speed loop [V per m/s]."""
     mass: float = 50.0
-    """[kg]"""
+    """Mass of the robot [kg]."""
     yaw_inertia: float = 5.3
-    """[kg m^2]"""
+    """Yaw inertia of the robot [kg m^2]."""
 
     def __post_init__(self) -> None:
         self.require_robot("fixed wheels")
 
     def require_robot(self, owner: str) -> None:
-        """Check all fields of wheels, motors and robot, and place the wheels; `owner` names them in a message."""
+        """Validate all fields of wheels, motors and robot, and place the wheels; messages name `owner`."""
         self.require_wheel(owner)
         require_fields(
             self,
@@ -73,10 +74,10 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         DrivetrainConfig.require_robot(self, owner)
 
     def shaft_motor(self, count: int) -> LimitedMotor:
-        """All motors of one drive shaft.
+        """Return the motors of one drive shaft combined.
 
         Args:
-            count: How many turn it.
+            count: Number of motors on the shaft.
         """
         return LimitedMotor.of(
             self.motor,
@@ -88,21 +89,21 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         )
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
-        """Of a shaft's wheels and geared rotors about the axle [kg m^2]."""
+        """Return the inertia of a shaft's wheels and geared rotors about the axle [kg m^2]."""
         return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TankConfig(FixedWheelConfig):
-    """A kit-bot: wheels in a row on each side, chained to one gearbox per side. Defaults are FIRST's AM14U class."""
+    """Kit-bot: wheels in a row on each side, chained to one gearbox per side. The defaults are FIRST's AM14U class."""
 
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
-    """Of the wheels of one side, forward of the robot center [m]."""
+    """Positions of one side's wheels, forward of the robot center [m]."""
     dropped_center: bool = True
-    """Whether, of three and more wheels in a row, those between the ends are lower, by some 3 mm in a kit chassis: the
-    robot stands on them and on the end toward which its load leans, so that it turns without scrubbing both ends."""
+    """Whether the inner wheels of a row of three or more are lower, by some 3 mm in a kit chassis. The robot then
+    stands on them and on the end that its load leans toward, so that it turns without scrubbing both ends."""
     trackwidth: float = 0.56
-    """Between left and right wheels [m]."""
+    """Distance between left and right wheels [m]."""
     motors_per_side: int = 2
 
     def __post_init__(self) -> None:
@@ -123,7 +124,7 @@ class TankConfig(FixedWheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MecanumConfig(FixedWheelConfig):
-    """Four wheels with rollers at 45 degrees, each on a gearbox of its own; from above the rollers form an X."""
+    """Four mecanum wheels with rollers at 45 degrees, each with its own gearbox; from above the rollers form an X."""
 
     places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
     """Centers of the wheels: front left, front right, rear left, rear right [m]."""

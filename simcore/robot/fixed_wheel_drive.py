@@ -1,18 +1,18 @@
-"""Tank (differential) and mecanum drives, on the motors and tires of the swerve.
+"""Tank (differential) and mecanum drives, with the motor and tire models of the swerve drive.
 
-A tank has two sides of chained wheels, a mecanum drive four wheels whose rollers hold along one diagonal each. The
-roller on the floor turns freely about its axis, so the floor pushes it along that axis alone, at 45 degrees to the
-wheel: front left and rear right along d = (1, -1) / sqrt 2, the others along (1, 1) / sqrt 2. A wheel that turns at w
-carries that contact by w r d_x along d. So each is a wheel that points along d, with the radius r d_x, and a tread that
-does not hold across:
+A tank drive has two sides of chained wheels. A mecanum drive has four wheels whose rollers grip along one diagonal
+each. The roller on the floor turns freely about its axis, so the floor pushes it along that axis only, at 45 degrees
+to the wheel: front left and rear right along d = (1, -1) / sqrt 2, the others along (1, 1) / sqrt 2. A wheel that turns
+at w moves the contact point by w r d_x along d. Each is therefore a wheel that points along d, with the radius r d_x
+and a tread without lateral grip:
 
-    slip            s = r d_x w - d . v         v: of the contact over ground
+    slip            s = r d_x w - d . v         v: velocity of the contact point over the ground
     tire force      F = mu N s / max(|s|, s0) along d, nothing across it
     torque          r d_x F on the shaft
 
-Where no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as WPILib's MecanumDriveKinematics has it; it pushes
-with mu N / sqrt 2 of its weight at most, in every direction along its axes. Friction of the rollers' own bearings is
-left out: strafing is as easy as driving, where real robots lose some.
+Where no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as in WPILib's MecanumDriveKinematics. The traction
+limit is mu N / sqrt 2 along each of the robot's axes. The model leaves out bearing friction of the rollers: strafing is
+as easy as driving forward, whereas real robots lose some force.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ FixedT = TypeVar("FixedT", bound=FixedWheelConfig)
 
 _HALF = math.sqrt(0.5)
 _AT_ONCE = 1e9
-"""Slope with which the loop's volts against friction rise with the speed asked for [s/m]: at once, in full."""
+"""Slope of the friction feed-forward over the commanded speed [s/m]: so steep that it is a step."""
 _SIDES = (-1.0, 1.0, 1.0, -1.0)
-"""Of d_y: front left, front right, rear left, rear right."""
+"""Signs of d_y: front left, front right, rear left, rear right."""
 
 
 class FixedWheelDrive(WheeledDrive[FixedT]):
-    """Base of `TankDrive` and `MecanumDrive`: a voltage or a speed for each drive shaft, and neutral.
+    """Base of `TankDrive` and `MecanumDrive`: each drive shaft takes a voltage, a speed or neutral.
 
     Args:
-        config: The robot, as robot code and the loops on board know it.
-        battery: Its battery; None is a stiff 12 V supply.
-        wheels: In the order of `config.positions`.
-        shafts: What turns them.
-        groups: What the motors of each shaft are called.
-        directions: Cosine and sine of the direction in which the floor holds each shaft's wheels.
+        config: Robot as robot code and the on-board loops know it.
+        battery: Battery of the robot; None: a stiff 12 V supply.
+        wheels: Wheels in the order of `config.positions`.
+        shafts: Shafts that turn the wheels.
+        groups: Name of each shaft's group of motors.
+        directions: Cosine and sine of the direction in which each shaft's wheels grip.
     """
 
     def __init__(
@@ -74,15 +74,16 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self._rest([0.0] * len(shafts))
 
     def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Everything as new: encoders at zero, battery rested, time at zero, wheels rolling with the chassis.
+        """Reset everything: encoders and time to zero, battery rested, wheels rolling with the chassis.
 
         Args:
-            vx: Velocity of the center of mass with which the wheels roll, forward [m/s]. The chassis has its own.
-            vy: To the left; wheels of a tank cannot roll that way [m/s].
+            vx: Forward velocity of the center of mass with which the wheels roll [m/s]. The chassis velocity is
+                separate.
+            vy: Velocity to the left; the wheels of a tank drive cannot roll that way [m/s].
             omega: Yaw rate [rad/s].
 
         Raises:
-            NonFiniteError: When a number is not finite; nothing has changed.
+            NonFiniteError: A number is not finite; nothing has changed.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"reset {name}", value)
@@ -90,26 +91,26 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self.stop()
 
     def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
-        """Speed of each shaft's treads where they do not slide [m/s]."""
+        """Return the speed of each shaft's treads without sliding [m/s]."""
         raise NotImplementedError
 
     # ---------------------------------------------------------------- commands
 
     def stop(self) -> None:
-        """Zero command: brake or coast."""
+        """Command neutral: brake or coast."""
         self._command(NEUTRAL, [0.0] * self._driven)
 
     def set_shaft_volts(self, volts: Sequence[float]) -> None:
-        """Raw voltage per shaft [V]: left and right; of a mecanum drive front left, front right, rear left, rear right.
+        """Command a voltage per shaft [V]: left, right; mecanum: front left, front right, rear left, rear right.
 
         Raises:
-            NonFiniteError: When one is missing, NaN or infinite; nothing has changed.
-            ConfigError: When there is not one for each shaft.
+            NonFiniteError: A voltage is missing, NaN or infinite; nothing has changed.
+            ConfigError: There is not one voltage per shaft.
         """
         self._command(VOLTS, self._checked("volts", volts))
 
     def set_shaft_speeds(self, speeds: Sequence[float]) -> None:
-        """Closed loop on board: speed of each shaft's treads against the robot [m/s]; see `set_shaft_volts`."""
+        """Command the on-board speed loop: tread speed of each shaft [m/s]; raises as `set_shaft_volts`."""
         self._command(TARGET, self._checked("speed", speeds))
 
     def _checked(self, what: str, values: Sequence[float]) -> tuple[float, ...]:
@@ -120,21 +121,21 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     # ---------------------------------------------------------------- readings
 
     def shaft_emf(self, shaft: int) -> float:
-        """Volts at which a motor of a shaft carries no current, as in an open circuit [V]."""
+        """Return the back-EMF of a shaft's motors [V], their voltage in an open circuit."""
         return float(self.shaft_speeds[shaft]) * self.config.gearing / self.config.motor.kv
 
     def wheel_angles(self) -> list[float]:
-        """Direction in which each wheel alone carries the robot [rad]; `wheel_distances` are along it."""
+        """Return the direction in which each wheel alone moves the robot [rad]; `wheel_distances` are along it."""
         sin, cos = self.shafts["sin"], self.shafts["cos"]
         return [math.atan2(sin[g], cos[g]) for g in self._shaft_of_wheel]
 
     def motor_currents(self) -> dict[str, list[float]]:
-        """Stator currents in the last inner step, motor by motor [A]: `left` and `right`, or `drive` of a mecanum."""
+        """Return each motor's stator current in the last inner step [A]: `left` and `right`, or `drive` for mecanum."""
         return self._by_group(self.drive_motors.current)
 
     @property
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per wheel turn, motor by motor, as in `motor_currents` [-]."""
+        """Rotor turns per wheel turn of each motor, grouped as in `motor_currents` [-]."""
         return self._by_group([self.config.gearing] * self._driven)
 
     def _by_group(self, values: Sequence[float]) -> dict[str, list[float]]:
@@ -145,18 +146,18 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     @property
     def max_speed(self) -> float:
-        """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
+        """Top speed straight ahead at 12 V, where motor torque equals friction and rolling drag [m/s]."""
         return super().max_speed / self._share
 
     @property
     def max_accel(self) -> float:
-        """From rest on level ground at stiff 12 V, straight ahead [m/s^2]."""
+        """Acceleration straight ahead from rest on level ground at a stiff 12 V [m/s^2]."""
         arms = [self._share] * self._driven
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, arms, self.robot.mass)
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
-    """One robot's tank drive; commanded by side.
+    """Tank drive of one robot, commanded by side.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -173,12 +174,12 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         battery: Battery | None = None,
         built: Sequence[FixedWheelConfig] | None = None,
     ) -> None:
-        """Stand at rest.
+        """Start at rest.
 
         Args:
-            config: The robot, as robot code and the loops on board know it.
-            battery: Its battery; None is a stiff 12 V supply.
-            built: What motors and wheels of the left and of the right side really are; None: what the config says.
+            config: Robot as robot code and the on-board loops know it.
+            battery: Battery of the robot; None: a stiff 12 V supply.
+            built: Motors and wheels of the left and right side as actually built; None: as in the config.
         """
         n, motors = len(config.wheel_xs), config.motors_per_side
         sides: Sequence[FixedWheelConfig] = built or (config, config)
@@ -195,15 +196,15 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         )
 
     def set_volts(self, left: float, right: float) -> None:
-        """Raw voltage per side [V]; see `set_shaft_volts` for errors."""
+        """Command a voltage per side [V]; raises as `set_shaft_volts`."""
         self.set_shaft_volts((left, right))
 
     def set_speeds(self, left: float, right: float) -> None:
-        """Closed loop on board: ground speed per side [m/s]; see `set_shaft_volts` for errors."""
+        """Command the on-board loop: ground speed per side [m/s]; raises as `set_shaft_volts`."""
         self.set_shaft_speeds((left, right))
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
-        """Closed loop on board: forward speed [m/s] and yaw rate [rad/s], if the wheels did not scrub."""
+        """Command the on-board loop: forward speed [m/s] and yaw rate [rad/s], computed without wheel scrub."""
         vx, omega = checked_number("chassis speed vx", vx), checked_number("chassis speed omega", omega)
         half = 0.5 * self.config.trackwidth * omega
         self.set_speeds(vx - half, vx + half)
@@ -213,7 +214,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):
-    """One robot's mecanum drive; commanded wheel by wheel.
+    """Mecanum drive of one robot, commanded by wheel.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -231,12 +232,12 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         battery: Battery | None = None,
         built: Sequence[FixedWheelConfig] | None = None,
     ) -> None:
-        """Stand at rest.
+        """Start at rest.
 
         Args:
-            config: The robot, as robot code and the loops on board know it.
-            battery: Its battery; None is a stiff 12 V supply.
-            built: What motors and wheels of each wheel really are; None: what the config says.
+            config: Robot as robot code and the on-board loops know it.
+            battery: Battery of the robot; None: a stiff 12 V supply.
+            built: Motors and tires of each wheel as actually built; None: as in the config.
         """
         wheels: Sequence[FixedWheelConfig] = built or [config] * 4
         motors = config.motors_per_wheel
@@ -254,15 +255,15 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         )
 
     def set_volts(self, volts: Sequence[float]) -> None:
-        """Raw voltage per wheel: front left, front right, rear left, rear right [V]; see `set_shaft_volts`."""
+        """Command a voltage per wheel [V], in the order of `MecanumConfig.places`; raises as `set_shaft_volts`."""
         self.set_shaft_volts(volts)
 
     def set_speeds(self, speeds: Sequence[float]) -> None:
-        """Closed loop on board: speed of each tread against the robot [m/s]; see `set_shaft_volts` for errors."""
+        """Command the on-board loop: tread speed of each wheel [m/s]; raises as `set_shaft_volts`."""
         self.set_shaft_speeds(speeds)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast."""
+        """Command the on-board loop: robot-frame velocity [m/s, m/s, rad/s]; scaled down if too fast."""
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
         speeds = self._treads(vx, vy, omega)

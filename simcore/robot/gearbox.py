@@ -1,4 +1,4 @@
-"""What drives a mechanism: DC motors behind a gear, their friction, and loops that turn a goal into volts."""
+"""Drives of mechanisms: DC motors behind a gear, their friction, and controllers that turn a goal into volts."""
 
 from __future__ import annotations
 
@@ -44,15 +44,16 @@ class GearboxConfig:
     """
 
     motor: MotorModel
-    """One motor: `motor("Kraken X60")`, or as WPILib gives it, `DCMotor.krakenX60(1)`, which is converted."""
+    """One motor: `motor("Kraken X60")`, or WPILib's `DCMotor.krakenX60(1)`, which is converted."""
     motors: int = 1
-    """How many of them share the load."""
+    """Number of motors that share the load."""
     gearing: float
     """Rotor turns per turn of the mechanism; above 1 the mechanism turns slower [-]."""
     stator_current_limit: float = math.inf
-    """Of each motor, both ways [A]."""
+    """Stator current limit of each motor, in both directions [A]."""
     supply_current_limit: float = math.inf
-    """Of each motor from the battery, drawing and feeding back [A]; kept with the speed at the start of a step."""
+    """Supply current limit of each motor, drawing and regenerating [A]; applied with the speed at the start of a
+    step."""
     friction_torque: float = 0.0
     """Coulomb friction at the mechanism, against the motion and before it starts [N m]."""
 
@@ -74,55 +75,55 @@ class GearboxConfig:
 
     @property
     def volts_per_speed(self) -> float:
-        """Back-EMF for one rad/s of the mechanism [V s/rad]; also the feed-forward of a velocity loop."""
+        """Back-EMF for one rad/s of the mechanism [V s/rad]; also the feed-forward gain of a velocity loop."""
         return self.gearing / self.motor.kv
 
     @property
     def resistance(self) -> float:
-        """Of one motor's winding [ohm]."""
+        """Resistance of one motor [ohm]."""
         return self.motor.resistance
 
     def varied(self, *, kt: float, resistance: float) -> GearboxConfig:
-        """The same with motors that differ from their kind.
+        """Return a copy whose motors differ from their type.
 
         Args:
-            kt: Mean factor of torque per current, and of volts per speed [-].
-            resistance: Mean factor of the resistance [-].
+            kt: Mean factor on torque per current and on back-EMF per speed [-].
+            resistance: Mean factor on the resistance [-].
         """
         motor = self.motor.varied(kt=kt, resistance=resistance)
         return self if motor is self.motor else replace(self, motor=motor)
 
     def free_speed(self, volts: float) -> float:
-        """Speed at which the back-EMF equals `volts`, without friction [rad/s]."""
+        """Return the speed at which the back-EMF equals `volts`, without friction [rad/s]."""
         return volts / self.volts_per_speed
 
     def stall_torque(self, volts: float) -> float:
-        """Torque at rest, before friction and within the current limit [N m]."""
+        """Return the torque at rest, before friction and within the current limit [N m]."""
         require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
         return self.torque_per_amp * min(
             max(volts / self.resistance, -self.stator_current_limit), self.stator_current_limit
         )
 
     def holding_volts(self, torque: float) -> float:
-        """Voltage that makes `torque` [N m] at rest [V]."""
+        """Return the voltage that gives `torque` [N m] at rest [V]."""
         return torque * self.resistance / self.torque_per_amp
 
 
-# Without friction a mechanism that is let go would turn for ever. Two figures are known without a measurement: the
-# no-load current of the motor's datasheet, which is what its own bearings and iron take, and the volts of kS that
-# gearboxes, belts and bearings usually add to it.
+# Without friction a released mechanism would turn forever. Two figures are known without a measurement: the no-load
+# current of the motor's datasheet, which covers its own bearings and iron, and the kS that gearboxes, belts and
+# bearings usually add.
 GEARED_FRICTION_VOLTS = 0.2
-"""Volts that start a mechanism with gears, belts and bearings [V]; estimate, -50 % to +100 %.
+"""Voltage that starts a mechanism with gears, belts and bearings [V]; estimate, -50 % to +100 %.
 
 Source: the friction voltage that CTRE's Tuner X generates for both motors of a swerve module
-(`SwerveModuleConstants.drive_friction_voltage`, `steer_friction_voltage`); no vendor publishes any for mechanisms.
+(`SwerveModuleConstants.drive_friction_voltage`, `steer_friction_voltage`); no vendor publishes one for mechanisms.
 """
 
 
 def no_load_friction(gearbox: GearboxConfig) -> float:
-    """Torque that the motors themselves take when they turn free, at the mechanism [N m].
+    """Return the no-load friction torque of the motors, at the mechanism [N m].
 
-    Source: no-load current of the datasheet times kT; with it the free speed is the datasheet's.
+    Source: no-load current of the datasheet times kT, which gives the datasheet's free speed.
 
     >>> from simcore.robot.dc_motor import motor
     >>> krakens = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
@@ -133,11 +134,11 @@ def no_load_friction(gearbox: GearboxConfig) -> float:
 
 
 def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
-    """Torque at the mechanism for a kS, the volts that it takes to start it [N m].
+    """Convert a kS into a friction torque at the mechanism [N m].
 
     Args:
-        gearbox: Of the mechanism.
-        volts: As SysId finds them; the sign does not matter.
+        gearbox: Motors and gears of the mechanism.
+        volts: kS, e.g. from SysId [V]; the sign does not matter.
 
     Raises:
         ConfigError: The volts are not finite.
@@ -148,11 +149,11 @@ def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
 
 
 def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float:
-    """Friction of a mechanism about which nothing else is known [N m].
+    """Return the friction of a mechanism without measured friction [N m].
 
     Args:
-        gearbox: Of the mechanism.
-        has_gears: False for a flywheel, which is built to run on: little more than the motors' own bearings.
+        gearbox: Motors and gears of the mechanism.
+        has_gears: Whether gears or belts add friction; False for a flywheel, which has little beyond the motors' own.
     """
     own = no_load_friction(gearbox)
     return max(own, friction_from_volts(gearbox, GEARED_FRICTION_VOLTS)) if has_gears else own
@@ -160,23 +161,23 @@ def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VelocityController:
-    """Feed-forward of the back-EMF plus a proportional term; holds no state, so it cannot wind up."""
+    """Back-EMF feed-forward plus a proportional term; stateless, so it cannot wind up."""
 
     kv: float
-    """Volts per speed of the goal [V s/rad]."""
+    """Velocity feed-forward gain [V s/rad]."""
     kp: float = 0.0
-    """Volts per speed that is missing [V s/rad]."""
+    """Proportional gain on the velocity error [V s/rad]."""
     ks: float = 0.0
-    """Volts against friction, in the direction of the goal [V]."""
+    """Friction feed-forward, in the direction of the goal [V]."""
     max_volts: float = 12.0
-    """Either way [V]."""
+    """Voltage limit, in both directions [V]."""
 
     def __post_init__(self) -> None:
         require_fields(self, kv=GAIN, kp=GAIN, ks=VOLTAGE_OR_NONE, max_volts=VOLTAGE)
 
     @classmethod
     def for_gearbox(cls, gearbox: GearboxConfig, *, kp: float = 0.0, max_volts: float = 12.0) -> VelocityController:
-        """Feed-forward terms as the motor and its friction ask for them."""
+        """Return a controller with feed-forward gains that match the motor and its friction."""
         return cls(
             kv=gearbox.volts_per_speed,
             kp=kp,
@@ -185,7 +186,7 @@ class VelocityController:
         )
 
     def volts(self, goal: float, velocity: float) -> float:
-        """Volts that bring `velocity` to `goal` [rad/s]; a goal of zero brakes only as far as `kp` asks."""
+        """Return the voltage that drives `velocity` to `goal` [rad/s]; at a goal of zero only `kp` brakes."""
         friction = self.ks if goal > 0.0 else -self.ks if goal < 0.0 else 0.0
         volts = friction + self.kv * goal + self.kp * (goal - velocity)
         return min(max(volts, -self.max_volts), self.max_volts)
@@ -193,26 +194,26 @@ class VelocityController:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositionController:
-    """Proportional-derivative control of an angle or a length, with room for the weight as feed-forward."""
+    """Proportional-derivative controller of an angle or a length, with gravity feed-forward as an input."""
 
     kp: float
-    """Volts per error of position [V/rad]."""
+    """Proportional gain on the position error [V/rad]."""
     kd: float = 0.0
-    """Volts per speed, against it [V s/rad]."""
+    """Derivative gain: volts against the velocity [V s/rad]."""
     max_volts: float = 12.0
-    """Either way [V]."""
+    """Voltage limit, in both directions [V]."""
 
     def __post_init__(self) -> None:
         require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
 
     def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
-        """Volts that bring `position` to `goal` and stop there.
+        """Return the voltage that drives `position` to `goal` and stops there.
 
         Args:
-            goal: Where to be [rad].
-            position: Where it is [rad].
-            velocity: How fast it goes [rad/s].
-            feedforward: Added before the limit, as `ArmSim.holding_volts` [V].
+            goal: Goal position [rad].
+            position: Current position [rad].
+            velocity: Current velocity [rad/s].
+            feedforward: Voltage added before the limit, such as `ArmSim.holding_volts` [V].
         """
         volts = feedforward + self.kp * (goal - position) - self.kd * velocity
         return min(max(volts, -self.max_volts), self.max_volts)

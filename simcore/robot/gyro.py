@@ -1,4 +1,4 @@
-"""The gyro: what it reports, and by how much it is wrong."""
+"""Gyro model: its readings and their errors."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ __all__ = ["GYROS", "Gyro", "GyroConfig", "gyro_config"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroConfig:
-    """Errors of a gyro. Each size is what its name says, whatever the length of a step."""
+    """Errors of a gyro. Each figure holds for any length of a step."""
 
     name: str = "ideal"
     drift_deg_per_30s: float = 0.0
-    """1-sigma of the yaw error after 30 s, a random walk [deg]."""
+    """Standard deviation of the yaw error after 30 s, a random walk [deg]."""
     bias_dps: float = 0.0
-    """Yaw rate that it shows at rest, always the same [deg/s]."""
+    """Constant yaw rate that the gyro reports at rest [deg/s]."""
     scale_error: float = 0.0
-    """1-sigma of the constant share by which every turn is misread, drawn once per run [-]; 0.01 is 3.6 deg a turn."""
+    """Standard deviation of the constant scale error of yaw, drawn once per run [-]; 0.01 is 3.6 deg per turn."""
     rate_noise: float = 0.0
-    """1-sigma of each reported rate, as a share of that rate [-]; it does not enter the angles."""
+    """Standard deviation of each reported rate, as a fraction of that rate [-]; does not affect the angles."""
     rate_noise_floor_dps: float = 0.0
-    """1-sigma of each reported rate at rest [deg/s]."""
+    """Standard deviation of each reported rate at rest [deg/s]."""
     tilt_noise_deg: float = 0.0
-    """1-sigma of each reported pitch and roll [deg]."""
+    """Standard deviation of each reported pitch and roll [deg]."""
     impact_deg: float = 0.0
-    """1-sigma of the yaw jump from a hit of exactly `impact_accel`; harder hits in proportion [deg]."""
+    """Standard deviation of the yaw jump from an impact of `impact_accel`; harder impacts in proportion [deg]."""
     impact_accel: float = 500.0
-    """Yaw acceleration from which a hit upsets the sensor [rad/s^2]."""
+    """Yaw acceleration above which an impact disturbs the sensor [rad/s^2]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -52,8 +52,8 @@ class GyroConfig:
         )
 
 
-# Drift and rate noise: MapleSim's COTS table, read as what the names say. Scale and tilt errors are
-# estimates, +-50 %: vendors state no figure per unit.
+# Drift and rate noise: MapleSim's COTS table, taken at face value. Scale and tilt errors are estimates, +-50 %: vendors
+# publish no such figures.
 GYROS = {
     "ideal": GyroConfig(),
     "pigeon2": GyroConfig(
@@ -87,28 +87,28 @@ GYROS = {
 
 
 def gyro_config(name: str) -> GyroConfig:
-    """A preset by name: ideal, pigeon2, navx2, generic.
+    """Look up a preset by name: ideal, pigeon2, navx2, generic.
 
     Raises:
-        UnknownNameError: With the nearest names.
+        UnknownNameError: There is no such preset; the message lists the nearest names.
     """
     if name not in GYROS:
         raise UnknownNameError("gyro", name, GYROS)
     return GYROS[name]
 
 
-_DRAWN = 700  # normal numbers at once: a call costs 3 us, for 7 of them or for 100
+_DRAWN = 700  # normal numbers per draw: a call costs 3 us, for 7 of them or for 100
 
 
 class Gyro:
-    """Follows the true attitude with its own errors; two gyros with equal generators read the same."""
+    """Gyro that follows the true attitude with errors; two gyros with equal generators read the same."""
 
     def __init__(self, config: GyroConfig, rng: np.random.Generator) -> None:
         """Start level at yaw 0.
 
         Args:
-            config: Errors.
-            rng: Source of all randomness.
+            config: Errors of the gyro.
+            rng: Generator of all random errors.
         """
         self.config = config
         self._rng = rng
@@ -119,39 +119,39 @@ class Gyro:
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
-        """Say which way is `yaw` [rad] while the robot truly stands at `true_yaw`.
+        """Set the reading to `yaw` [rad] while the robot's true yaw is `true_yaw` [rad].
 
         Raises:
-            NonFiniteError: One is no finite number; nothing has changed.
+            NonFiniteError: A value is not finite; nothing has changed.
         """
         yaw, true_yaw = checked_number("gyro: yaw", yaw), checked_number("gyro: true_yaw", true_yaw)
         self.yaw = yaw
-        """Reported, continuous over turns [rad]."""
+        """Reported yaw, continuous over turns [rad]."""
         self.pitch = 0.0
-        """Reported, nose down positive as in WPILib [rad]."""
+        """Reported pitch, nose down positive as in WPILib [rad]."""
         self.roll = 0.0
-        """Reported [rad]."""
+        """Reported roll [rad]."""
         self.rates: FloatArray = np.zeros(3)
         """Reported rates about the robot's x, y, z axes [rad/s], shape (3,)."""
         self._true_yaw = true_yaw
         self._true_rate: float | None = None
 
     def set_yaw(self, yaw: float) -> None:
-        """What robot code's `set_yaw` does: the reading changes, the robot does not [rad]; errors as of `reset`."""
+        """Set the reading as robot code's `set_yaw` does [rad]; the robot does not move. Raises as `reset`."""
         self.yaw = checked_number("gyro: yaw", yaw)
 
     def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Follow the robot for `dt`.
+        """Advance the readings by `dt`.
 
         Args:
-            dt: Since the last step [s].
-            yaw: True yaw at its end, wrapped or not [rad]; less than half a turn per step.
+            dt: Time since the last step [s].
+            yaw: True yaw at the end of the step, wrapped or not [rad]; changes by less than half a turn per step.
             pitch: True pitch [rad].
             roll: True roll [rad].
             rates: True rates about the robot axes [rad/s], shape (3,).
 
         Raises:
-            NonFiniteError: When an argument is not finite; nothing has changed.
+            NonFiniteError: An argument is not finite; nothing has changed.
         """
         if not all(map(math.isfinite, (dt, yaw, pitch, roll, *rates))):
             raise NonFiniteError(f"gyro: need finite numbers, got dt={dt}, yaw={yaw}, pitch={pitch}, roll={roll}")
@@ -162,7 +162,7 @@ class Gyro:
         del self._noise[-7:]
         turned = math.remainder(yaw - self._true_yaw, math.tau)
         self.yaw += turned * self._scale + self._bias * dt
-        # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the named size after 30 s.
+        # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the stated deviation after 30 s.
         self.yaw += self._drift * math.sqrt(dt / 30.0) * noise[0]
         if self._true_rate is not None and c.impact_deg > 0.0 and dt > 0.0:
             accel = abs(rates[2] - self._true_rate) / dt

@@ -1,8 +1,8 @@
-"""Mechanisms that teams build: a motor-driven shaft as arm, elevator, flywheel, rack or roller; cylinders and servos.
+"""Mechanisms: a motor-driven shaft as arm, elevator, flywheel, rack or roller; pneumatic cylinders and servos.
 
-A shaft is a record in the arrays of the loop, which moves it with everything else of its robot; alone it is moved by
-`step`. A step of the loop is exact for a motor on constant volts; limits, friction that turns round and hard stops act
-from millisecond to millisecond.
+A shaft is a record in the arrays of the loop, which steps it together with its robot; `step` advances a shaft on its
+own. A step of the loop is exact for a motor at constant voltage; current limits, reversing friction and hard stops are
+evaluated every millisecond.
 """
 
 from __future__ import annotations
@@ -64,14 +64,14 @@ class ShaftSim:
     """Motors, a gear and an inertia, with optional load, friction, current limit and hard stops.
 
     Args:
-        gearbox: Motors and gear.
-        inertia: Of everything that turns, seen at the mechanism [kg m^2].
-        lower_stop: Hard stop [rad]; reaching it takes all the speed away.
+        gearbox: Motors and gears.
+        inertia: Inertia of all turning parts, seen at the mechanism [kg m^2].
+        lower_stop: Hard stop [rad]; an impact on it is fully inelastic.
         upper_stop: Hard stop [rad].
-        position: At the start [rad].
+        position: Initial position [rad].
 
     Raises:
-        ConfigError: If the inertia is not positive, or the start is not between the stops.
+        ConfigError: The inertia is not positive, or the initial position is not between the stops.
     """
 
     __slots__ = (
@@ -92,7 +92,7 @@ class ShaftSim:
         require(type(self).__name__, "position", position, ANGLE)
         if not lower_stop <= position <= upper_stop or not lower_stop < upper_stop:
             raise ConfigError(
-                f"{type(self).__name__}: want lower stop <= start <= upper stop,"
+                f"{type(self).__name__}: need lower stop <= start <= upper stop,"
                 f" got {lower_stop}, {position}, {upper_stop}"
             )
         self.gearbox = gearbox
@@ -100,9 +100,9 @@ class ShaftSim:
         self.gearing = gearbox.gearing
         """Rotor turns per turn of the mechanism [-]."""
         self.motors = gearbox.motors
-        """Motors that share the current."""
+        """Number of motors that share the current."""
         self.stops = lower_stop, upper_stop
-        """Lower and upper hard stop [rad]; infinite where there is none."""
+        """Lower and upper hard stop [rad]; infinite without a stop."""
         self.record = records(SHAFT)
         model, request = self.record["model"], self.record["request"]
         for name, value in {
@@ -127,7 +127,7 @@ class ShaftSim:
 
     @property
     def record(self) -> Records:
-        """Its record in the arrays of the loop, shape (1,); the loop of a world has those of all its robots."""
+        """Record of this shaft in the arrays of the loop, shape (1,); a world's loop has those of all its robots."""
         return self._record
 
     @record.setter
@@ -148,7 +148,7 @@ class ShaftSim:
 
     @property
     def velocity(self) -> float:
-        """Rate of the mechanism [rad/s]."""
+        """Angular velocity of the mechanism [rad/s]."""
         return float(self._speed[0])
 
     @velocity.setter
@@ -157,7 +157,7 @@ class ShaftSim:
 
     @property
     def volts(self) -> float:
-        """Voltage asked for, before the battery limits it [V], or that a duty cycle makes; `set_volts` sets it."""
+        """Commanded voltage, before the battery limits it, or the voltage of a duty cycle [V]; `set_volts` sets it."""
         return float(self._record["volts"][0] if self._mode[0] == DUTY else self._value[0])
 
     @property
@@ -167,66 +167,66 @@ class ShaftSim:
 
     @property
     def current(self) -> float:
-        """Stator current of all motors together, mean of the last step [A]."""
+        """Stator current of all motors together, mean over the last step [A]."""
         return float(self.record["mean_current"][0])
 
     @property
     def supply_current(self) -> float:
-        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
+        """Supply current of all motors together, mean over the last step; negative while regenerating [A]."""
         return float(self.record["mean_supply"][0])
 
     @property
     def time_constant(self) -> float:
-        """Time in which the speed comes 63 % closer to its end value [s]."""
+        """Time in which the speed covers 63 % of the difference to its final value [s]."""
         box = self.gearbox
         return box.resistance * self.inertia / (box.torque_per_amp * box.volts_per_speed)
 
     @property
     def kinetic_energy(self) -> float:
-        """Energy in the turning parts [J]."""
+        """Kinetic energy of the turning parts [J]."""
         return 0.5 * self.inertia * self.velocity * self.velocity
 
     def set_volts(self, volts: float) -> None:
-        """Hold this voltage from the next step on; zero volts brake.
+        """Apply this voltage from the next step on; zero volts brake.
 
         Raises:
-            NonFiniteError: If `volts` is NaN or infinite.
+            NonFiniteError: `volts` is NaN or infinite.
         """
         if type(volts) is not float or not abs(volts) < _USUAL_VOLTS:
             volts = checked_number(f"{type(self).__name__}: volts", volts)
         self._mode[0], self._value[0], self._brakes[0] = VOLTS, volts, 1
 
     def set_duty_cycle(self, share: float) -> None:
-        """Hold this share of the battery's voltage from the next step on, -1 to 1; zero brakes.
+        """Apply this fraction of the battery voltage from the next step on, -1 to 1; zero brakes.
 
         Raises:
-            NonFiniteError: If it is NaN or infinite.
+            NonFiniteError: `share` is NaN or infinite.
         """
         share = checked_number(f"{type(self).__name__}: duty cycle", share)
         self._mode[0], self._value[0], self._brakes[0] = DUTY, min(max(share, -1.0), 1.0), 1
 
     @property
     def load_torque(self) -> float:
-        """Torque from outside on the mechanism, along positive motion [N m]."""
+        """External torque on the mechanism, along positive motion [N m]."""
         return float(self.record["request"]["load"][0])
 
     def set_load(self, torque: float) -> None:
-        """Let this torque [N m] act from outside, along positive motion, from the next step on."""
+        """Apply this external torque [N m], along positive motion, from the next step on."""
         self.record["request"]["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
 
     def keep_limits(self, stator: float, supply: float) -> None:
-        """Keep each motor within these currents [A] from the next step on, and within the gearbox's own."""
+        """Limit each motor's stator and supply current [A] from the next step on, within the gearbox's own limits."""
         request, box = self.record["request"], self.gearbox
         request["stator_limit"] = min(stator, box.stator_current_limit)
         request["supply_limit"] = min(supply, box.supply_current_limit)
 
     def coast(self) -> None:
-        """Open the circuit: no current flows until volts are set again."""
+        """Open the circuit: no current flows until the next command."""
         request = self.record["request"]
         request["mode"], request["value"], request["brakes"] = NEUTRAL, 0.0, 0
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
-        """Put the shaft somewhere, with zero volts asked for."""
+        """Set position and velocity, and command zero volts."""
         position = checked_number(f"{type(self).__name__}: position", position)
         velocity = checked_number(f"{type(self).__name__}: velocity", velocity)
         lower, upper = self.stops
@@ -236,14 +236,14 @@ class ShaftSim:
         record["mean_current"] = record["mean_supply"] = 0.0
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Move on by `dt`, with the volts held; for a mechanism that is in no robot.
+        """Advance by `dt` at the held voltage; for a mechanism that belongs to no robot.
 
         Args:
-            dt: Any length; cut into steps of 1 ms or less [s].
-            battery_voltage: The motors get no more than this, either way [V].
+            dt: Duration, split into steps of 1 ms or less [s].
+            battery_voltage: Limit of the motors' voltage, in both directions [V].
 
         Raises:
-            ConfigError: If `dt` is not positive or a number is NaN.
+            ConfigError: `dt` is not positive or a number is NaN.
         """
         if not 0.0 < dt < math.inf:
             raise ConfigError(f"{type(self).__name__}: dt must be finite and > 0 s, got {dt}")
@@ -256,25 +256,25 @@ class ShaftSim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmConfig:
-    """An arm, what turns it and how far it can go. Angles are from the horizontal, up positive."""
+    """Arm with its drive and range. Angles are from the horizontal, up positive."""
 
     gearbox: GearboxConfig
     inertia: float
-    """About the joint, rotors included [kg m^2]."""
+    """Moment of inertia about the joint, rotors included [kg m^2]."""
     mass: float = 0.0
-    """Of all that swings; 0 for an arm that springs or a counterweight balance wholly [kg]."""
+    """Mass of all parts that swing; 0 for an arm that springs or a counterweight fully balance [kg]."""
     center_of_mass: float = 0.0
-    """From the joint to the center of mass [m]."""
+    """Distance from the joint to the center of mass [m]."""
     min_angle: float
     """Lower hard stop [rad]."""
     max_angle: float
     """Upper hard stop [rad]."""
     start_angle: float | None = None
-    """Where the arm is at first; None is the lower stop [rad]."""
+    """Initial angle; None: the lower stop [rad]."""
     gravity: float = GRAVITY
-    """Zero for an arm that turns about a vertical axis [m/s^2]."""
+    """Gravitational acceleration; zero for an arm that turns about a vertical axis [m/s^2]."""
     spring_share: float = 0.0
-    """Of gravity's torque, at any angle, that springs carry [-]."""
+    """Fraction of gravity's torque, at any angle, that springs carry [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -298,17 +298,17 @@ class ArmConfig:
 
     @property
     def weight_torque(self) -> float:
-        """That motors have to hold while the arm is level [N m]."""
+        """Torque that the motors hold while the arm is level [N m]."""
         return self.mass * self.gravity * self.center_of_mass * (1.0 - self.spring_share)
 
     @property
     def start(self) -> float:
-        """Angle at first [rad]."""
+        """Initial angle [rad]."""
         return self.min_angle if self.start_angle is None else self.start_angle
 
 
 class ArmSim(ShaftSim):
-    """A single-jointed arm: J dw/dt = motor - m g c cos(angle) + load."""
+    """Single-jointed arm: J dw/dt = motor - m g c cos(angle) + load."""
 
     __slots__ = ("config",)
 
@@ -325,17 +325,17 @@ class ArmSim(ShaftSim):
 
     @property
     def holding_volts(self) -> float:
-        """Voltage that holds the arm where it is against gravity [V]."""
+        """Voltage that holds the arm at its current angle against gravity [V]."""
         return self.gearbox.holding_volts(float(self.record["model"]["weight_torque"][0]) * math.cos(self.position))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElevatorConfig:
-    """A carriage, what lifts it and how far it goes."""
+    """Elevator carriage with its drive and range."""
 
     gearbox: GearboxConfig
     carriage_mass: float
-    """Of all that is lifted, rotor inertia over radius squared included [kg]."""
+    """Mass of all lifted parts, rotor inertia over radius squared included [kg]."""
     drum_radius: float
     """Carriage travel per rad of the drum [m]."""
     min_height: float = 0.0
@@ -343,11 +343,11 @@ class ElevatorConfig:
     max_height: float
     """Upper hard stop [m]."""
     start_height: float | None = None
-    """Where the carriage is at first; None is the lower stop [m]."""
+    """Initial height of the carriage; None: the lower stop [m]."""
     gravity: float = GRAVITY
-    """Along the elevator [m/s^2]."""
+    """Gravitational acceleration along the elevator [m/s^2]."""
     spring_force: float = 0.0
-    """Of constant-force or gas springs, up; they may carry more than the weight [N]."""
+    """Upward force of constant-force or gas springs; may exceed the weight [N]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -369,17 +369,17 @@ class ElevatorConfig:
 
     @property
     def weight_torque(self) -> float:
-        """At the drum, that motors have to hold; below zero springs push it up [N m]."""
+        """Torque at the drum that the motors hold; negative if springs push the carriage up [N m]."""
         return (self.carriage_mass * self.gravity - self.spring_force) * self.drum_radius
 
     @property
     def start(self) -> float:
-        """Height at first [m]."""
+        """Initial height [m]."""
         return self.min_height if self.start_height is None else self.start_height
 
 
 class ElevatorSim(ShaftSim):
-    """An elevator; `position` is the drum's angle, `height` the carriage's. Gravity is constant, so exact."""
+    """Elevator; `position` is the angle of the drum, `height` that of the carriage. Exact, as gravity is constant."""
 
     __slots__ = ("_radius", "_weight_torque", "holding_volts")
 
@@ -399,39 +399,39 @@ class ElevatorSim(ShaftSim):
         self.set_load(0.0)
 
     def set_load(self, torque: float) -> None:
-        """Let this torque [N m] act on the drum besides the weight, along positive motion."""
+        """Apply this torque [N m] to the drum in addition to the weight, along positive motion."""
         super().set_load(checked_number("ElevatorSim: load torque", torque) - self._weight_torque)
 
     @property
     def travel_per_radian(self) -> float:
-        """Of the carriage, per radian of the drum [m]."""
+        """Carriage travel per radian of the drum [m]."""
         return self._radius
 
     @property
     def height(self) -> float:
-        """Of the carriage [m]."""
+        """Height of the carriage [m]."""
         return self.position * self._radius
 
     @property
     def speed(self) -> float:
-        """Of the carriage, upward positive [m/s]."""
+        """Speed of the carriage, upward positive [m/s]."""
         return self.velocity * self._radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlywheelConfig:
-    """A flywheel and what turns it."""
+    """Flywheel with its drive."""
 
     gearbox: GearboxConfig
     inertia: float
-    """Of wheels, shafts and rotors, seen at the wheel [kg m^2]."""
+    """Inertia of wheels, shafts and rotors, seen at the wheel [kg m^2]."""
 
     def __post_init__(self) -> None:
         require_fields(self, inertia=INERTIA)
 
 
 class FlywheelSim(ShaftSim):
-    """Launcher wheels: spin up through the motors, give energy to the piece they throw."""
+    """Launcher wheels: the motors spin them up, and each shot takes energy from them."""
 
     __slots__ = ()
 
@@ -441,17 +441,17 @@ class FlywheelSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RackConfig:
-    """A slide, what pushes it and how far it goes. Lengths are along the slide."""
+    """Slide on a rack with its drive and range. Lengths are along the slide."""
 
     gearbox: GearboxConfig
     mass: float
-    """Of all that slides, rotor inertia over radius squared included [kg]."""
+    """Mass of all sliding parts, rotor inertia over radius squared included [kg]."""
     pinion_radius: float
-    """Pitch radius of the pinion: slide travel per rad of it [m]."""
+    """Pitch radius of the pinion: slide travel per rad of the pinion [m]."""
     travel: float
-    """From the inner to the outer hard stop [m]."""
+    """Distance from the inner to the outer hard stop [m]."""
     start_extension: float = 0.0
-    """Where the slide is at first [m]."""
+    """Initial extension of the slide [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, mass=MASS, pinion_radius=ROBOT_LENGTH, travel=ROBOT_LENGTH, start_extension=ROBOT_PLACE)
@@ -462,7 +462,7 @@ class RackConfig:
 
 
 class RackSim(ShaftSim):
-    """A rack on a pinion without gravity; `position` is the pinion's angle, `extension` the way of the slide."""
+    """Rack on a pinion without gravity; `position` is the pinion's angle, `extension` the travel of the slide."""
 
     __slots__ = ("_radius", "_travel")
 
@@ -480,41 +480,41 @@ class RackSim(ShaftSim):
 
     @property
     def travel_per_radian(self) -> float:
-        """Of the slide, per radian of the pinion [m]."""
+        """Slide travel per radian of the pinion [m]."""
         return self._radius
 
     @property
     def extension(self) -> float:
-        """From the inner stop [m]."""
+        """Distance from the inner stop [m]."""
         return self.position * self._radius
 
     @property
     def speed(self) -> float:
-        """Of the slide, outward positive [m/s]."""
+        """Speed of the slide, outward positive [m/s]."""
         return self.velocity * self._radius
 
     @property
     def extended_fraction(self) -> float:
-        """0 at the inner stop, 1 at the outer one [-]."""
+        """Extension as a fraction of the travel: 0 at the inner stop, 1 at the outer one [-]."""
         return self.extension / self._travel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerConfig:
-    """A roller and what turns it."""
+    """Roller with its drive."""
 
     gearbox: GearboxConfig
     inertia: float
-    """Seen at the roller [kg m^2]."""
+    """Inertia seen at the roller [kg m^2]."""
     radius: float
-    """Of the surface that touches the pieces [m]."""
+    """Radius of the surface that touches the pieces [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, inertia=INERTIA, radius=ROBOT_LENGTH)
 
 
 class RollerSim(ShaftSim):
-    """A roller on a motor; pieces that it squeezes are a load (`set_load`)."""
+    """Roller on a motor; squeezed pieces act as a load (`set_load`)."""
 
     __slots__ = ("radius",)
 
@@ -524,8 +524,8 @@ class RollerSim(ShaftSim):
 
 
 _VALVE_VOLTS = 12.0
-_SPEED_UP = 0.05  # [-]; share of the stroke time in which a cylinder comes to speed. Estimate: 2 kg on a 3/4 in bore
-_SERVO_VOLTS = 6.0  # of the roboRIO's servo rail
+_SPEED_UP = 0.05  # [-]; fraction of the stroke time to get up to speed. Estimate: 2 kg on a 3/4 in bore
+_SERVO_VOLTS = 6.0  # [V]; the roboRIO's servo rail
 _SERVO_TORQUE = 1.32  # [N m], and
 _SERVO_AMPS = 2.0  # [A], both at stall. Source: REV Smart Robot Servo (REV-41-1097), 13.5 kg cm and 2 A at 6 V
 _SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that swings a light part. Estimate
@@ -533,27 +533,27 @@ _SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that swings a light part
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PistonConfig:
-    """A pneumatic cylinder on a solenoid valve, and what it pushes."""
+    """Pneumatic cylinder on a solenoid valve, and the part that it pushes."""
 
     stroke: float
-    """From the retracted to the extended stop [m]."""
+    """Distance from the retracted to the extended stop [m]."""
     stroke_time: float
-    """From one stop to the other, as the flow controls are set [s]."""
+    """Time from one stop to the other, as set by the flow controls [s]."""
     is_double: bool = False
-    """Whether its valve has a coil each way and stays where it was put; one with a single coil returns by a spring."""
+    """Whether the valve has two coils and keeps its state without power; a single-coil valve returns by a spring."""
     springs_out: bool = False
-    """Where a spring sends it while a single coil has no power: out instead of in."""
+    """Whether the spring of a single-coil valve extends the cylinder without power; False: it retracts it."""
     starts_extended: bool = False
-    """Where it is at first."""
+    """Whether the cylinder is extended at the start."""
 
     def __post_init__(self) -> None:
         require_fields(self, stroke=ROBOT_LENGTH, stroke_time=DURATION)
 
     @property
     def speed(self) -> float:
-        """At which it travels once it is up to speed [m/s].
+        """Speed of the rod once it is up to speed [m/s].
 
-        The way from rest with a time constant tau is v (t - tau (1 - exp(-t / tau))), and it is the stroke after the
+        The travel from rest with a time constant tau is v (t - tau (1 - exp(-t / tau))); it equals the stroke after the
         stroke time.
         """
         tau = _SPEED_UP * self.stroke_time
@@ -561,8 +561,8 @@ class PistonConfig:
 
     @property
     def rack(self) -> RackConfig:
-        """As a slide: the force of a throttled cylinder falls evenly with its speed, as that of a DC motor does."""
-        # Speed and time constant matter, force does not: one kilogram, and as many newtons as bring it to speed.
+        """Equivalent slide: the force of a throttled cylinder falls linearly with speed, like that of a DC motor."""
+        # Only speed and time constant matter: one kilogram, and the force that gives it that time constant.
         force = self.speed / (_SPEED_UP * self.stroke_time)
         motor = MotorModel(
             name="piston",
@@ -582,9 +582,9 @@ class PistonConfig:
 
 
 class PistonSim(RackSim):
-    """A cylinder: `position` and `extension` are its rod's [m], `volts` 12 while it is pushed out and -12 while in.
+    """Cylinder: `position` and `extension` are those of its rod [m], `volts` is 12 to extend and -12 to retract.
 
-    There is always air: compressor and tanks are not modelled. The coil's current is not counted (0.3 A).
+    The air supply is unlimited: compressor and tanks are not modelled, nor is the coil's current (0.3 A).
 
     >>> piston = PistonSim(PistonConfig(stroke=0.2, stroke_time=0.4))
     >>> piston.set_volts(12.0)
@@ -603,9 +603,9 @@ class PistonSim(RackSim):
         super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
 
     def set_volts(self, volts: float) -> None:
-        """Power the valve: above zero the rod goes out, below it goes in.
+        """Power the valve: positive volts extend the rod, negative ones retract it.
 
-        Without power it goes where the spring sends it; a valve with two coils stays as it is.
+        Without power a single-coil valve returns by its spring; a valve with two coils keeps its state.
         """
         volts = checked_number("PistonSim: volts", volts)
         if volts == 0.0:
@@ -614,22 +614,22 @@ class PistonSim(RackSim):
             super().set_volts(math.copysign(_VALVE_VOLTS, volts))
 
     def coast(self) -> None:
-        """Take the power from the valve."""
+        """Cut power to the valve."""
         self.set_volts(0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServoConfig:
-    """A servo, and the part that it turns between two angles."""
+    """Servo, and the part that it turns between two angles."""
 
     min_angle: float
-    """Lower end of its travel [rad]."""
+    """Lower end of the travel [rad]."""
     max_angle: float
-    """Upper end [rad]."""
+    """Upper end of the travel [rad]."""
     speed: float
-    """Without load at 6 V [rad/s]; data sheets give the time for 60 degrees."""
+    """No-load speed at 6 V [rad/s]; data sheets give the time for 60 degrees."""
     start_angle: float | None = None
-    """Where it is at first; None is the lower end [rad]."""
+    """Initial angle; None: the lower end [rad]."""
 
     def __post_init__(self) -> None:
         require_fields(self, min_angle=ANGLE, max_angle=ANGLE, speed=TURN_RATE, start_angle=ANGLE)
@@ -638,7 +638,7 @@ class ServoConfig:
 
     @property
     def arm(self) -> ArmConfig:
-        """As an arm without weight: the servo's motor and gear, and an inertia that suits its time constant."""
+        """Equivalent weightless arm: the servo's motor and gear, and an inertia that gives its time constant."""
         motor = MotorModel(
             name="servo",
             nominal_voltage=_SERVO_VOLTS,
@@ -657,10 +657,10 @@ class ServoConfig:
 
 
 class ServoSim(ArmSim):
-    """A servo: goes to `goal` with its own controller, at the rate of its motor; holds still without a signal.
+    """Servo: its own controller drives it to `goal` at the rate of its motor; without a signal it holds still.
 
-    Its controller is proportional, with as much gain as does not overshoot: with a motor's time constant tau that is
-    a quarter of (speed / volts) / tau, and the last 4 tau of the way are slower.
+    The controller is proportional, with the highest gain that does not overshoot: with a motor's time constant tau that
+    is a quarter of (speed / volts) / tau, and the last 4 tau of the motion are slower.
 
     >>> servo = ServoSim(ServoConfig(min_angle=0.0, max_angle=1.0, speed=8.0))
     >>> servo.set_goal(0.5)
@@ -680,43 +680,43 @@ class ServoSim(ArmSim):
 
     @property
     def goal(self) -> float:
-        """Where it goes [rad]; where it is while it has no signal."""
+        """Goal angle [rad]; the current angle without a signal."""
         request = self.record["request"]
         return self.position if request["mode"][0] != TARGET else float(request["value"][0])
 
     def set_goal(self, angle: float) -> None:
-        """Go there [rad]; within its travel."""
+        """Set the goal angle [rad], clamped to the travel."""
         require("ServoSim", "goal", angle, ANGLE)
         lower, upper = self.stops
         request = self.record["request"]
         request["mode"], request["value"], request["brakes"] = TARGET, min(max(angle, lower), upper), 1
 
     def coast(self) -> None:
-        """No signal: its gear holds it where it is."""
+        """Cut the signal: the gear holds the servo in place."""
         super().coast()
         self.velocity = 0.0
 
 
-_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
+_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers have .02 to .1, shooters .1 to .5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GuessedMechanism:
-    """What a group of motor controllers probably turns, as their configuration tells of what nobody has described.
+    """Mechanism that a group of motor controllers probably drives, guessed from their configuration.
 
-    It keeps at-setpoint logic alive: velocity loops spin up, position loops arrive, gravity gains find the weight that
-    they hold. It is no model of anything in particular; `simcore.toml` describes the real mechanism.
+    The guess makes at-setpoint logic work: velocity loops spin up, position loops arrive, and gravity gains find the
+    weight that they hold. It models no particular mechanism; `simcore.toml` describes the real one.
     """
 
     mechanism: ShaftSim
     motor: str
     arm_gain: str = "kG"
-    """Gain whose volts hold an arm."""
+    """Name of the gain whose volts hold an arm."""
     sensors: tuple[DeviceKey, ...] = ()
-    """Further devices that show where it is."""
+    """Further devices that report its position."""
 
     has_wired_sensor: bool = False
-    """Whether an encoder that is wired to the controller shows where it is."""
+    """Whether an encoder wired to the controller reports its position."""
 
     @property
     def has_weight(self) -> bool:
@@ -732,7 +732,7 @@ class GuessedMechanism:
 
 
 def guessed_inertia(gearbox: GearboxConfig, spin_up: float = _SPIN_UP) -> float:
-    """Inertia at the mechanism with which motors reach 63 % of their speed in so many seconds [kg m^2]."""
+    """Return the inertia at the mechanism with which the motors reach 63 % of their speed within `spin_up` [kg m^2]."""
     return spin_up * gearbox.torque_per_amp / gearbox.resistance * gearbox.volts_per_speed
 
 
@@ -745,17 +745,17 @@ def guessed_shaft(
     weight: float = 0.0,
     arm: tuple[float, float] | None = None,
 ) -> ShaftSim:
-    """A free shaft; with a weight, one that rests on a stop where it is at first.
+    """Build a free shaft, or with a weight one that starts at rest on a hard stop.
 
-    A weight that pulls up (a negative kG: a spring, or counting down) rests on the upper stop.
+    A weight that pulls up (a negative kG: a spring, or a position that counts down) starts on the upper stop.
 
     Args:
         gearbox: Motors and gears.
-        static: kS [V]; 0: it is not tuned, and the friction is the default of its motors.
-        kv: In any unit that `ka` is in as well; their quotient is the time constant, 50 ms where they are not tuned.
-        ka: See `kv`.
-        weight: Volts that hold it: kG, of an arm that is level.
-        arm: Lower stop and start of an arm [rad]; None: the load does not depend on the angle.
+        static: kS [V]; 0: not tuned, so that the friction is the motors' default.
+        kv: kV, in the unit of `ka`; their quotient is the time constant, 50 ms where they are not tuned.
+        ka: kA; see `kv`.
+        weight: kG [V]; of an arm when level.
+        arm: Lower stop and initial angle of an arm [rad]; None: the load does not depend on the angle.
     """
     friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
     gearbox = replace(gearbox, friction_torque=friction)
@@ -774,7 +774,7 @@ def guessed_shaft(
             inertia=inertia,
             mass=torque,
             center_of_mass=1.0,
-            gravity=1.0,  # mass and lever are not known apart, and need not be
+            gravity=1.0,  # only the product of mass and lever arm is known, and only that is needed
             min_angle=low,
             max_angle=start + math.pi,
             start_angle=start,
@@ -783,7 +783,7 @@ def guessed_shaft(
 
 
 def place_text(mechanism: ShaftSim, position: float) -> str:
-    """A position [rad] in the unit that its kind is thought of in."""
+    """Format a position [rad] in the usual unit of its kind of mechanism."""
     if isinstance(mechanism, ArmSim):
         return f"{math.degrees(position):.0f} deg"
     if isinstance(mechanism, ElevatorSim | RackSim):

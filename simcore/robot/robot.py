@@ -1,4 +1,4 @@
-"""A robot in the world: body, drivetrain, battery, sensors, mechanisms, and what it does with pieces."""
+"""Robot in the world: body, drivetrain, battery, sensors, mechanisms and held pieces."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ import numpy as np
 
 from simcore.channel import Channel
 from simcore.errors import UnknownNameError
-from simcore.geometry.linkage import MechanismMotion, PartState
-from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
-from simcore.geometry.symmetry import Pose
-from simcore.physics.hanging import HangingBody
-from simcore.physics.world import PhysicsWorld
-from simcore.pieces.intake import Intake, IntakeConfig
-from simcore.pieces.placer import Placer, PlacerConfig
-from simcore.pieces.shooter import Shooter, ShooterConfig
-from simcore.pieces.storage import Storage
 from simcore.quantities import ANGLE, require, require_row
 from simcore.robot.battery import Battery, BrownoutLog
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import MassDistribution, MovingMass, PointMass, moved_points, with_points
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
+from simcore.robot.intake import Intake, IntakeConfig
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robot.placer import Placer, PlacerConfig
 from simcore.robot.robot_config import BuiltRobot, RobotConfig, build_drivetrain, build_mechanism
+from simcore.robot.shooter import Shooter, ShooterConfig
+from simcore.robot.storage import Storage
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK, plain_sum
+from simcore.world.hanging import HangingBody
+from simcore.world.linkage import MechanismMotion, PartState
+from simcore.world.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
+from simcore.world.symmetry import Pose
+from simcore.world.world import PhysicsWorld
 
 __all__ = [
     "Controller",
@@ -38,14 +38,14 @@ __all__ = [
 
 
 class SwerveOdometry:
-    """Pose from wheel travel and heading, as WPILib's SwerveDriveOdometry has it.
+    """Pose estimate from wheel travel and heading, as in WPILib's SwerveDriveOdometry.
 
-    Between two samples every module travelled d_i along its heading; the chassis moved by the twist (dx, dy, dyaw)
-    that fits all of them best (least squares, the yaw from the gyro), along an arc.
+    Between two samples each module travels d_i along its heading. The chassis moves along an arc by the twist
+    (dx, dy, dyaw) that fits all of them best (least squares, with the yaw of the gyro).
 
     Args:
-        positions: Of the modules, robot frame [m].
-        pose: Start, field frame [m, m, rad].
+        positions: Positions of the modules, robot frame [m].
+        pose: Initial pose, field frame [m, m, rad].
     """
 
     def __init__(
@@ -60,22 +60,22 @@ class SwerveOdometry:
         distances: Sequence[float] | FloatArray | None = None,
         gyro_yaw: float | None = None,
     ) -> None:
-        """Say where the robot is.
+        """Set the pose.
 
         Args:
-            pose: Field frame [m, m, rad].
-            distances: What the drive encoders show now [m], shape (n,); None: zero.
-            gyro_yaw: What the gyro shows now [rad]; None: the pose's own heading.
+            pose: New pose, field frame [m, m, rad].
+            distances: Current readings of the drive encoders [m], shape (n,); None: zero.
+            gyro_yaw: Current reading of the gyro [rad]; None: the heading of the pose.
 
         Raises:
-            ConfigError: It is no pose, or there is not one distance of each module; nothing has changed.
+            ConfigError: The pose is invalid, or there is not one distance per module; nothing has changed.
         """
         require_row("odometry", "pose", pose, (ANGLE,) * 3)
         distances = [0.0] * len(self._positions) if distances is None else distances
         require_row("odometry", "distances", distances, (ANGLE,) * len(self._positions))
         require("odometry", "gyro_yaw", pose[2] if gyro_yaw is None else gyro_yaw, ANGLE)
         self.pose = pose
-        """Field frame [m, m, rad]; the heading is continuous."""
+        """Pose estimate, field frame [m, m, rad]; the heading is continuous."""
         self._distances = [float(d) for d in distances]
         self._offset = pose[2] - (pose[2] if gyro_yaw is None else gyro_yaw)
 
@@ -85,9 +85,9 @@ class SwerveOdometry:
         """Add the travel since the last call.
 
         Args:
-            distances: What the drive encoders show [m], shape (n,).
+            distances: Readings of the drive encoders [m], shape (n,).
             angles: Steer angles [rad], shape (n,).
-            gyro_yaw: What the gyro shows, continuous [rad].
+            gyro_yaw: Reading of the gyro, continuous [rad].
 
         Returns:
             The new pose, field frame [m, m, rad].
@@ -96,7 +96,7 @@ class SwerveOdometry:
         yaw = gyro_yaw + self._offset
         turn = yaw - before
         # Each module moves by the twist plus turn x position; the mean of the rest is the least-squares translation.
-        # Plain floats: for four modules 4 us, with numpy 15.
+        # Plain floats: 4 us for four modules; numpy takes 15.
         dx = dy = 0.0
         rows = zip(distances, self._distances, angles, self._positions, strict=True)
         for distance, last, angle, (px, py) in rows:
@@ -120,25 +120,25 @@ _MASS_BIT = 1e-6  # [kg]
 
 
 class MassBalance:
-    """Keeps mass and momentum of one robot as pieces come and go and its mechanisms move.
+    """Mass and momentum balance of one robot as pieces come and go and mechanisms move.
 
-    Once a tick, before motion, the loop is told mass, center and inertia if they have changed. The pose of the robot's
-    body stays. Its velocity follows from what is conserved:
+    Once a tick, before motion, it passes changed mass, center and inertia to the loop. The pose of the robot's body
+    stays. Its velocity follows from conservation laws:
 
-    - What came in brought the momentum that it had, what was shot or put down took its own along. Both momenta of the
-      robot and what came, linear and angular about their common center of mass, are those of the robot afterwards: an
-      inelastic impact on the way in, a recoil on the way out.
-    - Where mass moves within the robot, the momentum of its center and the spin about it stay: an arm that is stretched
-      slows a turn, and what pushes the body back while the arm speeds up and slows down is left out.
-    - What people put in or take out moves with the robot.
+    - An incoming piece adds its momentum; a launched or released piece takes its own along. Linear momentum, and
+      angular momentum about the common center of mass, of robot and piece become those of the robot: an inelastic
+      impact on the way in, a recoil on the way out.
+    - Where mass moves within the robot, its linear and angular momentum stay: an arm that extends slows a turn. The
+      model leaves out the reaction on the body while the arm accelerates and decelerates.
+    - Pieces that people put in or take out move with the robot.
 
     Args:
-        body: The robot without its moving masses, see `RobotConfig.bare_body`.
+        body: Robot without its moving masses; see `RobotConfig.bare_body`.
         parts: The moving masses.
-        mechanisms: Of the robot, by name.
-        storages: Of the robot.
-        placers: Of the robot.
-        chassis: What is told.
+        mechanisms: Mechanisms of the robot, by name.
+        storages: Storages of the robot.
+        placers: Placers of the robot.
+        chassis: Chassis to update.
     """
 
     def __init__(
@@ -157,26 +157,26 @@ class MassBalance:
         self._placers = placers
         self._chassis = chassis
         self._stored: list[list[int]] = [[] for _ in storages]
-        self._has_hopper = any(storage.hopper is not None for storage in storages)  # in which pieces move
-        self._laden = body  # the body with what is in storages
+        self._has_hopper = any(storage.hopper is not None for storage in storages)  # pieces move in a hopper
+        self._laden = body  # body with the pieces in storages
         self._exchanged: list[tuple[float, Vector, Vector]] = []
 
     def exchange(self, mass: float, pos: Vector, vel: Vector) -> None:
-        """Note a piece that came in since the last `update`, or left.
+        """Record a piece that came in since the last `update`, or left.
 
         Args:
-            mass: Of the piece [kg]; negative if it left.
-            pos: Where, field frame [m].
-            vel: Its velocity there [m/s].
+            mass: Mass of the piece [kg]; negative if it left.
+            pos: Position of the piece, field frame [m].
+            vel: Velocity of the piece there [m/s].
         """
         self._exchanged.append((mass, pos, vel))
 
     def now(self, masses: FloatArray, radii: FloatArray) -> MassDistribution:
-        """Mass, center and inertia with what is held and as mechanisms stand.
+        """Return mass, center and inertia with held pieces and mechanisms in their current positions.
 
         Args:
-            masses: Of the pieces, by slot [kg].
-            radii: Their bounding radii [m].
+            masses: Masses of all pieces, by slot [kg].
+            radii: Bounding radii of all pieces, by slot [m].
         """
         stored = [storage.pieces for storage in self._storages]
         if stored != self._stored or self._has_hopper:
@@ -194,7 +194,7 @@ class MassBalance:
         return with_points(self._laden, points) if points else self._laden
 
     def update(self, masses: FloatArray, radii: FloatArray) -> None:
-        """Tell the chassis what has changed, between two steps of it; see `now`."""
+        """Update the chassis between two of its steps if anything has changed; see `now`."""
         old, new = self._chassis.distribution, self.now(masses, radii)
         exchanged = self._exchanged
         if new == old and not exchanged:
@@ -205,12 +205,12 @@ class MassBalance:
     def _velocity(
         self, old: MassDistribution, new: MassDistribution, exchanged: Sequence[tuple[float, Vector, Vector]]
     ) -> tuple[Vector, Vector]:
-        """Of the new center of mass, and the angular velocity, field frame [m/s, rad/s]."""
+        """Return velocity of the new center of mass and angular velocity, field frame [m/s, rad/s]."""
         c = self._chassis
         ox, oy, oz = rotate(c.quat, old.center)
         (vx, vy, vz), (wx, wy, wz) = c.vel, c.rate
         known = old.mass + plain_sum(mass for mass, _, _ in exchanged)
-        if abs(new.mass - known) > _MASS_BIT:  # people have put something in, or taken it out
+        if abs(new.mass - known) > _MASS_BIT:  # people have put a piece in, or taken one out
             px, py, pz = rotate(c.quat, new.center)
             px, py, pz = px - ox, py - oy, pz - oz
             return (vx + wy * pz - wz * py, vy + wz * px - wx * pz, vz + wx * py - wy * px), c.rate
@@ -235,26 +235,26 @@ class MassBalance:
 
 
 class NamedMechanisms(dict[str, ShaftSim]):
-    """Mechanisms by name, which say what names there are where one is asked for that is not."""
+    """Mechanisms by name; an unknown name raises an error that lists the known ones."""
 
     def __missing__(self, name: str) -> ShaftSim:
         raise UnknownNameError("mechanism", name, self)
 
 
 class RobotDevices(Protocol):
-    """Motor controllers and sensors of robot code that drives a robot."""
+    """Motor controllers and sensors of the robot code that drives a robot."""
 
     def step(self, h: float, yaw_rate: float) -> None:
-        """Before mechanisms and drivetrain move for h [s]: supply voltage to the controllers, their answer to both.
+        """Step before mechanisms and drivetrain move: read the supply voltage, command mechanisms and drivetrain.
 
         Args:
-            h: Time to come, at most 5 ms [s].
-            yaw_rate: Of the robot as its tires leave it [rad/s].
+            h: Duration of the coming motion, at most 5 ms [s].
+            yaw_rate: Yaw rate of the robot after its last tire step [rad/s].
         """
         ...
 
     def write(self) -> None:
-        """After a part of a tick: what the sensors show."""
+        """Update the sensors after a part of a tick."""
         ...
 
 
@@ -262,14 +262,14 @@ class Robot:
     """One robot; several in one world share nothing but the world.
 
     Args:
-        world: Where it stands.
-        config: What it is built of.
-        rng: For the noise of its sensors.
-        number: Its place in the list of robots; also the holder of its pieces.
-        pose: Start, field frame [m, m, rad].
-        rungs: What its climbers can hang on.
-        mounts: Hanging bodies that rungs are parts of, by name.
-        built: What it really is, where that is not what the config says; None: it is.
+        world: World that the robot stands in.
+        config: Parts of the robot.
+        rng: Generator of its sensors' noise.
+        number: Index in the list of robots; also identifies the holder of its pieces.
+        pose: Start pose, field frame [m, m, rad].
+        rungs: Rungs that its climbers can hang on.
+        mounts: Hanging bodies that carry rungs, by name.
+        built: Robot as actually built; None: exactly as in the config.
     """
 
     def __init__(
@@ -286,13 +286,13 @@ class Robot:
     ) -> None:
         built = built or BuiltRobot.exactly(config)
         self.config = config
-        """What it was designed to be, and robot code believes."""
+        """Design of the robot, as robot code knows it."""
         self.number = number
         self.battery = Battery(built.battery)
         drivetrain = config.drivetrain
         self.drive = build_drivetrain(drivetrain, battery=self.battery, built=built.drivetrain)
         self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
-        """By name, in the order in which they are stepped."""
+        """Mechanisms by name, in the order in which they are stepped."""
         self.chassis = ChassisSimulation(
             *(world, config.body),
             pose=pose,
@@ -305,11 +305,11 @@ class Robot:
         self.odometry = SwerveOdometry(drivetrain.positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage)
-        """The first of its storages."""
+        """First storage."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c) for c in config.more_storages}
         self.storages = list(dict.fromkeys(self._storages.values()))
-        """All of them, the first one first."""
+        """All storages, the first one first."""
         self._hoppers = [storage for storage in self.storages if storage.hopper is not None]
         self.shooters = [
             Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
@@ -319,48 +319,48 @@ class Robot:
         self.balance = MassBalance(
             *(config.bare_body, config.moving_masses, self.mechanisms, self.storages, self.placers, self.chassis)
         )
-        """What it weighs with what it holds and as its mechanisms stand."""
+        """Mass properties with held pieces and mechanisms in their current positions."""
         self.devices: RobotDevices | None = None
         self.channels: list[Channel] = []
-        """What its program adds to telemetry: of each the key after that of the robot, and a function of the robot."""
+        """Telemetry of its program: for each, the key after that of the robot, and a function of the robot."""
         self.sensor_states: dict[str, bool] = {}
-        """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
+        """Whether each switch and beam break of robot code is triggered, by name; for telemetry."""
         self.light_colors: dict[str, IntArray] = {}
-        """What robot code's lights show, by their name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
+        """Colors of robot code's lights, by name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
         self.light_requests: dict[str, str] = {}
-        """The same in words, of those that have them."""
+        """Requests to robot code's lights as text, by name, where there are any; for telemetry."""
         self.brownouts = BrownoutLog(number, self.battery, self._consumers)
-        """Tells of brown-outs."""
+        """Log of brown-outs."""
         self.setpoints: dict[str, float] = {}
-        """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
+        """Setpoints of closed loops, by telemetry name of the mechanism and quantity, e.g. `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
-        """Speed [m/s] and angle [rad] that robot code wants of each module of a swerve drive; None: no code."""
+        """Setpoints of the swerve modules by robot code, as `SwerveDrive.module_setpoints`; None: no robot code."""
         self.estimated_pose: tuple[float, float, float] | None = None
-        """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
+        """Pose estimate of robot code's drivetrain, field frame [m, m, rad]; None: use `odometry`."""
         self.require_place: Callable[[Pose], object] | None = None
-        """Called before it is put somewhere; raises where it cannot stand. Its match sets it."""
+        """Check before each placement, which raises where the robot cannot stand; set by its match."""
         self.on_put: Callable[[str], object] | None = None
-        """Called after it was put somewhere, with `carried` or `reset`."""
+        """Callback after each placement, with `carried` or `reset`."""
         self._estimated: list[ShaftSim] = []
         self._is_carried = False  # whether a climber was near a rung in the last sub-step
         self._before: PartState
-        self._start: tuple[Pose, Pose] | None = None  # where it was put and where it was meant to be
+        self._start: tuple[Pose, Pose] | None = None  # actual and intended pose of the last placement
         self.reset(pose)
 
     # --- sensors and drivetrain ---------------------------------------------------------------------------------
 
     def reset(self, pose: Pose, *, believed: Pose | None = None) -> None:
-        """Put the robot somewhere at rest; truth, gyro and odometry agree again.
+        """Place the robot at rest; true pose, gyro and odometry agree again.
 
-        Robot code that only wants to believe something else calls `odometry.reset`; the robot then stays where it is.
+        To change only the pose estimate, call `odometry.reset`.
 
         Args:
-            pose: Where, field frame [m, m, rad].
-            believed: Where people meant to put it, and gyro and odometry therefore believe it to be; None: there.
+            pose: New pose, field frame [m, m, rad].
+            believed: Intended pose, to which gyro and odometry are set; None: `pose`.
 
         Raises:
             NonFiniteError: The pose is not finite; nothing has changed.
-            StartError: It cannot stand there; nothing has changed.
+            StartError: The robot cannot stand there; nothing has changed.
         """
         if self.require_place is not None:
             self.require_place(pose)
@@ -369,26 +369,26 @@ class Robot:
         self._note_put(pose, believed, (pose if believed is None else believed)[2], "reset")
 
     def carry_to(self, pose: Pose, *, believed: Pose | None = None) -> None:
-        """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it.
+        """Place the robot at rest without changing its gyro reading, as when a team carries it.
 
         Args:
-            pose: Where, field frame [m, m, rad].
-            believed: Where people meant to put it, and odometry therefore believes it to be; None: there.
+            pose: New pose, field frame [m, m, rad].
+            believed: Intended pose, to which odometry is set; None: `pose`.
 
         Raises:
-            StartError: It cannot stand there; nothing has changed.
+            StartError: The robot cannot stand there; nothing has changed.
         """
         if self.require_place is not None:
             self.require_place(pose)
         self.put(pose, believed=believed)
 
     def put(self, pose: Pose, *, believed: Pose | None) -> None:
-        """As `carry_to`, to a place that is known to be free."""
+        """Place the robot as `carry_to` does, at a pose that is known to be free."""
         self.chassis.set_pose(*pose)
         self._note_put(pose, believed, self.gyro.yaw, "carried")
 
     def _note_put(self, pose: Pose, believed: Pose | None, yaw: float, reason: str) -> None:
-        """Let sensors follow, with a gyro that reads `yaw` [rad]."""
+        """Reset the sensors after a placement, with a gyro reading of `yaw` [rad]."""
         self.gyro.reset(yaw=yaw, true_yaw=pose[2])
         self.odometry.reset(pose if believed is None else believed, gyro_yaw=yaw)
         self._start = None if believed is None else (pose, believed)
@@ -398,14 +398,14 @@ class Robot:
 
     @property
     def believed_pose(self) -> Pose:
-        """Where its program believes to be, or its own odometry if that is not known, field frame [m, m, rad]."""
+        """Pose estimate of the robot's program, or else of its own odometry, field frame [m, m, rad]."""
         return self.estimated_pose or self.odometry.pose
 
     @property
     def reckoned_pose(self) -> Pose:
-        """Where a program that measures its way without an error believes it to be, field frame [m, m, rad].
+        """Pose estimate of a program that measures travel without error, field frame [m, m, rad].
 
-        That is where it is, unless people have put it elsewhere than they meant.
+        This is the true pose, unless people have placed the robot differently than intended.
         """
         pose = self.chassis.pose
         if self._start is None:
@@ -416,7 +416,7 @@ class Robot:
         return bx + c * dx - s * dy, by + s * dx + c * dy, wrap_angle(pose[2] + turn)
 
     def sense(self, dt: float) -> None:
-        """Let gyro and odometry follow what happened in the last dt [s], and devices show it."""
+        """Update gyro, odometry and devices with the motion of the last dt [s]."""
         self.chassis.read()
         roll, pitch, yaw = self.chassis.roll_pitch_yaw
         self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
@@ -425,11 +425,11 @@ class Robot:
             self.devices.write()
 
     def connect(self, devices: RobotDevices) -> None:
-        """Let robot code's devices drive this robot from the next part of a tick on."""
+        """Connect robot code's devices, which drive this robot from the next part of a tick on."""
         self.devices = devices
 
     def step_devices(self, h: float) -> None:
-        """Step its devices before motion of h [s]: climbers that hang carry it, controllers of robot code answer."""
+        """Step devices before a motion of h [s]: climbers that hang carry the robot, motor controllers respond."""
         if self.climbers:
             self._let_climbers_push(h)
         if self.devices is not None:
@@ -442,7 +442,7 @@ class Robot:
     def _let_climbers_push(self, h: float) -> None:
         near = [climber for climber in self.climbers if climber.is_near]
         if near or self._is_carried:
-            self.chassis.read()  # a stiff hook must not push against where the robot was a step ago
+            self.chassis.read()  # the force of a stiff hook needs the current pose
             force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             for climber in near:
                 (fx, fy, fz), (tx, ty, tz) = climber.push(h)
@@ -454,15 +454,15 @@ class Robot:
     # --- mechanisms -----------------------------------------------------------------------------------------------
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Step one more with the others. Its figures are estimates, so it takes no current from the battery."""
+        """Step another mechanism with the others. It draws no battery current, as its figures are estimates."""
         self._estimated.append(mechanism)
 
     def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Step a mechanism no more that `add_estimated_mechanism` added."""
+        """Stop stepping a mechanism of `add_estimated_mechanism`."""
         self._estimated.remove(mechanism)
 
     def _consumers(self) -> dict[str, float]:
-        """What each mechanism and the drive took from the battery as the last brown-out began [A]."""
+        """Return the supply current of each mechanism and the drive at the start of the last brown-out [A]."""
         drawn = {name: float(mechanism.record["noted_supply"][0]) for name, mechanism in self.mechanisms.items()}
         return drawn | {"drive": float(self.drive.shafts["noted_supply"].sum())}
 
@@ -470,23 +470,23 @@ class Robot:
 
     @property
     def held(self) -> list[int]:
-        """Slots of the pieces in it: of each storage in the order in which they came, then those of placers."""
+        """Slots of the held pieces: those of each storage in the order of arrival, then those of placers."""
         stored = [slot for storage in self.storages for slot in storage.pieces]
         return stored + [placer.piece for placer in self.placers if placer.piece is not None]
 
     def storage_of(self, part: IntakeConfig | ShooterConfig | PlacerConfig) -> Storage:
-        """The storage that an intake, shooter or placer works with."""
+        """Return the storage of an intake, shooter or placer."""
         return self._storages[part.storage]
 
     def forget_pieces(self) -> None:
-        """Hold none any more, as when the field is reset."""
+        """Remove all held pieces, as when the field is reset."""
         for storage in self.storages:
             storage.clear()
         for placer in self.placers:
             placer.piece = None
 
     def forget_piece(self, slot: int) -> None:
-        """Hold a piece no more that was taken out by hand."""
+        """Remove a held piece that was taken out by hand."""
         for storage in self.storages:
             if slot in storage.pieces:
                 storage.pieces.remove(slot)
@@ -496,11 +496,11 @@ class Robot:
 
     @property
     def is_shifting(self) -> bool:
-        """Whether pieces may move within it: in a hopper, or in a placer."""
+        """Whether pieces may move within the robot: in a hopper, or in a placer."""
         return bool(self._hoppers or self.placers)
 
     def held_poses(self, radii: FloatArray) -> FloatArray:
-        """Pose rows `x, y, z, qw, qx, qy, qz` of the pieces of `held`, in its order, robot frame, shape (n, 7).
+        """Return pose rows `x, y, z, qw, qx, qy, qz` of the pieces of `held`, in its order, robot frame, shape (n, 7).
 
         Args:
             radii: Bounding radii of all pieces, by slot [m].
@@ -520,15 +520,15 @@ class Robot:
         return rows
 
     def follow_hoppers(self, radii: FloatArray) -> None:
-        """Let hoppers hold what has been put into them; `radii` are of all pieces, by slot [m]."""
+        """Update the contents of hoppers; `radii` are those of all pieces, by slot [m]."""
         for storage in self._hoppers:
             storage.follow([float(radii[slot]) for slot in storage.pieces])
 
     def advance_hoppers(self, gravity: float) -> list[str]:
-        """Let the pieces in hoppers move as the robot did in the tick that ends now; whose outlets have just jammed.
+        """Advance pieces in hoppers by the tick that ends now; return names of storages that have just jammed.
 
         Args:
-            gravity: Downward [m/s^2].
+            gravity: Gravitational acceleration, downward [m/s^2].
         """
         jammed: list[str] = []
         if not self._hoppers:
@@ -547,7 +547,7 @@ class Robot:
         return jammed
 
     def begin_tick(self) -> None:
-        """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""
+        """Record motion and aim at the start of a tick; intakes have processed the last tick."""
         self._before = self._motion
         self.battery.begin_tick()
         for shooter in self.shooters:
@@ -557,16 +557,16 @@ class Robot:
 
     @property
     def pose_before(self) -> tuple[Vector, Quaternion]:
-        """Pose of the robot as the last tick began, field frame."""
+        """Pose of the robot at the start of the last tick, field frame."""
         return self._before.pos, self._before.quat
 
     def motion_at(self, share: float) -> PartState:
-        """Pose and velocity of its origin at an instant of the last tick, field frame.
+        """Return pose and velocity of the origin at an instant of the last tick, field frame.
 
-        Linear between the tick's ends: within 0.5 mm at 10 m/s^2, or at 2 m/s and 4 rad/s.
+        Linear interpolation over the tick: within 0.5 mm at 10 m/s^2, or at 2 m/s and 4 rad/s.
 
         Args:
-            share: 0 as the tick began, 1 at its end.
+            share: Fraction of the tick: 0 at its start, 1 at its end.
         """
         before, now = self._before, self._motion
         return PartState(
@@ -582,7 +582,7 @@ class Robot:
         return PartState(c.pos, c.quat, c.origin_velocity, c.rate)
 
     def part_in_field(self, part: PartState) -> PartState:
-        """Pose and motion of a part in the field frame, from those in the robot frame."""
+        """Transform pose and motion of a part from the robot frame to the field frame."""
         c = self.chassis
         lever = rotate(c.quat, part.pos)
         (lx, ly, lz), (wx, wy, wz) = lever, c.rate
@@ -603,4 +603,4 @@ def _between(a: Vector, b: Vector, share: float) -> Vector:
 
 
 Controller: TypeAlias = Callable[[Robot, float], None]
-"""Commands a robot: called once a tick with the robot and the simulated time [s]; sets volts."""
+"""Function that commands a robot: called once a tick with the robot and the simulated time [s]; sets volts."""

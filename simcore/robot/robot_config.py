@@ -1,4 +1,4 @@
-"""What a robot is built of: a body on a drivetrain, mechanisms by name, and what they do with pieces."""
+"""Config of a robot: a body on a drivetrain, mechanisms by name, and devices that handle pieces."""
 
 from __future__ import annotations
 
@@ -8,16 +8,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint, part_pose, require_mechanisms
-from simcore.geometry.rotation import Vector
-from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.shooter import ShooterConfig, ShotErrors
-from simcore.pieces.storage import StorageConfig
 from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.chassis_config import (
@@ -32,6 +27,7 @@ from simcore.robot.climber import ClimberConfig
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
 from simcore.robot.gyro import GyroConfig, gyro_config
+from simcore.robot.intake import IntakeConfig
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
@@ -49,10 +45,15 @@ from simcore.robot.mechanisms import (
     ServoSim,
     ShaftSim,
 )
+from simcore.robot.placer import PlacerConfig
+from simcore.robot.shooter import ShooterConfig, ShotErrors
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.units import GRAVITY
 from simcore.vision.camera import CameraConfig
+from simcore.world.linkage import Joint, part_pose, require_mechanisms
+from simcore.world.rotation import Vector
 
 __all__ = [
     "BuiltRobot",
@@ -73,7 +74,7 @@ MechanismConfig: TypeAlias = (
 
 
 def build_mechanism(config: MechanismConfig) -> ShaftSim:
-    """The mechanism of a config, at its start."""
+    """Build the mechanism of a config in its initial state."""
     if isinstance(config, FlywheelConfig):
         return FlywheelSim(config)
     if isinstance(config, RollerConfig):
@@ -93,7 +94,7 @@ def build_drivetrain(
     battery: Battery | None = None,
     built: SwerveConfig | Sequence[FixedWheelConfig] | None = None,
 ) -> SwerveDrive | TankDrive | MecanumDrive:
-    """The model of a drivetrain, at rest; for `built` see `BuiltRobot`."""
+    """Build the model of a drivetrain, at rest; for `built` see `BuiltRobot`."""
     if isinstance(config, SwerveConfig):
         assert built is None or isinstance(built, SwerveConfig)
         return SwerveDrive(config, battery=battery, built=built)
@@ -105,7 +106,7 @@ def build_drivetrain(
 
 @cache
 def telemetry_name(mechanism: str) -> str:
-    """The name of a mechanism as telemetry keys spell it.
+    """Convert a mechanism's name to its form in telemetry keys.
 
     >>> telemetry_name("intake_deploy"), telemetry_name("left hood")
     ('IntakeDeploy', 'LeftHood')
@@ -115,13 +116,13 @@ def telemetry_name(mechanism: str) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentConfig:
-    """A part of the robot that has a model of its own for AdvantageScope."""
+    """Part of the robot that has its own AdvantageScope model."""
 
     name: str
     offset: Vector = (0.0, 0.0, 0.0)
-    """Of the part's origin in the frame after the last joint [m]."""
+    """Origin of the part in the frame after the last joint [m]."""
     joints: tuple[Joint, ...] = ()
-    """What moves it, from the robot outward."""
+    """Joints that move it, from the robot outward."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"component {self.name!r}", offset=(ROBOT_PLACE,) * 3)
@@ -132,34 +133,38 @@ class RobotConfig:
     """One robot. Make variants with `dataclasses.replace`.
 
     Raises:
-        ConfigError: Parts that do not fit each other.
-        UnknownNameError: An intake, shooter, placer, climber or component names a mechanism that is not there.
+        ConfigError: Parts do not fit together.
+        UnknownNameError: An intake, shooter, placer, climber or component names an unknown mechanism.
     """
 
     drivetrain: SwerveConfig | TankConfig | MecanumConfig
-    """Motors, wheels and tires; its mass is that of the whole robot as it starts, with nothing held."""
+    """Motors, wheels and tires; the mass is that of the whole robot at the start, without pieces."""
     bumper: tuple[float, float] = (0.8, 0.8)
     """Length and width over the bumpers [m]."""
     chassis: ChassisConfig | None = None
-    """The body, where the one that follows from drivetrain and bumpers will not do."""
+    """Body of the robot; None: the one that follows from drivetrain and bumpers."""
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
     mechanisms: Mapping[str, MechanismConfig] = field(default_factory=dict)
-    """By name, in the order in which they are stepped and published."""
+    """Mechanisms by name, in the order in which they are stepped and published."""
     intakes: tuple[IntakeConfig, ...] = ()
     storage: StorageConfig = field(default_factory=StorageConfig)
-    """Room for pieces; preloads are in it, and intakes and shooters that name no storage use it."""
+    """Storage of preloads, and of intakes and shooters that name no storage."""
     more_storages: tuple[StorageConfig, ...] = ()
-    """Further ones, by their names."""
+    """Further storages; intakes and shooters refer to them by name."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
-    """Limelights; each name only once in a match."""
+    """Limelights; names are unique in a match."""
     components: tuple[ComponentConfig, ...] = ()
-    """Parts with models of their own, in the order of the model files."""
+    """Parts with their own models, in the order of the model files."""
     moving_masses: tuple[MovingMass, ...] = ()
-    """What of its mass its mechanisms move; all else is its body."""
+    """Parts of the robot's mass that mechanisms move; the rest is its body."""
+    team: int | None = None
+    """Number on its bumpers; None: its number in the match."""
+    models: Path | None = None
+    """Folder with its own model, as AdvantageScope has them; None: the game's, or drawn by this config."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -184,7 +189,7 @@ class RobotConfig:
             require_mechanisms("a shooter", shooter.mechanism_names, self.mechanisms)
             for wheel in shooter.wheels:
                 if not isinstance(self.mechanisms[wheel], FlywheelConfig):
-                    raise ConfigError(f"RobotConfig: the wheels of a shooter must be flywheels, but {wheel!r} is none")
+                    raise ConfigError(f"RobotConfig: wheels of a shooter must be flywheels, but {wheel!r} is not one")
         for owner, parts in (
             ("an intake", self.intakes), ("a placer", self.placers), ("a climber", self.climbers)
         ):  # fmt: skip
@@ -192,7 +197,7 @@ class RobotConfig:
                 require_mechanisms(owner, part.mechanism_names, self.mechanisms)
         storages = [self.storage.name, *(storage.name for storage in self.more_storages)]
         if len(set(storages)) < len(storages) or "" in storages[1:]:
-            raise ConfigError(f"RobotConfig: storages need names of their own, got {storages}")
+            raise ConfigError(f"RobotConfig: storages need unique names, got {storages}")
         for room in (self.storage, *self.more_storages):
             if room.hopper is not None:
                 require_mechanisms("a hopper", (room.hopper.belt,), self.mechanisms)
@@ -226,18 +231,18 @@ class RobotConfig:
 
     @property
     def body(self) -> ChassisConfig:
-        """The body: as given, or as it follows from drivetrain and bumpers."""
+        """Body of the robot: `chassis` if given, else the one that follows from drivetrain and bumpers."""
         return self.chassis or ChassisConfig.around(self.drivetrain, bumper=self.bumper)
 
     @property
     def whole(self) -> MassDistribution:
-        """Of the whole robot as it starts, with nothing held."""
+        """Mass properties of the whole robot at the start, without pieces."""
         body, (x, y, _) = self.body, self.drivetrain.center_of_mass
         return MassDistribution(body.mass, (x, y, body.center_of_mass_height), body.inertia)
 
     @property
     def bare_body(self) -> MassDistribution:
-        """Of the same without its moving masses."""
+        """Mass properties of the whole robot without its moving masses."""
         if not self.moving_masses:
             return self.whole
         start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
@@ -246,19 +251,19 @@ class RobotConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltRobot:
-    """What may differ from a `RobotConfig` in the robot that was built after it."""
+    """Properties in which an actual robot may differ from its `RobotConfig`."""
 
     drivetrain: SwerveConfig | tuple[FixedWheelConfig, ...]
-    """Of a tank drive the left and the right side, of a mecanum drive each wheel."""
+    """Drivetrain as built: for a tank drive the left and right side, for a mecanum drive each wheel."""
     battery: BatteryConfig
     gyro: GyroConfig
     mechanisms: Mapping[str, MechanismConfig]
     shot_errors: tuple[ShotErrors | None, ...]
-    """Of each shooter."""
+    """Errors of each shooter."""
 
     @classmethod
     def exactly(cls, config: RobotConfig) -> BuiltRobot:
-        """One that is what its config says."""
+        """Return a robot built exactly to its config."""
         drivetrain = config.drivetrain
         shafts = 4 if isinstance(drivetrain, MecanumConfig) else 2
         return cls(
@@ -276,29 +281,29 @@ def _figures(values: Vector) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TippingLimit:
-    """Of a robot with everything up and full."""
+    """Tipping limits of a robot with all mechanisms up and all storages full."""
 
     mass: float
-    """Then [kg]."""
+    """Mass in that state [kg]."""
     height: float
-    """Of its center of mass above the floor [m]."""
+    """Height of the center of mass above the floor [m]."""
     forward: float
-    """Acceleration along x at which wheels lift, speeding up or braking, whichever is less [m/s^2]."""
+    """Smaller of the accelerations at which wheels lift when speeding up and braking along x [m/s^2]."""
     sideways: float
-    """The same along y [m/s^2]."""
+    """Acceleration along y at which wheels lift [m/s^2]."""
     drivetrain: float
-    """What its drivetrain can do from rest, so loaded [m/s^2]."""
+    """Acceleration of the drivetrain from rest with that load [m/s^2]."""
 
 
 def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) -> TippingLimit:
-    """Where the weight's moment about the outer wheels meets that of the acceleration: a h = g b.
+    """Compute the acceleration at which the weight's moment about the outer wheels is balanced: a h = g b.
 
-    h is the height of the center of mass, b how far it is inside of the outermost wheels. Storages and placers are full
-    of the heaviest kind that they can hold.
+    h is the height of the center of mass, b its distance to the line of the outermost wheels. Storages and placers are
+    full of the heaviest kind that they can hold.
 
     Args:
         config: The robot.
-        kinds: Of pieces that it may hold; none: it is empty.
+        kinds: Kinds of pieces that it may hold; empty: it holds none.
     """
     worst = min(_standings(config, kinds), key=lambda one: min(_limits(config, one)))
     forward, sideways = _limits(config, worst)
@@ -308,7 +313,7 @@ def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) ->
 
 
 def _limits(config: RobotConfig, standing: MassDistribution) -> tuple[float, float]:
-    """Acceleration along x and along y at which wheels lift [m/s^2]."""
+    """Return the accelerations along x and along y at which wheels lift [m/s^2]."""
     x, y, height = standing.center
     xs, ys = zip(*config.body.wheel_positions, strict=True)
     per_meter = GRAVITY / max(height, 1e-3)
@@ -317,7 +322,7 @@ def _limits(config: RobotConfig, standing: MassDistribution) -> tuple[float, flo
 
 
 def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[MassDistribution]:
-    """The full robot with the mechanisms that move mass at all of their stops."""
+    """Yield the mass properties of the full robot with the mechanisms that move mass at all of their stops."""
     mechanisms: dict[str, ShaftSim] = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     body = with_points(config.bare_body, _stored(config, kinds))
     chains = [part.joints for part in config.moving_masses] + [placer.joints for placer in config.placers]
@@ -337,7 +342,7 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
 def stored_kind(
     config: RobotConfig, storage: StorageConfig, kinds: Sequence[GamePieceConfig]
 ) -> GamePieceConfig | None:
-    """The heaviest kind that intakes bring into a storage; None if they bring none."""
+    """Return the heaviest kind that intakes bring into a storage, or None."""
     names = (storage.name, "") if storage is config.storage else (storage.name,)
     users = [intake for intake in config.intakes if intake.storage in names]
     allowed = [] if any(not one.kinds for one in users) else [kind for one in users for kind in one.kinds]
@@ -345,7 +350,7 @@ def stored_kind(
 
 
 def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[PointMass]:
-    """The pieces in full storages."""
+    """Yield the pieces in full storages as points."""
     for storage in (config.storage, *config.more_storages):
         heaviest = stored_kind(config, storage, kinds)
         if heaviest is not None:
@@ -354,5 +359,5 @@ def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[P
 
 
 def _heaviest(kinds: Sequence[GamePieceConfig], allowed: Sequence[str]) -> GamePieceConfig | None:
-    """Of those that are allowed; all are if none is named."""
+    """Return the heaviest of the allowed kinds; all are allowed if `allowed` is empty."""
     return max((k for k in kinds if not allowed or k.name in allowed), key=lambda kind: kind.mass, default=None)

@@ -1,4 +1,4 @@
-"""Parts of a swerve drivetrain, checked as they are written down."""
+"""Configs of swerve drivetrains, validated at construction."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["SwerveConfig", "SwerveModuleConfig"]
 
 _log = logging.getLogger(__name__)
 
-# Outside of these a robot is possible but worth a second look: (low, high) in the unit of the field.
+# Values outside of these ranges are possible but unusual: (low, high) in the unit of the field.
 _USUAL_MODULE = {
     "drive_gearing": (3.0, 24.0),
     "steer_gearing": (6.0, 50.0),
@@ -47,7 +47,7 @@ _USUAL_MODULE = {
 }
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
 _UNITS = {"mass": "kg"}
-"""Of the fields that people give in other units."""
+"""Units of the fields that people often give in other units."""
 
 
 def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
@@ -62,14 +62,14 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveModuleConfig(WheelConfig):
-    """One swerve module: where it sits, its two motors, gears, wheel and current limits."""
+    """One swerve module: position, two motors, gears, wheel and current limits."""
 
     x: float
-    """Ahead of the robot center [m]."""
+    """Position ahead of the robot center [m]."""
     y: float
-    """Left of the robot center [m]."""
+    """Position left of the robot center [m]."""
     name: str = ""
-    """For messages; empty names become `module 0`, `module 1`, ..."""
+    """Name in messages; empty: `module 0`, `module 1`, ..."""
 
     drive_motor: MotorModel = field(default_factory=lambda: motor("Kraken X60"))
     steer_motor: MotorModel = field(default_factory=lambda: motor("Kraken X60"))
@@ -78,43 +78,44 @@ class SwerveModuleConfig(WheelConfig):
     steer_gearing: float = 150.0 / 7.0
     """Rotor turns per turn of the azimuth [-]."""
     coupling_ratio: float = 0.0
-    """Drive rotor turns per azimuth turn while the wheel stands still [-]."""
+    """Drive rotor turns per azimuth turn while the wheel is at rest [-]."""
 
     steer_offset: float = 0.0
-    """How far to the left of what its encoder shows the wheel points, where it is not zeroed well [rad]."""
+    """Encoder error from poor zeroing: true wheel angle minus reading, positive to the left [rad]."""
 
     scrub_radius: float = 0.008
-    """Mean radius of the contact patch that a turning azimuth rubs over the carpet [m]; estimate, +-50 %."""
+    """Mean radius of the contact patch that scrubs on the carpet as the azimuth turns [m]; estimate, +-50 %."""
 
     steer_inertia: float = 0.004
-    """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
+    """Inertia of fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules have .002 to
+    .006."""
     drive_friction_volts: float = 0.25
-    """Voltage that just turns the free wheel [V]; acts through the gears. SysId's kS is this and 0.02 V of
-    rolling resistance. CTRE's generated constants say .2 to .25; real swerves were measured with .32, .555 and .743
-    (three teams' SysId; gears, belts and treads differ)."""
+    """Voltage at which the free wheel just turns [V]; acts through the gears. SysId's kS is this plus 0.02 V of rolling
+    resistance. CTRE's generated constants have .2 to .25; three teams' SysId found .32, .555 and .743 for real swerve
+    drives (gears, belts and treads differ)."""
     steer_friction_volts: float = 0.2
-    """Voltage that just turns the azimuth in the air [V]."""
+    """Voltage at which the azimuth just turns in the air [V]."""
     drive_efficiency: float = 0.95
-    """Of the drive gears, both ways: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
+    """Efficiency of the drive gears in both directions: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
     steer_efficiency: float = 0.90
-    """Of the steer gears [-]."""
+    """Efficiency of the steer gears [-]."""
 
     drive_stator_limit: float | None = None
-    """[A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    """Stator current limit [A]; None: the controller's factory default (`controller_limits`), `math.inf`: none."""
     drive_supply_limit: float | None = None
-    """The same, drawing and regenerating [A]."""
+    """Supply current limit, drawing and regenerating [A]; None and `math.inf` as above."""
     steer_stator_limit: float | None = None
-    """[A]"""
+    """Stator current limit [A]; None and `math.inf` as above."""
     steer_supply_limit: float | None = None
-    """[A], drawing and regenerating."""
+    """Supply current limit, drawing and regenerating [A]; None and `math.inf` as above."""
     drive_brake: bool = True
-    """At zero command: True shorts the motor (brake), False opens the circuit (coast)."""
+    """Whether the motor brakes (short circuit) at zero command; False: it coasts (open circuit)."""
     steer_brake: bool = True
 
     drive_kp: float = 1.0
-    """Feedback of the on-board speed loop [V per m/s]; feed-forward comes from the motor."""
+    """Feedback gain of the on-board speed loop [V per m/s]; feed-forward comes from the motor."""
     steer_kp: float = 40.0
-    """Feedback of the on-board steer loop [V/rad]."""
+    """Feedback gain of the on-board steer loop [V/rad]."""
 
     def __post_init__(self) -> None:
         owner = f"{self.name}" or "module"
@@ -149,7 +150,7 @@ class SwerveModuleConfig(WheelConfig):
 
     @property
     def limited_drive_motor(self) -> LimitedMotor:
-        """The drive motor behind its gears and limits."""
+        """Drive motor behind its gears and limits."""
         return LimitedMotor.of(
             self.drive_motor,
             gearing=self.drive_gearing,
@@ -160,7 +161,7 @@ class SwerveModuleConfig(WheelConfig):
 
     @property
     def limited_steer_motor(self) -> LimitedMotor:
-        """The steer motor behind its gears and limits."""
+        """Steer motor behind its gears and limits."""
         return LimitedMotor.of(
             self.steer_motor,
             gearing=self.steer_gearing,
@@ -171,18 +172,18 @@ class SwerveModuleConfig(WheelConfig):
 
     @property
     def drive_inertia(self) -> float:
-        """Wheel, gears and geared rotor about the axle [kg m^2]."""
+        """Inertia of wheel, gears and geared rotor about the axle [kg m^2]."""
         return self.wheel_inertia + self.drive_motor.rotor_inertia * self.drive_gearing**2
 
     @property
     def azimuth_inertia(self) -> float:
-        """Fork and geared rotor about the azimuth axis [kg m^2]."""
+        """Inertia of fork and geared rotor about the azimuth axis [kg m^2]."""
         return self.steer_inertia + self.steer_motor.rotor_inertia * self.steer_gearing**2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveConfig(DrivetrainConfig):
-    """A robot on swerve modules."""
+    """Robot on swerve modules."""
 
     modules: tuple[SwerveModuleConfig, ...]
 
@@ -192,7 +193,7 @@ class SwerveConfig(DrivetrainConfig):
             raise ConfigError("swerve: modules must name at least one module, got none")
         object.__setattr__(self, "modules", tuple(self.modules))
         self.require_robot("swerve")
-        # Warned of here and not in each module: four equal modules are one remark.
+        # The warnings are issued here and not in each module: four equal modules give one warning.
         remarks = _unusual("swerve", self, _USUAL_ROBOT)
         for module in self.modules:
             remarks += _unusual("swerve module", module, _USUAL_MODULE)
@@ -206,7 +207,7 @@ class SwerveConfig(DrivetrainConfig):
 
     @property
     def wheel_radius(self) -> float:
-        """Of the first module [m]."""
+        """Wheel radius of the first module [m]."""
         return self.modules[0].wheel_radius
 
     @property
@@ -218,14 +219,14 @@ class SwerveConfig(DrivetrainConfig):
     def square(
         trackwidth: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
     ) -> SwerveConfig:
-        """Four equal modules on a square, in CTRE's order: front left, front right, back left, back right.
+        """Build four equal modules on a square, in CTRE's order: front left, front right, back left, back right.
 
         Args:
             trackwidth: Distance between wheels [m].
-            module: The module to repeat; its position is replaced.
-            mass: Of the robot [kg].
+            module: Module to repeat; its position is replaced.
+            mass: Mass of the robot [kg].
             bumper: Side of the square bumper, for the yaw inertia of a uniform plate [m].
-            height: Of the center of mass above the floor [m].
+            height: Height of the center of mass above the floor [m].
         """
         return SwerveConfig.rectangle(trackwidth, trackwidth, module, mass=mass, bumper=(bumper, bumper), height=height)
 
@@ -239,7 +240,7 @@ class SwerveConfig(DrivetrainConfig):
         bumper: tuple[float, float] = (0.8, 0.8),
         height: float = 0.2,
     ) -> SwerveConfig:
-        """Four equal modules on a rectangle; see `square`. Bumper is length x width [m]."""
+        """Build four equal modules on a rectangle; see `square`. Bumper is length x width [m]."""
         corners = (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
         return SwerveConfig(
             modules=tuple(
@@ -251,5 +252,5 @@ class SwerveConfig(DrivetrainConfig):
         )
 
     def module_name(self, index: int) -> str:
-        """How messages call a module."""
+        """Return the name of a module for messages."""
         return self.modules[index].name or f"module {index}"

@@ -1,4 +1,4 @@
-"""The swerve drive: commands in, tire forces out, with motors, battery and encoders between."""
+"""Swerve drive: motor commands, tire forces, battery and encoders."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from simcore.typing import FloatArray
 __all__ = ["NO_STATES", "ModuleState", "SwerveDrive", "desaturate", "module_targets"]
 
 NO_STATES: FloatArray = np.empty((0, 2))
-"""Of modules that nothing is wanted of."""
+"""States of no modules: nothing is commanded."""
 NO_STATES.setflags(write=False)
 
 
@@ -33,17 +33,17 @@ class ModuleState:
     """Angles and speeds of n modules: views of the loop's arrays, shape (n,) each."""
 
     wheel_angle: FloatArray
-    """Of the wheel about its axle, any number of turns [rad]."""
+    """Angle of the wheel about its axle, continuous over turns [rad]."""
     wheel_speed: FloatArray
-    """[rad/s]"""
+    """Speed of the wheel about its axle [rad/s]."""
     steer_angle: FloatArray
-    """Of the azimuth as its encoder shows it, counter-clockwise from forward, any number of turns [rad]."""
+    """Azimuth as its encoder shows it, counter-clockwise from forward, continuous over turns [rad]."""
     steer_speed: FloatArray
-    """[rad/s]"""
+    """Rate of the azimuth [rad/s]."""
     cos: FloatArray
-    """Of the angle at which the wheel truly stands."""
+    """Cosine of the true azimuth."""
     sin: FloatArray
-    """Of the same."""
+    """Sine of the true azimuth."""
 
 
 def desaturate(speeds: list[float], limit: float) -> list[float]:
@@ -62,15 +62,15 @@ def module_targets(
     limit: float,
     present: Sequence[float],
 ) -> tuple[list[float], list[float]]:
-    """Speed and direction of every module for a chassis velocity.
+    """Compute speed and direction of every module for a chassis velocity.
 
     Args:
-        positions: Of the modules [m].
-        vx: Forward [m/s].
-        vy: To the left [m/s].
-        omega: Counter-clockwise [rad/s].
-        limit: Top speed of a module; faster wishes are scaled down together [m/s].
-        present: Angles that stay where a module has nothing to do [rad].
+        positions: Positions of the modules [m].
+        vx: Velocity forward [m/s].
+        vy: Velocity to the left [m/s].
+        omega: Yaw rate, counter-clockwise positive [rad/s].
+        limit: Top speed of a module; faster commands are scaled down together [m/s].
+        present: Current angles, which modules with zero speed keep [rad].
 
     Returns:
         Speeds [m/s] and steer angles [rad].
@@ -87,7 +87,7 @@ def module_targets(
 
 
 class SwerveDrive(WheeledDrive[SwerveConfig]):
-    """One robot's swerve drive; see `WheeledDrive` for what it shares with other drives.
+    """Swerve drive of one robot; see `WheeledDrive` for what it shares with other drives.
 
     Example:
         >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -102,12 +102,12 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def __init__(
         self, config: SwerveConfig, *, battery: Battery | None = None, built: SwerveConfig | None = None
     ) -> None:
-        """Wheels at rest, pointing forward.
+        """Start at rest with the wheels pointing forward.
 
         Args:
-            config: The robot, as robot code and the loops on board know it.
-            battery: Its battery; None is a stiff 12 V supply. The drive steps it.
-            built: What motors, wheels and encoders really are; None: what the config says.
+            config: Robot as robot code and the on-board loops know it.
+            battery: Battery of the robot; None: a stiff 12 V supply. The drive steps it.
+            built: Motors, wheels and encoders as actually built; None: as in the config.
         """
         modules = config.modules if built is None else built.modules
         super().__init__(
@@ -128,11 +128,11 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
             self._set_module(k, built_module, known)
         self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
-        """Of the azimuths."""
+        """Motors of the azimuths."""
         self.reset()
 
     def _set_module(self, k: int, module: SwerveModuleConfig, known: SwerveModuleConfig) -> None:
-        """Put a module into the records: what it is, and what the loops on board know of it."""
+        """Write a module into the records: its true values, and those that the on-board loops know."""
         n, load = self._n, self.static_loads[k]
         wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
         set_motor(azimuth, module.limited_steer_motor)
@@ -142,13 +142,13 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         azimuth["scrub"] = module.scrub_radius
         azimuth["coupling"] = module.coupling_ratio * module.drive_motor.kt
         azimuth["partner"], wheel["partner"] = k, n + k
-        # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
+        # Azimuth coupling: back-EMF [V s/rad], and inertia of the rotor that the azimuth turns as well [kg m^2].
         wheel["coupled_emf"] = module.coupling_ratio / module.drive_motor.kv
         wheel["coupled_inertia"] = module.drive_motor.rotor_inertia * module.drive_gearing * module.coupling_ratio
         drive, steer = known.limited_drive_motor, known.limited_steer_motor
         wheel["known_radius"], wheel["feedforward"] = known.wheel_radius, drive.emf / known.wheel_radius
         wheel["loop_coupled"], wheel["kp"] = known.coupling_ratio / known.drive_motor.kv, known.drive_kp
-        # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
+        # Feed-forward against friction, rolling drag and scrub, as in a team's kS [V].
         drag = drive.friction + known.rolling_resistance * load * known.wheel_radius
         wheel["ks"], wheel["ks_slope"] = drag / drive.torque_driving * drive.winding, 20.0
         scrub = steer.friction + known.wheel_cof * known.scrub_radius * load
@@ -158,39 +158,40 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     # ---------------------------------------------------------------- commands
 
     def set_volts(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Raw voltage of every motor, kept until the next command [V].
+        """Command a voltage for every motor, kept until the next command [V].
 
         Raises:
-            NonFiniteError: When a voltage is missing, NaN or infinite; it names the module, and nothing has changed.
-            ConfigError: When there is not one voltage per module.
+            NonFiniteError: A voltage is missing, NaN or infinite; the message names the module, and nothing has
+                changed.
+            ConfigError: There is not one voltage per module.
         """
         drive_ = self._checked("drive volts", drive)
         steer_ = self._checked("steer volts", steer)
         self._ask(VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Share of the battery voltage per motor, -1..1; see `set_volts` for errors."""
+        """Command a fraction of the battery voltage for every motor, -1 to 1; raises as `set_volts`."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
         self._ask(DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Stator current of the drive motors [A] and voltage of the steer motors [V]; see `set_volts` for errors."""
+        """Command stator current of the drive motors [A] and voltage of the steer motors [V]; raises as `set_volts`."""
         drive_ = self._checked("drive current", drive)
         steer_ = self._checked("steer volts", steer)
         self._ask(CURRENT, drive_, steer_, steer_mode=VOLTS)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
-        """Closed loop on board: ground speed [m/s] and steer angle [rad] per module; see `set_volts` for errors."""
+        """Command the on-board loops: ground speed [m/s] and steer angle [rad] per module; raises as `set_volts`."""
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)
         self._ask(TARGET, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast.
+        """Command the on-board loops: robot-frame velocity [m/s, m/s, rad/s]; scaled down if too fast.
 
         Raises:
-            NonFiniteError: When a speed is NaN or infinite; nothing has changed.
+            NonFiniteError: A speed is NaN or infinite; nothing has changed.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
@@ -198,7 +199,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(TARGET, speeds, angles)
 
     def stop(self) -> None:
-        """Zero command: every motor to its neutral mode, brake or coast."""
+        """Command neutral: every motor brakes or coasts, as configured."""
         self._ask(NEUTRAL, self._zeros, self._zeros)
 
     def _ask(self, mode: int, drive: list[float], steer: list[float], *, steer_mode: int | None = None) -> None:
@@ -209,17 +210,18 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
     ) -> None:
-        """Everything as new: encoders at zero, battery rested, time at zero, wheels rolling with the chassis.
+        """Reset everything: encoders and time to zero, battery rested, wheels rolling with the chassis.
 
         Args:
-            angles: Azimuths [rad]; None: along each wheel's way over ground, and forward where it stands.
-            vx: Velocity of the center of mass with which the wheels roll, forward [m/s]. The chassis has its own.
-            vy: To the left [m/s].
+            angles: Azimuths [rad]; None: each wheel's direction of travel, or forward at rest.
+            vx: Forward velocity of the center of mass with which the wheels roll [m/s]. The chassis velocity is
+                separate.
+            vy: Velocity to the left [m/s].
             omega: Yaw rate [rad/s].
 
         Raises:
-            NonFiniteError: When a number is not finite; nothing has changed.
-            ConfigError: When there is not one angle per module.
+            NonFiniteError: A number is not finite; nothing has changed.
+            ConfigError: There is not one angle per module.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"reset {name}", value)
@@ -241,7 +243,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def state(self) -> ModuleState:
-        """Angles and speeds of the modules now."""
+        """Current angles and speeds of the modules."""
         n, angles, speeds = self._n, self.shafts["position"], self.shafts["speed"]
         cos, sin = self.shafts["cos"], self.shafts["sin"]
         return ModuleState(angles[:n], speeds[:n], angles[n:], speeds[n:], cos[:n], sin[:n])
@@ -249,28 +251,28 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     # ---------------------------------------------------------------- readings
 
     def wheel_angles(self) -> list[float]:
-        """Azimuth of each module, counter-clockwise from forward, any number of turns [rad]."""
+        """Return the azimuth of each module, counter-clockwise from forward, continuous over turns [rad]."""
         angles: list[float] = self.shafts["position"][self._n :].tolist()
         return angles
 
     def motor_currents(self) -> dict[str, list[float]]:
-        """Stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
+        """Return stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
         return {"drive": self.drive_motors.current, "steer": self.steer_motors.current}
 
     @property
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per turn of the wheel, `drive`, and of the azimuth, `steer`, module by module [-]."""
+        """Rotor turns per turn of the wheel (`drive`) and of the azimuth (`steer`), module by module [-]."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
 
     @property
     def steer_angles(self) -> FloatArray:
-        """[rad], any number of turns, shape (n,)."""
+        """Azimuths, continuous over turns [rad], shape (n,)."""
         return np.array(self.state.steer_angle)
 
     @property
     def drive_rotor_angles(self) -> FloatArray:
-        """What the drive motors' own encoders show: gearing and azimuth coupling included [rad], shape (n,)."""
+        """Readings of the drive motors' own encoders: gearing and azimuth coupling included [rad], shape (n,)."""
         s = self.state
         return np.array(
             [
@@ -279,17 +281,17 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             ]
         )
 
-    # ---------------------------------------------------------------- what it can do
+    # ---------------------------------------------------------------- limits
 
     @property
     def max_omega(self) -> float:
-        """On the spot at 12 V [rad/s]; the first module to reach its top speed decides."""
+        """Yaw rate on the spot at 12 V [rad/s]; the first module at its top speed limits it."""
         arms = self._arms()
         return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
 
     @property
     def max_angular_accel(self) -> float:
-        """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
+        """Yaw acceleration on the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
@@ -298,14 +300,14 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         return [math.hypot(x, y) for x, y in self.robot.positions]
 
     def _present_angles(self) -> list[float]:
-        """Where a module without a direction should stay: its target if it has one, else where it is."""
+        """Return the angles that modules without a direction keep: their targets if any, else the current ones."""
         request = self.shafts["request"][self._n :]
         targets: list[float] = request["value"].tolist()
         return targets if request["mode"][0] == TARGET else self.wheel_angles()
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         require_count(what, values, self._n, "modules")
-        return [  # a module's name is made up for a message only: for all values it took 20 us of a tick
+        return [  # builds a module's name only for a message: names of all values took 20 us per tick
             v if type(v) is float and abs(v) < 1e6 else checked_number(f"{what} of {self.config.module_name(k)}", v)
             for k, v in enumerate(values)
         ]

@@ -1,4 +1,4 @@
-"""What every drivetrain's config has: its motors, its driven wheels, and the mass that stands on them."""
+"""Config that all drivetrains share: motors, driven wheels and the mass that they carry."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ class LimitedMotor:
     """Constants of `count` equal motors on one shaft, seen from the shaft."""
 
     resistance: float
-    """Of one motor at full duty [ohm]."""
+    """Resistance of one motor at full duty [ohm]."""
     conductance: float
-    """1 / resistance [1/ohm]."""
+    """Inverse of `resistance` [1/ohm]."""
     winding: float
-    """Of one motor behind its controller [ohm]; see `MotorModel.supply_resistance`."""
+    """Resistance of one motor behind its controller [ohm]; see `MotorModel.supply_resistance`."""
     emf: float
     """Back-EMF per shaft speed [V s/rad]."""
     torque_driving: float
     """Shaft torque per motor current while the motor drives the gears [N m/A]."""
     torque_driven: float
-    """The same while the gears drive the motor; gear loss then helps to brake [N m/A]."""
+    """Shaft torque per motor current while the gears drive the motor; gear losses then help to brake [N m/A]."""
     friction: float
-    """Dry friction at the shaft [N m]."""
+    """Coulomb friction at the shaft [N m]."""
     stator_limit: float
-    """Per motor [A]."""
+    """Stator current limit per motor [A]."""
     supply_limit: float
-    """Per motor [A]."""
+    """Supply current limit per motor [A]."""
     count: int
 
     @staticmethod
@@ -58,7 +58,7 @@ class LimitedMotor:
         limits: tuple[float, float] = (math.inf, math.inf),
         count: int = 1,
     ) -> LimitedMotor:
-        """Refer a motor behind a gear to the shaft; `limits` are of stator and supply, per motor [A]."""
+        """Refer a motor behind a gear to the shaft; `limits` are those of stator and supply, per motor [A]."""
         torque = model.kt * gearing * count
         stator_limit, supply_limit = limits
         return LimitedMotor(
@@ -68,7 +68,7 @@ class LimitedMotor:
             emf=gearing / model.kv,
             torque_driving=torque * efficiency,
             torque_driven=torque / efficiency,
-            # The voltage that just turns the shaft against friction is multiplied by the gears, as any torque is.
+            # The gears multiply the voltage that just overcomes friction, like any torque.
             friction=torque * efficiency * friction_volts / model.winding_resistance,
             stator_limit=stator_limit,
             supply_limit=supply_limit,
@@ -77,7 +77,7 @@ class LimitedMotor:
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
-    """Yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
+    """Compute the yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
     require("robot", "mass", mass, MASS)
     require_row("robot", "bumper (length and width)", (length, width), (ROBOT_LENGTH, ROBOT_LENGTH))
     return mass * (length * length + width * width) / 12.0
@@ -85,23 +85,23 @@ def plate_inertia(mass: float, length: float, width: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)  # without slots: a config of wheels has them from `WheelConfig` already
 class RobotMass:
-    """Mass of a robot, and its wheels as they stand around the center of mass."""
+    """Mass of a robot, and its wheel positions relative to the center of mass."""
 
     mass: float
-    """Of the whole robot, bumpers and battery included [kg]."""
+    """Mass of the whole robot, bumpers and battery included [kg]."""
     yaw_inertia: float
-    """About the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
+    """Moment of inertia about the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.2)
-    """From the robot center on the floor, robot axes [m]; its height moves load between wheels."""
+    """Position relative to the robot center on the floor, robot axes [m]; its height shifts load between wheels."""
     positions: tuple[tuple[float, float], ...]
-    """Of the wheels relative to the center of mass, robot axes [m]."""
+    """Wheel positions relative to the center of mass, robot axes [m]."""
     lowered: tuple[int, ...] = ()
-    """Rows of the wheels that are lower than the others, as those of a dropped center; none: all are level."""
+    """Rows of the wheels of a dropped center, lower than the others; empty: all are level."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DrivetrainConfig(RobotMass):
-    """Base of `SwerveConfig`, `TankConfig` and `MecanumConfig`: the robot's mass as it was designed."""
+    """Base of `SwerveConfig`, `TankConfig` and `MecanumConfig`: the robot's mass as designed."""
 
     mass: float = 55.0
     yaw_inertia: float = 5.87
@@ -117,7 +117,7 @@ class DrivetrainConfig(RobotMass):
         return ()
 
     def require_robot(self, owner: str) -> None:
-        """Check these fields and place the wheels; `owner` names them in a message."""
+        """Validate these fields and place the wheels; messages name `owner`."""
         require_fields(
             self, owner, mass=MASS, yaw_inertia=INERTIA, center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT)
         )
@@ -127,31 +127,32 @@ class DrivetrainConfig(RobotMass):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelConfig:
-    """A wheel on carpet. `SwerveModuleConfig`, `TankConfig` and `MecanumConfig` have these fields among their own."""
+    """Wheel on carpet. `SwerveModuleConfig`, `TankConfig` and `MecanumConfig` include these fields."""
 
     wheel_radius: float = 0.0508
-    """[m]"""
+    """Radius of the wheel [m]."""
     wheel_cof: float = 1.2
-    """Coefficient of friction of the wheel on carpet, along the wheel [-]. A cautious default: on a tilting table new
-    treads held to 1.83 (blue nitrile) and 1.76 (HiGrip) along and 1.34 and 1.71 across; in matches they wear. Source:
-    team 1640, DEWBOT VIII wheel friction coefficient testing; further treads in `cots.TREADS`."""
+    """Coefficient of friction of the wheel on carpet, along the wheel [-]. The default is conservative: on a tilting
+    table new treads held to 1.83 (blue nitrile) and 1.76 (HiGrip) along and 1.34 and 1.71 across; in matches they wear.
+    Source: team 1640, DEWBOT VIII wheel friction coefficient testing; further treads in `cots.TREADS`."""
     wheel_grain: float = 1.0
-    """Friction across the wheel over that along [-]: .73 (blue nitrile) and .97 (HiGrip) in the same test. 1, as the
-    default of 1.2 along is less than what either has across; with a measured `wheel_cof` give this as well."""
+    """Ratio of friction across the wheel to friction along it [-]: .73 (blue nitrile) and .97 (HiGrip) in the same
+    test. The default is 1, as 1.2 along is less than either has across; with a measured `wheel_cof` set this as
+    well."""
     wheel_inertia: float = 8.0e-4
-    """Wheel and last gears about the axle [kg m^2]; a 4 in wheel of 0.6 kg. Estimate, +-50 %."""
+    """Inertia of wheel and last gears about the axle [kg m^2]; a 4 in wheel of 0.6 kg. Estimate, +-50 %."""
     rolling_resistance: float = 0.01
     """Drag per load while the wheel rolls [-]; estimate for carpet, +-50 %."""
     slip_ratio: float = 0.01
     """Slip per rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
     slip_speed: float = 0.0004
-    """Slip at which a standing tire begins to slide [m/s]; a robot parked on a 15 degree ramp creeps at 1/5 of it."""
+    """Slip at which a tire at rest begins to slide [m/s]; a robot parked on a 15 degree ramp creeps at 1/5 of it."""
 
     def __post_init__(self) -> None:
         self.require_wheel("wheel")
 
     def require_wheel(self, owner: str) -> None:
-        """Check these fields; `owner` names them in a message."""
+        """Validate these fields; messages name `owner`."""
         require_fields(
             self,
             owner,

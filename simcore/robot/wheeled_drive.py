@@ -1,6 +1,6 @@
-"""What every drivetrain on wheels shares: limits, battery, wheels and tires, and readings that are the same for all.
+"""Base of all wheeled drivetrains: current limits, battery, wheels, tires and common readings.
 
-`simcore.loop` moves it; here its constants and commands are put into the arrays of the loop, and read from them.
+`simcore.loop` steps it; this module writes its constants and commands to the arrays of the loop, and reads the results.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.geometry.rotation import Vector
 from simcore.loop.robot_state import NEUTRAL, ROBOT, SHAFT, WHEEL, WHEELS, Records, records
 from simcore.loop.tires import share_loads
 from simcore.quantities import checked_number
@@ -22,6 +21,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, RobotMass, WheelConfig
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, plain_sum
+from simcore.world.rotation import Vector
 
 __all__ = [
     "DriveShaft",
@@ -34,30 +34,30 @@ __all__ = [
 ]
 
 NOMINAL_VOLTAGE = 12.0
-"""What FRC figures are quoted at [V]."""
+"""Nominal battery voltage of FRC figures [V]."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveShaft:
-    """What turns together: the wheel of a swerve module, or all wheels of one side of a tank, one behind the other."""
+    """Parts that turn together: the wheel of a swerve module, or all wheels of one side of a tank drive, in a row."""
 
     inertia: float
-    """Of wheels, gears and rotors about the axle [kg m^2]."""
+    """Inertia of wheels, gears and rotors about the axle [kg m^2]."""
     motor: LimitedMotor
     radius: float
-    """Of its wheels [m]."""
+    """Radius of the wheels [m]."""
     slip_ratio: float
     """Slip per rolling speed at which the tires begin to slide [-]."""
     slip_speed: float
-    """The same at standstill [m/s]."""
+    """Slip at which the tires begin to slide at standstill [m/s]."""
     wheels: tuple[int, ...]
-    """Rows of its wheels."""
+    """Rows of the wheels."""
     grain: float = 1.0
-    """Friction of its treads across over that along [-]."""
+    """Ratio of the treads' friction across to that along [-]."""
 
     @staticmethod
     def of(wheel: WheelConfig, *, inertia: float, motor: LimitedMotor, wheels: tuple[int, ...]) -> DriveShaft:
-        """A shaft with wheels of one kind; see the fields."""
+        """Build a shaft with wheels of one type; see the fields."""
         return DriveShaft(
             inertia=inertia,
             motor=motor,
@@ -70,12 +70,12 @@ class DriveShaft:
 
 
 def free_speed(shaft: DriveShaft, wheels: Sequence[WheelConfig], loads: Sequence[float]) -> float:
-    """Ground speed at which motor torque meets friction and rolling drag [m/s].
+    """Compute the ground speed at which motor torque equals friction and rolling drag [m/s].
 
     Args:
         shaft: Motor, gears, wheel radius.
         wheels: All wheels of the robot.
-        loads: On all wheels [N].
+        loads: Loads of all wheels [N].
     """
     motor = shaft.motor
     drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
@@ -90,16 +90,16 @@ def launch_accel(
     arms: Sequence[float],
     inertia: float,
 ) -> float:
-    """Acceleration from rest, straight (arms 1, inertia = mass) or on the spot (arms = radii, inertia = yaw inertia).
+    """Compute the acceleration from rest: straight (arms 1, inertia = mass) or on the spot (radii, yaw inertia).
 
-    A shaft within its grip drags its own rotor and wheels along; one beyond it pushes with mu N and no more. Which
-    is which depends on the acceleration itself, so shafts change sides until it agrees: at most once each.
+    A shaft within its traction limit also accelerates its own rotor and wheels; one at the limit pushes with mu N. As
+    the acceleration decides which shafts are at the limit, iterate until both agree: each shaft changes at most once.
 
     Args:
         shafts: All drive shafts.
         wheels: All wheels.
-        loads: On the wheels [N].
-        arms: Per shaft, what a force of 1 N does: 1 [-] or the distance from the center of mass [m].
+        loads: Loads of the wheels [N].
+        arms: Effect of a force of 1 N per shaft: 1 [-] or the distance from the center of mass [m].
         inertia: Mass [kg] or yaw inertia [kg m^2].
     """
     slipping = [False] * len(shafts)
@@ -143,7 +143,7 @@ ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
-    """Put the constants of a motor into the record of its shaft, shape (1,)."""
+    """Write the constants of a motor to the record of its shaft, shape (1,)."""
     model, request = row["model"], row["request"]
     for name, value in {
         "emf": motor.emf,
@@ -164,7 +164,7 @@ def set_motor(row: Records, motor: LimitedMotor) -> None:
 
 
 class MotorReadout:
-    """What the motors of one kind did in the last step, one entry per shaft; of several motors on it, one."""
+    """Readings of one kind of motors in the last step, one entry per shaft, for one of the motors on it."""
 
     def __init__(self, drive: WheeledDrive[Any], rows: slice) -> None:
         self._drive, self._rows = drive, rows
@@ -174,7 +174,7 @@ class MotorReadout:
 
     @property
     def volts(self) -> list[float]:
-        """At the terminals [V]."""
+        """Voltage at the terminals [V]."""
         return list(self._column("volts").tolist())
 
     @property
@@ -184,7 +184,7 @@ class MotorReadout:
 
     @property
     def supply(self) -> list[float]:
-        """Current from the battery; negative feeds back [A]."""
+        """Supply current [A]; negative while regenerating."""
         bus = self._drive.bus_voltage
         if bus <= 0.0:
             return [0.0] * len(self._column("volts"))
@@ -192,20 +192,20 @@ class MotorReadout:
 
     @property
     def heat(self) -> list[float]:
-        """Copper loss since the last reset [J]."""
+        """Copper losses since the last reset [J]."""
         return list((self._column("model")["winding"] * self._column("charge2")).tolist())
 
     @property
     def energy(self) -> float:
-        """Electrical energy that all motors took since the last reset: the integral of V I [J]."""
+        """Electrical energy of all motors since the last reset: the integral of V I [J]."""
         return float(self._column("energy").sum())
 
 
 class WheeledDrive(ABC, Generic[ConfigT]):
     """Base of `SwerveDrive`, `TankDrive` and `MecanumDrive`.
 
-    A drive has wheels, motors, battery and encoders, not the pose. In a world its records are among those of all robots
-    there, and the world moves them. Several drives share nothing.
+    A drive has wheels, motors, battery and encoders, but no pose. In a world its records are among those of all robots,
+    and the world steps them. Several drives share nothing.
     """
 
     def __init__(
@@ -218,26 +218,26 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         azimuths: int = 0,
         radii: Sequence[float],
     ) -> None:
-        """At rest, not bound to a chassis yet.
+        """Start at rest, not yet bound to a chassis.
 
         Args:
-            config: The robot.
-            battery: Its battery; None is a stiff 12 V supply.
-            wheels: In the order of `config.positions`.
-            shafts: What turns them; each wheel is on one shaft.
-            azimuths: How many steer; their records follow those of the shafts.
-            radii: Of the wheels, as robot code knows them [m]; a shaft has the true one.
+            config: Config of the robot.
+            battery: Battery of the robot; None: a stiff 12 V supply.
+            wheels: Wheels in the order of `config.positions`.
+            shafts: Shafts that turn the wheels; each wheel is on one shaft.
+            azimuths: Number of steered wheels; their records follow those of the shafts.
+            radii: Radii of the wheels as robot code knows them [m]; a shaft has the true one.
         """
         self.config = config
         self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
         self._wheels = len(config.positions)
         self._driven = len(shafts)
         self.robot_record = records(ROBOT)
-        """Of the robot, in the arrays of the loop, shape (1,)."""
+        """Record of the robot in the arrays of the loop, shape (1,)."""
         self.shafts = records(SHAFT, len(shafts) + azimuths)
-        """Drive shafts, then azimuths."""
+        """Records of the drive shafts, then of the azimuths."""
         self.wheel_records = records(WHEEL, self._wheels)
-        """In the order of `config.positions`."""
+        """Records of the wheels, in the order of `config.positions`."""
         self._shafts, self._wheel_configs = tuple(shafts), tuple(wheels)
         self._motors_per_shaft = shafts[0].motor.count
         self._wheel_radii = list(radii)
@@ -272,23 +272,23 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._free_speeds = [free_speed(s, self._wheel_configs, self.static_loads) for s in shafts]
         self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
-        """Of the drive shafts."""
+        """Motors of the drive shafts."""
 
     @property
     def shaft_angles(self) -> FloatArray:
-        """Of the drive shafts since the reset, seen at the wheel, any number of turns [rad], shape (shafts,)."""
+        """Angles of the drive shafts since the reset, at the wheel, continuous over turns [rad], shape (shafts,)."""
         angles: FloatArray = self.shafts["position"][: self._driven]
         return angles
 
     @property
     def shaft_speeds(self) -> FloatArray:
-        """Of the drive shafts, seen at the wheel [rad/s], shape (shafts,)."""
+        """Speeds of the drive shafts, seen at the wheel [rad/s], shape (shafts,)."""
         speeds: FloatArray = self.shafts["speed"][: self._driven]
         return speeds
 
     @property
     def other_current(self) -> float:
-        """Drawn by everything but the robot's motors, set by the owner at any time [A]."""
+        """Current of all consumers except the robot's motors; the owner sets it at any time [A]."""
         return float(self.robot_record["request"]["other_current"][0])
 
     @other_current.setter
@@ -297,7 +297,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def enabled(self) -> bool:
-        """False: motors go to neutral, as a disabled robot's do."""
+        """Whether the robot is enabled; False: motors go to neutral."""
         return bool(self.robot_record["request"]["is_enabled"][0])
 
     @enabled.setter
@@ -310,17 +310,17 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return float(self.robot_record["time"][0])
 
     def set_mass_properties(self, mass: float, yaw_inertia: float, center_of_mass: Vector) -> None:
-        """What the robot weighs from the next step on, with what it holds and as its mechanisms stand.
+        """Set the robot's mass properties from the next step on, with held pieces and current mechanism positions.
 
-        Robot code and its loops know nothing of it: `config` and what it says of speeds stay.
+        Robot code and its loops do not know of the change: `config` and speeds derived from it stay.
 
         Args:
-            mass: Of the whole robot [kg].
-            yaw_inertia: About the vertical axis through the center of mass [kg m^2].
-            center_of_mass: From the robot center on the floor, robot axes [m].
+            mass: Mass of the whole robot [kg].
+            yaw_inertia: Moment of inertia about the vertical axis through the center of mass [kg m^2].
+            center_of_mass: Position relative to the robot center on the floor, robot axes [m].
 
         Raises:
-            NonFiniteError: When a number is not finite, or mass or inertia not above zero; nothing has changed.
+            NonFiniteError: A number is not finite, or mass or inertia is not above zero; nothing has changed.
         """
         if not (all(map(math.isfinite, (mass, yaw_inertia, *center_of_mass))) and mass > 0.0 and yaw_inertia > 0.0):
             raise NonFiniteError(
@@ -338,13 +338,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._stand(self._robot)
 
     def _stand(self, robot: RobotMass) -> None:
-        """Put its wheels' places into the records, and see what they carry."""
+        """Write the wheel positions to the records, and compute the static loads."""
         self.wheel_records["x"], self.wheel_records["y"] = zip(*robot.positions, strict=True)
         self.static_loads = static_loads(robot)
-        """Load of each wheel as the robot stands level [N]."""
+        """Load of each wheel while the robot stands level [N]."""
 
     def _rest(self, shaft_speeds: Sequence[float]) -> None:
-        """Time at zero, battery rested, encoders at zero, drive shafts at these speeds [rad/s]."""
+        """Reset time and encoders to zero, the battery to rested and the drive shafts to these speeds [rad/s]."""
         for name in ("position", "speed", "volts", "current", "supply", "energy", "charge2"):
             self.shafts[name] = 0.0
         self.shafts["request"]["mode"] = NEUTRAL
@@ -361,27 +361,27 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def yaw_rate(self) -> float:
-        """After the last step, as the tires leave it [rad/s]."""
+        """Yaw rate after the last step [rad/s]."""
         return float(self.robot_record["yaw_rate"][0])
 
     def set_requests(self, kinds: Sequence[int], values: Sequence[float]) -> None:
-        """What motor controllers want of the motors, until the next time.
+        """Apply the motor controllers' requests, until the next call.
 
         Args:
-            kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state`, of each shaft: wheels, then azimuths.
-            values: Volts [V], or shares of the battery's voltage.
+            kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state` per shaft: wheels, then azimuths.
+            values: Volts [V], or fractions of the battery voltage.
 
         Raises:
-            NonFiniteError: A value is missing, NaN or infinite; it names the shaft, and nothing has changed.
+            NonFiniteError: A value is missing, NaN or infinite; the message names the shaft, and nothing has changed.
         """
         name = type(self).__name__
         self._command(kinds, [checked_number(f"{name} request of shaft {k}", value) for k, value in enumerate(values)])
 
     def keep_limits(self, limits: Sequence[tuple[float, float]]) -> None:
-        """Keep the current of each motor within limits of stator and supply [A], and within the configured ones.
+        """Limit stator and supply current of each motor [A], within the configured limits.
 
         Args:
-            limits: Of each shaft: wheels, then azimuths.
+            limits: Stator and supply limit per shaft: wheels, then azimuths.
         """
         if limits != self._kept_limits:
             self._kept_limits = list(limits)
@@ -391,7 +391,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             request["supply_limit"] = np.minimum(model["supply_limit"], supply)
 
     def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
-        """Ask the motors of the first shafts for something."""
+        """Write requests to the first shafts."""
         request = self.shafts["request"][: len(requests)]
         request["mode"], request["value"] = mode, requests
 
@@ -399,24 +399,24 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @abstractmethod
     def wheel_angles(self) -> list[float]:
-        """Azimuth of each wheel, in the order of `config.positions` [rad]; any number of turns."""
+        """Return the azimuth of each wheel, in the order of `config.positions`, continuous over turns [rad]."""
 
     @abstractmethod
     def motor_currents(self) -> dict[str, list[float]]:
-        """Stator current of every motor in the last step, by group [A]."""
+        """Return the stator current of every motor in the last step, by group [A]."""
 
     @property
     @abstractmethod
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per turn of the wheel or azimuth, of every motor, by group as in `motor_currents` [-]."""
+        """Rotor turns per turn of the wheel or azimuth for every motor, by group as in `motor_currents` [-]."""
 
     def wheel_distances(self) -> list[float]:
-        """How far each wheel has rolled since the reset, by encoder and config, as `config.positions` has them [m]."""
+        """Return rolled distances since the reset, as encoders show them, ordered as `config.positions` [m]."""
         angles = self.shaft_angles.tolist()
         return [angles[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
     def wheel_speeds(self) -> list[float]:
-        """Speed of each tread against the robot, by encoder and config, as `config.positions` has them [m/s]."""
+        """Return tread speeds relative to the robot, as encoders show them, ordered as `config.positions` [m/s]."""
         speeds = self.shaft_speeds.tolist()
         return [speeds[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
@@ -428,47 +428,47 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def wheel_forces(self) -> FloatArray:
-        """Ground on wheels, robot axes, averaged over the last step [N], shape (n, 2)."""
+        """Force of the ground on each wheel, robot axes, averaged over the last step [N], shape (n, 2)."""
         return np.column_stack((self.wheel_records["mean_x"], self.wheel_records["mean_y"]))
 
     @property
     def wheel_slip(self) -> float:
-        """Speed of the fastest sliding tire over the ground in the last step [m/s]; 0 while all of them hold."""
+        """Slip speed of the fastest sliding tire in the last step [m/s]; 0 while all of them hold."""
         return float(self.wheel_records["slip"].max()) if self.robot_record["is_sliding"][0] else 0.0
 
     @property
     def robot(self) -> RobotMass:
-        """Mass and wheel positions now: `config`, until `set_mass_properties` changes them."""
+        """Current mass and wheel positions: those of `config`, until `set_mass_properties` changes them."""
         return self._robot
 
     @property
     def bus_voltage(self) -> float:
-        """Battery voltage that the motors had in the last step [V]."""
+        """Battery voltage at the motors in the last step [V]."""
         return float(self.robot_record["bus"][0])
 
     @property
     def browned_out(self) -> bool:
-        """Whether the roboRIO holds the outputs off."""
+        """Whether a brown-out holds the outputs off."""
         return self.battery.browned_out
 
     @property
     def supply_current(self) -> float:
-        """From the battery in the last step, drivetrain only [A]."""
+        """Supply current of the drivetrain in the last step [A]."""
         return float(self.shafts["supply"].sum())
 
     @property
     def electrical_energy(self) -> float:
-        """Taken by all motors since the reset: the integral of V I [J]."""
+        """Electrical energy of all motors since the reset: the integral of V I [J]."""
         return float(self.shafts["energy"].sum())
 
     @property
     def max_speed(self) -> float:
-        """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
+        """Top speed straight ahead at 12 V, where motor torque equals friction and rolling drag [m/s]."""
         return min(self._free_speeds)
 
     @property
     def max_accel(self) -> float:
-        """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
+        """Acceleration from rest on level ground at a stiff 12 V within traction, motor and stator limits [m/s^2]."""
         return launch_accel(
             self._shafts, self._wheel_configs, self.static_loads, [1.0] * self._driven, self._robot.mass
         )

@@ -1,1 +1,1 @@
-"""`simcore.toml`, which describes a team's robot: read, checked, and written as a template."""
+"""Reader, checks and template of `simcore.toml`, which describes a team's robot."""

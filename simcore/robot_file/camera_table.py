@@ -1,4 +1,4 @@
-"""`[[camera]]` of `simcore.toml`: Limelights, cameras of PhotonVision, and a headset of QuestNav."""
+"""Table `[[camera]]` of `simcore.toml`: Limelights, PhotonVision cameras, and a QuestNav headset."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from simcore.vision.quest_headset import QuestConfig
 __all__ = ["CAMERAS", "MAKERS", "read_cameras"]
 
 MAKERS = ("limelight", "photonvision", "questnav")
-"""What `maker` can be."""
+"""Values of `maker`."""
 _MOST_PIPELINES = 10
 _MOUNT = (
     Key("x", ROBOT_PLACE, about="of the lens; x and y from the robot's center", example=0.3),
     Key("y", ROBOT_PLACE, 0.0, "to the left"),
     Key("z", ROBOT_HEIGHT, about="above the floor", example=0.4),
     Key("roll_deg", DEGREES, 0.0),
-    Key("pitch_deg", DEGREES, 0.0, "below zero looks up", -20.0),
-    Key("yaw_deg", DEGREES, 0.0, "where it looks: 0 front, 90 left, 180 back"),
+    Key("pitch_deg", DEGREES, 0.0, "negative looks up", -20.0),
+    Key("yaw_deg", DEGREES, 0.0, "direction of view: 0 front, 90 left, 180 back"),
 )
 _MAKER = Key("maker", MAKERS, MAKERS[0])
-_FPS = Key("fps", FRAME_RATE, None, "frames a second; left out: as its type has it", 30.0, "frame_rate")
+_FPS = Key("fps", FRAME_RATE, None, "frames per second; left out: that of its type", 30.0, "frame_rate")
 _LENS = (
     Key("resolution", Several(Quantity("", 1, 10_000, is_whole=True), or_one=False), (), "across, down", [1280, 720]),
-    Key("horizontal_fov_deg", FIELD_OF_VIEW, None, "of the lens; left out, with diagonal_fov_deg: as its type has it"),
+    Key("horizontal_fov_deg", FIELD_OF_VIEW, None, "of the lens; without this and diagonal_fov_deg that of its type"),
     Key("diagonal_fov_deg", FIELD_OF_VIEW, None, "or horizontal_fov_deg", 76.0),
     _FPS,
     Key("latency_ms", Quantity("ms", 0.0, 10_000.0), None, "from exposure until robot code can read it", 30.0),
@@ -48,32 +48,32 @@ _LENS = (
 )
 _TYPES = tuple(LIMELIGHTS)
 CAMERAS = {table.head: table for table in (
-    KeyTable("limelight", "one of Limelight", (
+    KeyTable("limelight", "a Limelight", (
         _MAKER,
         Key("name", str, about="of its NetworkTables table", example="limelight"),
         Key("type", _TYPES, about=f"{', '.join(_TYPES[:-1])} or {_TYPES[-1]}", example="LL4"),
         *_MOUNT,
         *_LENS,
-        Key("json", bool, False, "whether each frame is published as JSON, too"),
+        Key("json", bool, False, "whether each frame is also published as JSON"),
     )),
-    KeyTable("photonvision", "one of PhotonVision; it needs no table if robot code says where it sits", (
+    KeyTable("photonvision", "a PhotonVision camera; needs no table if robot code says where it is", (
         _MAKER,
         Key("name", str, about='as in PhotonCamera("front")', example="front"),
         Key("type", (PHOTON_LENS.name,), None, "of the image sensor", PHOTON_LENS.name),
         *_MOUNT,
         *_LENS,
     )),
-    KeyTable("questnav", "a headset; it needs no table if robot code sets its pose at the start", (
-        _MAKER, *_MOUNT, replace(_FPS, default=QuestConfig().frame_rate, about="poses a second", example=None),
+    KeyTable("questnav", "a QuestNav headset; needs no table if robot code sets its pose at the start", (
+        _MAKER, *_MOUNT, replace(_FPS, default=QuestConfig().frame_rate, about="poses per second", example=None),
     )),
 )}  # fmt: skip
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
-    """Cameras, and the headset if there is one.
+    """Read the cameras, and the headset if there is one.
 
     Raises:
-        ConfigError: Something in a table cannot be.
+        ConfigError: A value in a table is invalid.
     """
     cameras: list[CameraConfig] = []
     headset: QuestConfig | None = None
@@ -87,7 +87,7 @@ def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | N
         elif headset is None:
             headset = QuestConfig(mount=mount, frame_rate=v["frame_rate"])
         else:
-            raise table.error("maker", "questnav comes twice; robot code talks to one headset")
+            raise table.error("maker", "questnav is used twice; robot code talks to one headset")
     return tuple(cameras), headset
 
 
@@ -108,17 +108,17 @@ def _camera(t: Table, v: dict[str, Any], mount: CameraMount) -> CameraConfig:
 
 
 def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
-    """The type with what the table says in its place."""
+    """Return the camera type with the values of the table in place of its own."""
     size = v["resolution"]
     if size and len(size) != 2:
         raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")
     width, height = size or (base.width, base.height)
     across, down = base.horizontal_fov_deg, base.vertical_fov_deg
-    if size:  # the same lens, of whose picture a part of another shape is used
+    if size:  # same lens; the picture is a crop of another aspect ratio
         down = vertical_fov_deg(across, width, height)
     horizontal, diagonal = v["horizontal_fov_deg"], v["diagonal_fov_deg"]
     if horizontal is not None and diagonal is not None:
-        raise t.error("diagonal_fov_deg", "says the same as horizontal_fov_deg; write one of them")
+        raise t.error("diagonal_fov_deg", "means the same as horizontal_fov_deg; write one of them")
     if diagonal is not None:
         half = math.tan(math.radians(diagonal) / 2.0) * width / math.hypot(width, height)
         horizontal = math.degrees(2.0 * math.atan(half))

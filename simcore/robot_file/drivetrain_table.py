@@ -1,7 +1,7 @@
-"""The table `[drivetrain]` of simcore.toml: devices and measures of a drivetrain, where the program does not say them.
+"""Table `[drivetrain]` of `simcore.toml`: devices and dimensions of a drivetrain that the program does not contain.
 
-All of it is optional. Measures alone correct what is found; with motors the table describes the whole drivetrain, and
-nothing is looked for.
+All of it is optional. Without motors its values correct the drivetrain found in the program; with motors the table
+describes the whole drivetrain, and the program is not searched.
 """
 
 from __future__ import annotations
@@ -29,50 +29,50 @@ from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 __all__ = ["DRIVETRAIN", "MEASURES", "NO_PHOENIX_5", "OLD_CONTROLLERS", "DrivetrainSettings", "read_drivetrain"]
 
 _OF_DEVICES = ("controller", "steer_controller", "steer", "encoder", "encoders", "wheel_encoders")
-"""Keys that say which devices there are, beside those of the drive motors."""
+"""Keys for devices other than the drive motors."""
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
-"""Classes of WPILib that read absolute encoders on ports of the roboRIO; several may be on one drivetrain."""
+"""WPILib classes that read absolute encoders on ports of the roboRIO; a drivetrain may have several."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
-"""On azimuths: of their own, wired to the steer motors' controllers, or none."""
+"""Encoders on azimuths: separate ones, ones wired to the steer motors' controllers, or none."""
 NO_PHOENIX_5 = (
     "Phoenix 5 (Talon SRX, Victor SPX, Pigeon IMU) is not simulated: it ends with the roboRIO, and its Python package "
     "does not install with Phoenix 6 26.3. TalonFX, SPARK MAX, SPARK Flex and PWM controllers work, and so do Pigeon2 "
     "and navX"
 )
 OLD_CONTROLLERS = dict.fromkeys(("Talon SRX", "Victor SPX"), NO_PHOENIX_5)
-"""Motor controllers of Phoenix 5, with the reason why a file may not name them."""
+"""Phoenix 5 motor controllers, with the reason why a file may not name them."""
 _IDS = Several(DeviceAddress, or_one=False)
 _ROWS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)
 
 MEASURES = (
-    Key("drive_motor", MOTOR_NAMES, None, "left out: as on most such controllers", "NEO"),
+    Key("drive_motor", MOTOR_NAMES, None, "left out: the usual one of the controller", "NEO"),
     Key("steer_motor", MOTOR_NAMES, None, "", "NEO 550"),
     Key("drive_gearing", GEARING, None, "rotor turns per wheel turn", 6.75),
     Key("steer_gearing", GEARING, None, "rotor turns per turn of the azimuth", 21.43),
-    Key("coupling_ratio", RATIO, None, "drive rotor turns per turn of the azimuth while the wheel stands", 0.0),
+    Key("coupling_ratio", RATIO, None, "drive rotor turns per azimuth turn while the wheel is at rest", 0.0),
     Key("wheel_diameter", ROBOT_LENGTH, None, "", 0.1016),
-    Key("trackwidth", ROBOT_LENGTH, None, "of a tank, between left and right wheels", 0.56),
-    Key("dropped_center", bool, None, "left out: true; of a tank: middle wheels lower, as in a kit chassis", False),
+    Key("trackwidth", ROBOT_LENGTH, None, "of a tank drive, between left and right wheels", 0.56),
+    Key("dropped_center", bool, None, "of a tank drive: middle wheels lower, as in kit chassis; left out: true", False),
     Key("reversed", bool, None, "of a tank or mecanum drive: whether positive output drives backward", True),
-    Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else a plate's", 5.0),
+    Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else that of a plate", 5.0),
     Key("drive_stator_limit", CURRENT_LIMIT, None, "A per motor; left out: as configured", 60.0),
     Key("drive_supply_limit", CURRENT_LIMIT, None, "", 60.0),
     Key("steer_stator_limit", CURRENT_LIMIT, None, "", 20.0),
     Key("steer_supply_limit", CURRENT_LIMIT, None, "", 20.0),
 )
-"""Each corrects what is found."""
+"""Keys that correct values found in the program."""
 DRIVETRAIN = KeyTable(
     "[drivetrain]",
-    "what the program does not say of it; with motors it describes all of it, and nothing is looked for",
+    "what the program does not contain; with motors it describes the whole drivetrain, and the program is not searched",
     (
-        Key("kind", KINDS, "", "left out: as the program has it", "swerve"),
+        Key("kind", KINDS, "", "left out: that of the program", "swerve"),
         Key("controller", str, "", "of the drive motors: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX",
             refused=OLD_CONTROLLERS),
         Key("drive", _IDS, (), "ids or channels, in the order of your kinematics; mecanum: front left, front right, "
             "rear left, rear right", [1, 3, 5, 7]),
-        Key("left", _IDS, (), "of a tank: motors of the left side, the leader first", [1, 2]),
+        Key("left", _IDS, (), "of a tank drive: motors of the left side, the leader first", [1, 2]),
         Key("right", _IDS, (), "", [3, 4]),
         Key("steer_controller", str, "", "left out: that of the drive motors", "SPARK MAX", refused=OLD_CONTROLLERS),
         Key("steer", _IDS, (), "", [2, 4, 6, 8]),
@@ -80,17 +80,17 @@ DRIVETRAIN = KeyTable(
         Key("encoders", _IDS, (), "ids or channels of these", [11, 12, 13, 14]),
         Key("x", _PLACES, (), "of the modules, forward of the robot's center", [0.27, 0.27, -0.27, -0.27]),
         Key("y", _PLACES, (), "to the left", [0.27, -0.27, 0.27, -0.27]),
-        Key("zeros_deg", Several(DEGREES), (), "what your code reads as angle while the encoder reads 0",
+        Key("zeros_deg", Several(DEGREES), (), "angle that your code reads while the encoder reads 0",
             [0.0, 0.0, 0.0, 0.0]),
-        Key("reversed_drive", _ROWS, (), "those of drive, by place from 0, that go backward with positive output", []),
-        Key("reversed_steer", _ROWS, (), "those of steer that turn clockwise with positive output", []),
-        Key("reversed_encoders", _ROWS, (), "those of encoders that count up clockwise", []),
+        Key("reversed_drive", _ROWS, (), "indices in drive, from 0, that go backward with positive output", []),
+        Key("reversed_steer", _ROWS, (), "indices in steer that turn clockwise with positive output", []),
+        Key("reversed_encoders", _ROWS, (), "indices in encoders that count up clockwise", []),
         Key("wheel_encoders", _ROWS, (), "first DIO channels of encoders on wheels or sides", []),
-        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "way that your code takes 2048 of their "
-            "pulses for", []),
+        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "distance that your code counts for 2048 of "
+            "their pulses", []),
         Key("gyro", str, "", "model, and number where there are several; left out: the first", "Pigeon2 9"),
-        Key("gyro_upside_down", bool, False, "whether it hangs upside down, and the program goes by that", True),
-        Key("gyro_reversed", bool, False, "whether its yaw alone counts the other way", True),
+        Key("gyro_upside_down", bool, False, "whether it is upside down, and the program accounts for that", True),
+        Key("gyro_reversed", bool, False, "whether only its yaw is reversed", True),
         *MEASURES,
     ),
 )  # fmt: skip
@@ -98,71 +98,71 @@ DRIVETRAIN = KeyTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainSettings:
-    """What the table says; empty where it says nothing."""
+    """Contents of the table; empty where it has no value."""
 
     kind: str = ""
-    """One of `KINDS`."""
+    """Kind of the drivetrain, one of `KINDS`."""
     controller: str = ""
-    """Of the drive motors, by model: `TalonFX`, `SPARK MAX`, `PWM`."""
+    """Model of the drive motors' controllers: `TalonFX`, `SPARK MAX`, `PWM`."""
     steer_controller: str = ""
-    """Of the steer motors; that of the drive motors if empty."""
+    """Model of the steer motors' controllers; empty: that of the drive motors."""
     drive: tuple[tuple[DeviceAddress, ...], ...] = ()
-    """Ids or channels of each wheel's motors; of a tank those of the left and of the right side, the leader first."""
+    """Ids or channels of each wheel's motors; for a tank drive those of the left and right side, the leader first."""
     steer: tuple[DeviceAddress, ...] = ()
-    """Of each module's steer motor."""
+    """Id or channel of each module's steer motor."""
     encoder: str = ""
-    """One of `ENCODERS`."""
+    """Kind of the azimuths' encoders, one of `ENCODERS`."""
     encoders: tuple[DeviceAddress, ...] = ()
     """Ids or channels of the azimuths' encoders."""
     wheel_encoders: tuple[int, ...] = ()
     """First DIO channels of encoders on wheels or sides."""
     wheel_distances: tuple[float, ...] = ()
-    """What robot code takes for the way of one turn of these [m]."""
+    """Distance that robot code counts for one turn of each of these encoders [m]."""
     places: tuple[tuple[float, float], ...] = ()
-    """Of the wheels, forward and left of the robot's center [m]."""
+    """Positions of the wheels, forward and left of the robot's center [m]."""
     zeros: tuple[float, ...] = ()
-    """Angles at which robot code takes azimuths to be while their encoders read zero [rad]."""
+    """Angle that robot code assigns to each azimuth at an encoder reading of zero [rad]."""
     reversed_drive: tuple[int, ...] = ()
-    """Wheels, counted from 0, whose motors robot code drives backward with positive output."""
+    """Indices of wheels, from 0, whose motors robot code drives backward with positive output."""
     reversed_steer: tuple[int, ...] = ()
-    """Modules whose steer motors turn clockwise with positive output."""
+    """Indices of modules whose steer motors turn clockwise with positive output."""
     reversed_encoders: tuple[int, ...] = ()
-    """Modules whose encoders count up clockwise."""
+    """Indices of modules whose encoders count up clockwise."""
     gyro: str = ""
-    """Model, and id where there are several: `Pigeon2 9`."""
+    """Model of the gyro, with its id where there are several: `Pigeon2 9`."""
     gyro_upside_down: bool = False
-    """Whether it is turned over about the robot's x axis."""
+    """Whether the gyro is rotated by half a turn about the robot's x axis."""
     gyro_reversed: bool = False
-    """Whether its yaw alone counts the other way."""
+    """Whether only the yaw of the gyro is reversed."""
     measures: Mapping[str, Any] = field(default_factory=dict)
-    """Those of `MEASURES` that it has."""
+    """Values of the keys of `MEASURES` in the table."""
 
     @property
     def has_devices(self) -> bool:
-        """Whether it describes the whole drivetrain."""
+        """Whether the table describes the whole drivetrain."""
         return bool(self.drive)
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """Keys that it has and that correct what is found of the wheels."""
+        """Keys in the table that correct what the program search found about the wheels."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
-        return self._said(*own)
+        return self._present_keys(*own)
 
     @property
     def of_swerve(self) -> tuple[str, ...]:
-        """Keys of these that a swerve drive alone can have."""
-        return self._said("reversed_steer", "reversed_encoders", "zeros")
+        """Keys in the table that only a swerve drive can have."""
+        return self._present_keys("reversed_steer", "reversed_encoders", "zeros")
 
-    def _said(self, *names: str) -> tuple[str, ...]:
+    def _present_keys(self, *names: str) -> tuple[str, ...]:
         keys = {"zeros": "zeros_deg", "places": "x"}
         return tuple(keys.get(name, name) for name in names if getattr(self, name))
 
 
 def read_drivetrain(t: Table | None) -> DrivetrainSettings:
-    """The table, checked; without one nothing is said.
+    """Read and check the table; None gives empty settings.
 
     Raises:
-        ConfigError: A key is not known, or makes no sense beside the others.
+        ConfigError: A key is unknown, or conflicts with the others.
     """
     if t is None:
         return DrivetrainSettings()
@@ -174,7 +174,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     if not (left or right or drive):
         for name in _OF_DEVICES:
             if name in t:
-                raise t.error(name, "needs the motors beside it, drive, or left and right; else they are looked for")
+                raise t.error(name, "needs the motors as well: drive, or left and right")
     if bool(left) != bool(right):
         raise t.error("left", "and right must both name motors")
     if len(xs) != len(ys):
@@ -191,7 +191,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 
 
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
-    """With motors the table describes all of the drivetrain."""
+    """Require that a table with motors describes the whole drivetrain."""
     if not s.has_devices:
         return
     if not s.kind or not s.controller:

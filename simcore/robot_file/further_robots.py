@@ -1,4 +1,4 @@
-"""`[[partner]]` and `[[opponent]]` of `simcore.toml`: robots beside the team's own, and what drives them."""
+"""Tables `[[partner]]` and `[[opponent]]` of `simcore.toml`: further robots, and their controllers."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.players.lineup import ME, WhileEnabled, find_role, lineup, read_player
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot
-from simcore.players.lineup import ME, WhileEnabled, find_role, lineup, read_player
 from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
 from simcore.robot.robot import Controller
 from simcore.robot_file.key_tables import Key, KeyTable, Table
+from simcore.world.symmetry import Pose
 
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 
 ROLES = ("partner", "opponent")
-FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot beside yours, whichever alliance yours "
-    "is of; it plays while yours is enabled", (
+FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the game's own, in the other alliance or in "
+    "yours; it plays while yours is enabled", (
     Key("name", str, example="defender"),
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
         "else the game's", [2.0, 5.5, 0.0]),
-    Key("auto", str, None, "of the game, by its name; neither this nor player nor script: it stands still"),
+    Key("auto", str, None, "an auto of the game, by name; without auto, player and script it stands still"),
     Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
-    Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
+    Key("script", str, None, '"module:function" next to this file: of (robot, time), or a generator of a ScriptedRobot',
         "defense:defend"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
 ))  # fmt: skip
@@ -39,24 +39,24 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot b
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FurtherRobot:
-    """A robot beside the team's own; fields are as the keys of `FURTHER_ROBOT`."""
+    """Robot other than the team's own; fields are as the keys of `FURTHER_ROBOT`."""
 
     name: str
     role: str
-    """One of `ROLES`."""
+    """Role of the robot, one of `ROLES`."""
     start: Pose | None = None
-    """As a blue robot, field frame [m, m, rad]."""
+    """Start pose as a blue robot, field frame [m, m, rad]."""
     auto: str | None = None
     player: str | None = None
     script: str | None = None
     preload: int | None = None
     where: str = ""
-    """Its table, for messages."""
+    """Name of its table in messages."""
     folder: Path = Path()
-    """Where the module of its script is."""
+    """Folder with the module of its script."""
 
     def entry(self, game: Game) -> RobotEntry:
-        """Of a match.
+        """Return the robot's entry in a match.
 
         Raises:
             ConfigError: The game has no such auto.
@@ -76,12 +76,12 @@ class FurtherRobot:
         return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload, config=config)
 
     def alliance(self, ours: Alliance) -> Alliance:
-        """Its alliance, by that of the team's robot."""
+        """Return its alliance, given that of the team's robot."""
         theirs: Alliance = "red" if ours == "blue" else "blue"
         return ours if self.role == "partner" else theirs
 
     def controller(self, match: Match, number: int) -> Controller | None:
-        """What drives it; None: nothing does.
+        """Return the controller of the robot; None: it stands still.
 
         Raises:
             ConfigError: There is no such script.
@@ -118,36 +118,36 @@ class FurtherRobot:
 
 
 def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
-    """One of them.
+    """Read the table of a further robot.
 
     Args:
-        t: The table.
+        t: Table to read.
         role: One of `ROLES`.
-        folder: Where the file is.
+        folder: Folder of the file.
 
     Raises:
-        ConfigError: A key is missing, unknown, or makes no sense.
+        ConfigError: A key is missing, unknown or invalid.
     """
     v = FURTHER_ROBOT.read(t)
     t.finish()
     given = [key for key in ("script", "player", "auto") if v[key] is not None]
     if len(given) > 1:
-        raise t.error(given[0], f"and {given[1]} cannot both be: one of them drives the robot")
+        raise t.error(given[0], f"and {given[1]} exclude each other: one of them drives the robot")
     if v["script"] is not None and not all(v["script"].partition(":")):
         raise t.error("script", f'must be "module:function", e.g. "defense:defend"; got {v["script"]!r}')
     return FurtherRobot(**v, role=role, where=t.where, folder=folder)
 
 
 def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
-    """Scripted partners and opponents of a robot in a whole match.
+    """Return the scripted partners and opponents of a robot in a whole match.
 
     Args:
-        game: Which is played.
-        match: A name of the game's practice matches, or `PARTNERS/OPPONENTS` as line-ups are typed:
+        game: Game to play.
+        match: Name of one of the game's practice matches, or a line-up `PARTNERS/OPPONENTS`:
             `collector:3/collector:2,defender`.
 
     Raises:
-        ConfigError: It is neither, or these are more robots than an alliance has.
+        ConfigError: The match is neither, or has more robots than an alliance.
         UnknownNameError: The game has no such role.
     """
     with_me, slash, against = match.partition("/")
@@ -170,10 +170,10 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
 
 def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
-    """Let the robots of a match from number 1 on play, each in the alliance that its role means.
+    """Add the controllers of a match's robots from number 1 on, each in the alliance of its role.
 
     Raises:
-        ConfigError: A script is not there.
+        ConfigError: A script does not exist.
     """
 
     def follow() -> None:

@@ -1,4 +1,4 @@
-"""`simcore init`: writes a `simcore.toml` beside robot.py, with the devices that the program builds."""
+"""Command `simcore init`: writes a `simcore.toml` next to robot.py, with the devices that the program builds."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from simcore.robot_file.template import FILE_NAME, template
 
 __all__ = ["add_arguments", "find_robot_py", "run", "survey"]
 
-_LOOK_SECONDS = 180.0  # a laptop imports all that a robot program needs in 10 to 20, a busy one in 60
+_LOOK_SECONDS = 180.0  # a laptop imports a robot program in 10 to 20 s, a busy one in 60
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
-"""What programs write into rather than read from; links to them would lead back into the project."""
+"""Files that programs write rather than read; links to them would write into the project."""
 _LEFT_BEHIND = (
     *("__pycache__/", "ctre_sim/", "logs/", "out/", "test_output/", "networktables.json", "networktables.json.bck"),
     *("simgui.json", "simgui-window.json", "*.wpilog", "*.hoot"),
 )
-"""Lines for .gitignore. `simgui-ds.json` is none: it says which keys and gamepads drive, and belongs to the project."""
+"""Lines for .gitignore. `simgui-ds.json` is not among them: its keyboard and gamepad setup belongs to the project."""
 _OWN_SIMULATION = re.compile(r"\bsim_state\b|\bSpark\w*Sim\b|SimCollection\b|\bset_raw_rotor_position\b")
 _WORKFLOW = Path(__file__).with_name("robot-tests.yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What `simcore init` takes."""
+    """Add the arguments of `simcore init`."""
     parser.add_argument(
         "folder", nargs="?", type=Path, default=Path(), help="the robot project, or its robot.py (default: here)"
     )
@@ -55,11 +55,11 @@ def run(args: argparse.Namespace) -> int:
     """Write the file and start the program with it once, or write the workflow with `--ci`.
 
     Returns:
-        1 if the program would not start with the file, else 0.
+        1 if the program does not start with the file, else 0.
 
     Raises:
-        ConfigError: There is no robot.py, it does not load, or the file is there already.
-        OutputError: The folder cannot be written.
+        ConfigError: There is no robot.py, it does not load, or the file exists already.
+        OutputError: The folder is not writable.
     """
     robot_file = find_robot_py(args.folder)
     if args.ci:
@@ -68,21 +68,21 @@ def run(args: argparse.Namespace) -> int:
         return 0
     path = robot_file.parent / FILE_NAME
     if path.exists() and not args.force:
-        raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
+        raise ConfigError(f"{path} already exists; simcore init --force overwrites it")
     if not args.no_look:
-        prepare()  # the first time on a computer it takes longer than a program may take to start
+        prepare()  # the first time on a computer this takes longer than a program may take to start
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(
-            f"the robot program does not load ({found['error']}), so nothing is written; mend that first, or write the "
+            f"the robot program does not load ({found['error']}), so nothing is written; fix that first, or write the "
             "file without looking at it: simcore init --no-look"
         )
-    for line in _looked(found, is_asked=not args.no_look):
+    for line in _survey_report(found, is_asked=not args.no_look):
         print(line)
     if found and _simulates_itself(robot_file.parent):
         for m in found.get("motors", ()):
             m["turns_freely"] = False
-            m["remark"] = m["remark"] or "your program has a simulation of its own, which may move it"
+            m["remark"] = m["remark"] or "your program has its own simulation, which may move it"
     game = next(iter(installed_games()), "")
     try:
         problem = _write_table(path, found, robot_file, game=game, every=args.all, starts=not args.no_look)
@@ -99,25 +99,25 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: str, every: bool, starts: bool) -> str:
-    """Write a file with which the program starts, without a `[drivetrain]` where that one ends the start.
+    """Write a file with which the program starts, without a `[drivetrain]` if that one ends the start.
 
     Args:
-        path: Of the file.
-        found: What the program has.
-        robot_file: The program.
+        path: Path of the file to write.
+        found: Survey of the program.
+        robot_file: Path of the program.
         game: See `template`.
         every: See `template`.
-        starts: Whether to start the program with the file, else the file is only read.
+        starts: Whether to start the program with the file; False: only read the file.
 
     Returns:
-        The sentence that a start ends with all the same; empty: it starts.
+        Error that ends a start nevertheless; empty: the program starts.
     """
     while True:
         path.write_text(template(found, game=game, every=every), encoding="utf-8")
         try:
             read_settings(path)
             answer = survey(robot_file, "described", "started") if starts else {}
-            if "error" in answer:  # it has loaded without the file
+            if "error" in answer:  # the program loads without the file
                 return str(answer["error"])
             problem = str(answer.get("start_problem", ""))
         except ConfigError as error:
@@ -128,12 +128,12 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
         print(found["drivetrain"]["problem"])
 
 
-def _looked(found: dict[str, Any], *, is_asked: bool) -> list[str]:
-    """Say what the look at the program has found, or why it has found nothing."""
+def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
+    """Describe what the survey of the program has found, or why it has found nothing."""
     if not is_asked:
-        return ["not looked at the robot program: fill in the mechanisms by hand"]
+        return ["did not start the robot program: fill in the mechanisms by hand"]
     if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
-        return [f"could not look at the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
+        return [f"could not survey the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
     motors, ports, cameras = (found.get(what, ()) for what in ("motors", "ports", "cameras"))
     drivetrain = found.get("drivetrain", {})
     said = list(drivetrain.get("lines", ()))
@@ -149,19 +149,19 @@ def _looked(found: dict[str, Any], *, is_asked: bool) -> list[str]:
 
 
 def _simulates_itself(folder: Path) -> bool:
-    """Whether robot code or a physics.py writes into simulated motors."""
+    """Return whether robot code or a physics.py writes to simulated motors."""
     files = [path for path in folder.rglob("*.py") if not _is_foreign(path.relative_to(folder))]
     return any(_OWN_SIMULATION.search(path.read_text(encoding="utf-8", errors="replace")) for path in files)
 
 
 def write_ignored(project: Path) -> Path | None:
-    """Let git ignore what runs leave behind; lines that are there stay, and none comes twice.
+    """Add files that runs leave behind to .gitignore; existing lines stay, and none is repeated.
 
     Args:
-        project: From where the program is started.
+        project: Folder in which the program is started.
 
     Returns:
-        The file, if it was written.
+        Path of the file if it was written, else None.
     """
     path = project / ".gitignore"
     text = path.read_text(encoding="utf-8") if path.is_file() else ""
@@ -177,13 +177,13 @@ def write_ignored(project: Path) -> Path | None:
 
 
 def find_robot_py(place: Path) -> Path:
-    """The robot.py of a project of any layout.
+    """Find the robot.py of a project of any layout.
 
     Args:
-        place: A robot.py of whatever name, its folder, or a folder above it such as that of pyproject.toml.
+        place: A robot.py of any name, its folder, or a folder above it such as that of pyproject.toml.
 
     Raises:
-        ConfigError: There is none, or more than one and none of them nearest.
+        ConfigError: There is none, or several and none of them nearest.
     """
     if place.is_file():
         return place
@@ -204,7 +204,7 @@ def find_robot_py(place: Path) -> Path:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Whether a file belongs to an environment, a build or the tests and not to the program."""
+    """Return whether a file belongs to an environment, a build or the tests and not to the program."""
     return any(
         part.startswith(".") or part in ("venv", "env", "site-packages", "node_modules", "build", "dist", "tests")
         for part in path.parts
@@ -212,7 +212,7 @@ def _is_foreign(path: Path) -> bool:
 
 
 def _project_of(robot_file: Path) -> Path:
-    """The folder from which the team starts the program: the nearest one with a pyproject.toml, else robot.py's."""
+    """Return the folder in which the team starts the program: the nearest with a pyproject.toml, else robot.py's."""
     folder = robot_file.resolve().parent
     return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
 
@@ -224,13 +224,13 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
     """Write a workflow that runs the robot tests into the git repository of a project.
 
     Args:
-        robot_file: Its robot.py.
-        source: From where pip can install simcore there; empty: from where it was installed here.
-        force: Overwrite one that is there.
+        robot_file: The project's robot.py.
+        source: Address from which pip can install simcore there; empty: that of this installation.
+        force: Whether to overwrite an existing file.
 
     Raises:
-        ConfigError: It is there already, the project is in no git repository, or nobody knows where simcore is from.
-        OutputError: It cannot be written.
+        ConfigError: The file exists, the project is in no git repository, or the source of simcore is unknown.
+        OutputError: The file is not writable.
     """
     project = robot_file.resolve().parent
     root = next((folder for folder in (project, *project.parents) if (folder / ".git").exists()), None)
@@ -244,7 +244,7 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
         )
     path = root / ".github" / "workflows" / _WORKFLOW.name
     if path.exists() and not force:
-        raise ConfigError(f"{path} is there already; simcore init --ci --force overwrites it")
+        raise ConfigError(f"{path} already exists; simcore init --ci --force overwrites it")
     packages = shlex.join([simcore, *_packages(project)])
     packages += " -r requirements.txt" if (project / "requirements.txt").is_file() else ""
     text = _WORKFLOW.read_text(encoding="utf-8").replace("PACKAGES", packages)
@@ -257,39 +257,38 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
 
 
 def _packages(project: Path) -> list[str]:
-    """Return what RobotPy installs for a project, by its pyproject.toml."""
+    """Return the packages that RobotPy installs for a project, from its pyproject.toml."""
     file = project / "pyproject.toml"
-    told: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
-    extras = ",".join(told.get("components", ()))
+    settings: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
+    extras = ",".join(settings.get("components", ()))
     robotpy = f"robotpy[{extras}]" if extras else "robotpy"
-    robotpy += f"=={told['robotpy_version']}" if "robotpy_version" in told else ""
-    return [robotpy, *told.get("requires", ())]
+    robotpy += f"=={settings['robotpy_version']}" if "robotpy_version" in settings else ""
+    return [robotpy, *settings.get("requires", ())]
 
 
-# --- the look at the program ------------------------------------------------------------------------------------------
+# --- the survey of the program ----------------------------------------------------------------------------------------
 
 
 def survey(robot_file: Path, *options: str) -> dict[str, Any]:
-    """Build the robot program in a process of its own, and ask it what it is made of.
+    """Build the robot program in a separate process and survey its parts.
 
     Args:
-        robot_file: Its robot.py.
-        options: Of `simcore.robotpy.robot_survey`.
+        robot_file: The project's robot.py.
+        options: Command-line options of `simcore.robotcode.sim.robot_survey`.
 
     Returns:
-        The answer; with `error` or `not_modelled` in it, and nothing else for certain, where the program cannot be
-        built.
+        The survey; if the program cannot be built it has a key `error` or `not_modelled`, and no other key for certain.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
             return {"error": f"{module} is not installed"}
-    robot_file = robot_file.resolve()  # it is asked in another folder
-    answer = _ask(robot_file, options)
-    return _ask(robot_file, (*options, "real")) if "not_modelled" in answer else answer
+    robot_file = robot_file.resolve()  # the survey runs in another folder
+    answer = _run_survey(robot_file, options)
+    return _run_survey(robot_file, (*options, "real")) if "not_modelled" in answer else answer
 
 
-def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """The survey's line of JSON."""
+def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
+    """Run the survey and return its line of JSON."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),
@@ -297,11 +296,11 @@ def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
         *filter(None, [os.environ.get("PYTHONPATH")]),
     ]
     try:
-        # In a folder of its own, as programs and libraries write files where they are started.
+        # In a separate folder, as programs and libraries write files to the working directory.
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
             _link_contents(project, Path(scratch))
             done = subprocess.run(
-                [sys.executable, "-m", "simcore.robotpy.robot_survey", str(robot_file), *options],
+                [sys.executable, "-m", "simcore.robotcode.sim.robot_survey", str(robot_file), *options],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,
@@ -319,7 +318,7 @@ def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
 
 
 def _link_contents(project: Path, scratch: Path) -> None:
-    """Let a program find its files where it is started, as at home; without them where links are not allowed."""
+    """Link a project's files into the folder where a program starts; without links where they are not allowed."""
     for entry in project.iterdir():
         if entry.name.startswith(".") or entry.name in _NOT_LINKED or entry.suffix == ".py":
             continue

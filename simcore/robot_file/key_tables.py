@@ -1,6 +1,6 @@
-"""The keys of simcore.toml: each stands once, and makes reader, error sentences, template and documentation.
+"""Keys of `simcore.toml`: one definition each serves the reader, error messages, template and documentation.
 
-Tables are read strictly: every key is asked for once, and a key that is not asked for is a mistake.
+Tables are read strictly: the reader asks for each key once, and a key that it does not ask for is an error.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = [
 ]  # fmt: skip
 
 REQUIRED: Any = object()
-"""Default of a key that must be there."""
+"""Default of a required key."""
 
 
 _MEANT = {
@@ -38,14 +38,14 @@ _MEANT = {
     **dict.fromkeys(("ratio", "gear_ratio", "reduction"), "gearing"),
     **dict.fromkeys(("id", "can_id", "motor_id"), "leader"),
 }
-"""What keys are called elsewhere, where letters do not tell."""
+"""Keys by names that others use for them, where the letters are too different for a suggestion."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """What is in a file.
+    """Read a TOML file.
 
     Raises:
-        ConfigError: It cannot be read, or is no TOML; the message has the line.
+        ConfigError: The file is not readable, or not valid TOML; the message has the line.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")  # Windows editors begin a file with a byte order mark
@@ -59,7 +59,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def _toml_hint(text: str) -> str:
-    r"""Say what people write that is not TOML, if it is in a text.
+    r"""Describe a common mistake in a text that is not TOML; empty if there is none.
 
     >>> _toml_hint("mass = 52,5  # weighed"), _toml_hint("mass = 52 kg"), _toml_hint("real = True")
     ('; decimals take a point: 52.5', "; a unit is not written: 52 in place of '52 kg'", '; write true with a small t')
@@ -89,8 +89,8 @@ class Table:
     """One table of a file; `Key` reads the values in it.
 
     Args:
-        data: As the TOML parser gives it.
-        where: How messages call it, e.g. `simcore.toml [robot]`.
+        data: Values from the TOML parser.
+        where: Name of the table in messages, e.g. `simcore.toml [robot]`.
 
     >>> robot = Table({"bumbers": 1}, "simcore.toml [robot]")
     >>> robot.value("bumpers", 0.8, "a length")
@@ -106,23 +106,23 @@ class Table:
         self._asked: list[str] = []
 
     def error(self, key: str, problem: str) -> ConfigError:
-        """The error to raise about a key."""
+        """Return the error to raise about a key."""
         return ConfigError(f"{self.where}: {key} {problem}")
 
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
     def has(self, key: str) -> bool:
-        """Whether a key is there, and not switched off by false."""
+        """Return whether a key is in the table and not switched off by false."""
         return self._data.get(key, False) is not False
 
     def value(self, key: str, default: Any, wanted: str) -> Any:
-        """The value of a key, of whatever type.
+        """Return the value of a key, of any type.
 
         Args:
-            key: Its name.
-            default: If it is not there; with `REQUIRED` it must be.
-            wanted: What it must be, for the message.
+            key: Name of the key.
+            default: Value if the key is not in the table; `REQUIRED`: it must be.
+            wanted: Description of a valid value, for the message.
         """
         self._asked.append(key)
         if key not in self._data and default is REQUIRED:
@@ -130,16 +130,16 @@ class Table:
         return self._data.get(key, default)
 
     def table(self, key: str) -> Table | None:
-        """A table in this one, or None."""
+        """Return a table in this one, or None."""
         value = self.value(key, None, "")
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.error(key, f"must be a table, written [{key}] on a line of its own; got {shown(value)}")
+            raise self.error(key, f"must be a table, written [{key}] on its own line; got {shown(value)}")
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """Return the tables of a list of tables; each is called by its name, which no other has, where it has one."""
+        """Return the tables of a list of tables; a table with a name is called by it, and names must be unique."""
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
@@ -150,7 +150,7 @@ class Table:
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:
-        """A single table `[key]`, or the tables of a list `[[key]]`; none if there is neither."""
+        """Return the single table `[key]` or the tables of a list `[[key]]`; empty if there is neither."""
         value = self._data.get(key)
         if isinstance(value, dict):
             self._asked.append(key)
@@ -158,7 +158,7 @@ class Table:
         return self.tables(key)
 
     def named_tables(self, key: str) -> dict[str, Table]:
-        """The tables in a table, by their names: `[autos."Left"]` is one of `autos`."""
+        """Return the tables in a table by their names: `[autos."Left"]` is one of `autos`."""
         table = self.table(key)
         if table is None:
             return {}
@@ -166,23 +166,23 @@ class Table:
         for name, value in table._data.items():
             if not isinstance(value, dict):
                 line = f"[{key}.{name!r}]"
-                raise table.error(name, f"must be a table, written {line} on a line of its own; got {shown(value)}")
+                raise table.error(name, f"must be a table, written {line} on its own line; got {shown(value)}")
             tables[name] = Table(value, f"{self.where} [{key}.{name!r}]")
         return tables
 
     def finish(self) -> None:
-        """Say that all keys have been asked for.
+        """Check that all keys of the table have been asked for.
 
         Raises:
-            ConfigError: The file has one that was not.
+            ConfigError: The table has another key.
         """
         self.require_known(self._asked)
 
     def require_known(self, names: Iterable[str]) -> None:
-        """Make sure that the table has no key but these.
+        """Check that the table has no other keys than these.
 
         Raises:
-            ConfigError: It has another one.
+            ConfigError: The table has another key.
         """
         known = sorted(names)
         for key in self._data:
@@ -192,7 +192,7 @@ class Table:
                 raise ConfigError(f"{self.where}: no key {key!r}.{near} Known: {', '.join(known)}")
 
     def slip(self, names: Collection[str]) -> str:
-        """Return the sentence about a key that is nearly one of those that are not there; empty: there is none."""
+        """Return a message about a key that is nearly one of the missing ones; empty if there is none."""
         missing = [name for name in names if name not in self._data]
         for key in self._data:
             if key not in _NAMES and (near := difflib.get_close_matches(key, missing, n=1, cutoff=0.85)):
@@ -203,21 +203,21 @@ class Table:
 # --- keys -------------------------------------------------------------------------------------------------------------
 
 _NAMES: set[str] = set()
-"""Of all keys of all tables."""
+"""Names of all keys of all tables."""
 Names: TypeAlias = Mapping[str, Sequence[str]]
-"""What a file has, by its kind: the names of its mechanisms, of those that carry something, of its storages."""
+"""Names in a file by kind: of mechanisms, of those that can carry others, of storages."""
 
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """The name of something in the file."""
+    """Value that is the name of something in the file."""
 
     kind: str
-    """Of `Names`."""
+    """Kind of the thing, a key of `Names`."""
     table: str
-    """Where such things are described, for the message if there is none."""
+    """Table that describes such things, for messages."""
     many: bool = False
-    """Whether a list of names may be given, too."""
+    """Whether the value may also be a list of names."""
 
     def __str__(self) -> str:
         return f"name of a {self.kind}" + (", or a list of such" if self.many else "")
@@ -225,12 +225,12 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """A list."""
+    """Value that is a list."""
 
     of: Quantity | tuple[str, ...] | type[str] | type[DeviceAddress]
-    """Of numbers, of names out of a closed set, of any texts, or of devices."""
+    """Type of the entries: numbers, names out of a closed set, any texts, or devices."""
     or_one: bool = True
-    """Whether a single one may be written without brackets."""
+    """Whether a single entry may be written without brackets."""
 
     def __str__(self) -> str:
         one = _form_text(self.of)
@@ -238,13 +238,13 @@ class Several:
 
 
 Form: TypeAlias = "Quantity | Row | Named | Several | tuple[str, ...] | type[bool] | type[str] | type[DeviceAddress]"
-"""What a value may be: a number, a row of numbers, a name, a list, one of several texts, true or false, a text, a
+"""Type of a value: a number, a row of numbers, a name, a list, one of several texts, true or false, a text, a
 device."""
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key.
+    """Key of a table.
 
     >>> from simcore.quantities import MASS, ROBOT_PLACE
     >>> Key("mass", MASS).read(Table({"mass": -3}, "simcore.toml [robot]"), {})
@@ -259,29 +259,29 @@ that is -0.61 m
     name: str
     form: Form
     default: Any = REQUIRED
-    """If it is not in the file, in the file's unit; None: what `about` says."""
+    """Default in the file's unit; None: `about` describes it."""
     about: str = ""
-    """What it is, for template and documentation."""
+    """Meaning, for template and documentation."""
     example: Any = None
-    """In the template; None: the default."""
+    """Value in the template; None: the default."""
     field: str = ""
-    """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, also one in a row,
-    unless the field has `_deg` at its end, too."""
+    """Field of the config; empty: the name of the key. Angles in degrees, also in a row, are converted to radians
+    unless the field also ends in `_deg`."""
     is_guess: bool = False
-    """Whether its default is a guess, which runs list as long as the file does not say it."""
+    """Whether the default is a guess; runs list it until the file has the key."""
     needs: tuple[str, str] | None = None
-    """Key that must be in the table, too, and not false; and how its value is written in the message."""
+    """Another key that the table must have and that must not be false, and its value as written in the message."""
     refused: Mapping[str, str] | None = None
-    """Texts that cannot be, each with the reason, where more is to be said than what can."""
+    """Texts that are refused for special reasons, with the reason of each."""
 
     def __post_init__(self) -> None:
         _NAMES.add(self.name)
 
     def read(self, t: Table, names: Names) -> Any:
-        """The value in a table, in the unit of the config.
+        """Return the value in a table, in the unit of the config.
 
         Raises:
-            ConfigError: It cannot be.
+            ConfigError: The value is invalid.
         """
         form: Any = self.form
         if isinstance(form, Named):
@@ -292,7 +292,7 @@ that is -0.61 m
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _form_text(form))
         if self.needs and self.name in t and not t.has(self.needs[0]):
-            raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
+            raise t.error(self.name, f"needs {' = '.join(self.needs)} as well")
         if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
             raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
         if self.name not in t:
@@ -312,17 +312,17 @@ that is -0.61 m
 
     @property
     def target(self) -> str:
-        """Field of the config."""
+        """Name of the field in the config."""
         return self.field or self.name
 
     def line(self, prefix: str = "# ") -> str:
-        """Of the template."""
+        """Return the line of the template."""
         values = (self.example, self.default, "name")
         first = next(one for one in values if one is not None and one is not REQUIRED)
         return comment_line(f"{prefix}{self.name} = {toml(first)}", self.about)
 
     def row(self) -> str:
-        """Of the table in the documentation."""
+        """Return the row of the documentation's table."""
         default = "needed" if self.default is REQUIRED else ""
         if default == "" and self.default not in (None, (), ""):
             default = f"{'a guess: ' if self.is_guess else ''}`{toml(self.default)}`"
@@ -332,18 +332,18 @@ that is -0.61 m
 
 @dataclass(frozen=True, slots=True)
 class KeyTable:
-    """A table of the file, or a part that several tables share."""
+    """Table of the file, or a part that several tables share."""
 
     head: str
-    """As written in the file, e.g. `[[intake]]`."""
+    """Head as written in the file, e.g. `[[intake]]`."""
     about: str
     keys: tuple[Key, ...]
 
     def read(self, t: Table, names: Names | None = None) -> dict[str, Any]:
-        """The values by the fields of the config.
+        """Return the values by the fields of the config.
 
         Raises:
-            ConfigError: A value cannot be; keys of other names are refused by `Table.finish`.
+            ConfigError: A value is invalid; `Table.finish` refuses keys of other names.
         """
         try:
             return {key.target: key.read(t, names or {}) for key in self.keys}
@@ -353,18 +353,18 @@ class KeyTable:
             raise
 
     def guesses(self, t: Table) -> dict[str, Any]:
-        """Keys that are left out and whose defaults are guesses, with these."""
+        """Return the guesses for missing keys."""
         return {key.name: key.default for key in self.keys if key.is_guess and key.name not in t}
 
     def example(self) -> str:
-        """The table in comments."""
+        """Return the table as comments."""
         head, _, kind = self.head.partition(", ")
         return comment_line(f"# {head}", f"{kind}: {self.about}" if kind else self.about) + "".join(
             key.line() for key in self.keys
         )
 
     def reference(self) -> Iterator[str]:
-        """Lines of the documentation."""
+        """Yield the lines of the documentation."""
         yield from (f"### {self.head}", "", f"{self.about[:1].upper()}{self.about[1:]}.", "")
         yield from ("| key | value | if it is left out | |", "|---|---|---|---|")
         yield from (key.row() for key in self.keys)
@@ -372,11 +372,11 @@ class KeyTable:
 
 
 _HEADINGS = ("heading_deg", "start", "yaw_deg", "elevation_deg")
-"""Keys of angles that nothing else takes for radians."""
+"""Keys of angles for which a value in radians is recognized whatever it is."""
 
 
 def _as_radians(name: str, value: object) -> float | None:
-    """Return the degrees [deg] of an angle that was probably written in radians; None: it was not.
+    """Return the degrees [deg] of an angle that was probably written in radians, else None.
 
     >>> _as_radians("heading_deg", 3.14159), _as_radians("heading_deg", 90.0), _as_radians("elevation_deg", 1.13)
     (180.0, None, 64.7)
@@ -392,18 +392,18 @@ def _as_radians(name: str, value: object) -> float | None:
 
 
 def comment_line(text: str, about: str) -> str:
-    """A line of TOML with its meaning behind it, on more lines where it is long."""
+    """Format a line of TOML with its meaning as a comment, wrapped to several lines if it is long."""
     first, *more = textwrap.wrap(about, 86) or [""]
     lines = [f"{text:<31} # {first}" if about else text, *(f"{'#':<31} # {line}" for line in more)]
     return "".join(f"{line}\n" for line in lines)
 
 
 def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
-    """A table as text; rows whose values are empty are left out.
+    """Format a table as text, without rows whose values are empty.
 
     Args:
-        head: As written in the file.
-        rows: Keys, values, and what is to be said of each.
+        head: Head as written in the file.
+        rows: Keys, values and comments.
 
     >>> print(table_text("[drivetrain]", [("kind", "tank", ""), ("left", [1, 2], "found"), ("gyro", "", "")]), end="")
     [drivetrain]
@@ -416,14 +416,14 @@ def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
 
 
 def toml(value: Any) -> str:
-    """A value as TOML has it."""
+    """Format a value as TOML."""
     if isinstance(value, tuple | list):
         return f"[{', '.join(toml(one) for one in value)}]"
     return json.dumps(value, ensure_ascii=False)
 
 
 def _one(t: Table, key: str, value: Any, form: Any) -> Any:
-    """Return a value that is no list of any length."""
+    """Return a value that is not a list of any length."""
     if isinstance(form, Quantity):
         require(t.where, key, value, form)
         return value if form.is_whole else float(value)
@@ -449,7 +449,7 @@ def _one(t: Table, key: str, value: Any, form: Any) -> Any:
 
 
 def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
-    """Return the values of a list, or one where that may stand alone."""
+    """Return the values of a list, or a single value where that is allowed."""
     is_list = isinstance(value, list)
     if (not is_list and not form.or_one) or (value == [] and form.or_one):
         raise t.error(key, f"must be {form}; got {shown(value)}")
@@ -459,7 +459,7 @@ def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
 
 
 def _form_text(form: Any) -> str:
-    """Describe what a value must be, for messages and the documentation."""
+    """Describe the valid values, for messages and the documentation."""
     if form is bool:
         return "true or false"
     if form is str:

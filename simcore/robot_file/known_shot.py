@@ -1,4 +1,4 @@
-"""Exit efficiency: the wheel speeds that a shooter needs for a goal, and the efficiency that one known shot implies."""
+"""Exit efficiency from one known shot, and the wheel speeds that a shooter needs for a goal."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from simcore.errors import ConfigError
 from simcore.match.game import Game
 from simcore.match.scoring import ScoringZone
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.shot_solver import NoShotError, solve_shot
 from simcore.quantities import COUNT, DEGREES, FIELD_LENGTH, RATE, Quantity, require
 from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.shooter import ShooterConfig
 
 __all__ = ["KnownShot", "NeededSpeed", "elevations", "exit_efficiency", "goal_of", "needed_speeds"]
 
 DISTANCES = (2.0, 3.0, 4.0, 5.0)
-"""For which needed speeds are shown [m]."""
+"""Distances for which needed speeds are shown [m]."""
 _KEYS: dict[str, Quantity] = {
     "distance": FIELD_LENGTH, "rps": RATE, "elevation_deg": DEGREES, "hood_deg": DEGREES, "shooter": COUNT
 }  # fmt: skip
@@ -28,14 +28,14 @@ _KEYS: dict[str, Quantity] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownShot:
-    """A shot that a team knows to go in, of a robot that stands."""
+    """Shot from standstill that a team knows to go in."""
 
     distance: float
-    """From the robot's center to the middle of the goal, along the floor [m]."""
+    """Distance from the robot's center to the middle of the goal, along the floor [m]."""
     rps: float
-    """Set-point of the wheels [turns/s]; of two wheels their mean."""
+    """Setpoint of the wheels [turns/s]; for two wheels their mean."""
     elevation_deg: float | None = None
-    """Of the shot [deg]; None: as the hood's angle says, or the shooter that has none."""
+    """Elevation of the shot [deg]; None: from the hood's angle, or fixed without a hood."""
     hood_deg: float | None = None
     """Angle of the hood [deg]."""
     shooter: int = 1
@@ -43,10 +43,10 @@ class KnownShot:
 
     @classmethod
     def parse(cls, text: str) -> KnownShot:
-        """From a text like `distance=2.8,rps=38`.
+        """Parse a text like `distance=2.8,rps=38`.
 
         Raises:
-            ConfigError: A key is not known or missing, or a value cannot be.
+            ConfigError: A key is unknown or missing, or a value is invalid.
 
         >>> KnownShot.parse("distance=2.8,rps=38").rps
         38.0
@@ -73,33 +73,33 @@ class KnownShot:
 
 @dataclass(frozen=True, slots=True)
 class NeededSpeed:
-    """What a shot into a goal takes."""
+    """Requirements of a shot into a goal."""
 
     distance: float
-    """From the robot's center [m]."""
+    """Distance from the robot's center [m]."""
     elevation: float
-    """[rad]"""
+    """Elevation of the shot [rad]."""
     speed: float
-    """Of the piece, relative to the muzzle [m/s]."""
+    """Speed of the piece relative to the muzzle [m/s]."""
     wheel_rps: float
-    """Of the wheels, at the exit efficiency of the shooter [turns/s]."""
+    """Speed of the wheels at the exit efficiency of the shooter [turns/s]."""
 
 
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
-    """Return the first zone with an opening that takes what the shooter throws; None: the game has none."""
+    """Return the first zone with an opening for what the shooter launches; None: the game has none."""
     takes = [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
     return next((zone for zone in takes if zone.opening is not None), None)
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
-    """Lowest and highest elevation that the hood gives [rad]."""
+    """Return the lowest and highest elevation that the hood allows [rad]."""
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)
 
 
 def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> list[NeededSpeed]:
-    """Wheel speeds for shots into the goal from `DISTANCES`, each at the elevation that needs the least."""
+    """Return wheel speeds for shots into the goal from `DISTANCES`, each at the elevation that needs the least."""
     low, high = elevations(shooter, config)
     steps = np.linspace(low, high, 1 if low == high else 31)
     found = []
@@ -112,10 +112,10 @@ def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> li
 
 
 def exit_efficiency(shot: KnownShot, shooter: ShooterConfig, config: RobotConfig, game: Game) -> float:
-    """The exit efficiency with which a known shot goes through the middle of the goal [-].
+    """Compute the exit efficiency with which a known shot goes through the middle of the goal [-].
 
     Raises:
-        ConfigError: No speed brings it there, or its elevation is not known.
+        ConfigError: No speed reaches the goal, or the elevation is unknown.
     """
     if shot.elevation_deg is not None:
         elevation = math.radians(shot.elevation_deg)
@@ -136,7 +136,7 @@ def exit_efficiency(shot: KnownShot, shooter: ShooterConfig, config: RobotConfig
 
 
 def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
-    """Speed of the shot that meets the middle of the goal [m/s]; infinite where none does."""
+    """Return the speed of the shot that hits the middle of the goal [m/s]; infinite if there is none."""
     if not abs(elevation) < 0.5 * math.pi:
         return math.inf
     goal = goal_of(shooter, game)

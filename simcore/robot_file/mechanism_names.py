@@ -1,4 +1,4 @@
-"""What a mechanism is probably called, and of which kind it is, by names in robot code."""
+"""Probable name and kind of a mechanism, from names in robot code."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "rack": ("rack", "slide", "extension", "extender", "deploy"),
     "flywheel": ("flywheel", "shooter", "launcher"),
 }
-"""The first kind whose word is in a name: `intake_pivot` is an arm."""
+"""Words of each kind, in order of priority: `intake_pivot` is an arm."""
 
 
 def mechanism_name(path: str) -> str:
     """Return a name in snake case without the words for a motor; empty if nothing is left.
 
     Args:
-        path: Attributes that lead to the motor from the robot; its owners are named where the last one says a side
-            alone.
+        path: Attributes that lead to the motor from the robot; the owner's name is used where the last one only names a
+            side.
 
     >>> mechanism_name("Feeder1Motor"), mechanism_name("shooterMotorTop"), mechanism_name("arms.m_wristTalonFX")
     ('feeder1', 'shooter_top', 'wrist')
@@ -48,7 +48,7 @@ def mechanism_name(path: str) -> str:
 
 
 def mechanism_kind(name: str) -> str:
-    """The kind of simcore.toml that a name, as `mechanism_name` has it, probably is of.
+    """Return the probable kind in `simcore.toml` of a name from `mechanism_name`.
 
     >>> [mechanism_kind(name) for name in ("intake_pivot", "shooter_top", "feeder1")]
     ['arm', 'flywheel', 'roller']
@@ -58,6 +58,6 @@ def mechanism_kind(name: str) -> str:
 
 
 def _words(name: str) -> list[str]:
-    """`shooterMotorTop` and `SHOOTER_MOTOR_TOP` as words in lower case."""
+    """Split `shooterMotorTop` or `SHOOTER_MOTOR_TOP` into words in lower case."""
     apart = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
     return [word.lower() for word in apart.split("_") if word]

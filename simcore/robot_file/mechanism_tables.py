@@ -1,4 +1,4 @@
-"""`[[mechanism]]` of `simcore.toml`: what turns and slides, the devices that move it, and where it is on the robot."""
+"""Table `[[mechanism]]` of `simcore.toml`: mechanisms, the devices that move them, and their places on the robot."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint
 from simcore.quantities import (
     DEGREES,
     DURATION,
@@ -45,6 +44,7 @@ from simcore.robot_file.drivetrain_table import OLD_CONTROLLERS
 from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
 from simcore.units import GRAVITY, plain_sum
+from simcore.world.linkage import Joint
 
 __all__ = [
     "CAN_ID", "KINDS", "MECHANISM", "MOTORS", "PLACE", "joints_to", "moving_masses",
@@ -55,120 +55,120 @@ CAN_ID = Quantity("", 0, 62, is_whole=True)
 _DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
-"""WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
+"""WPILib's names of the pneumatics modules, and the default CAN id of each."""
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
-_GEARING = 1.0  # a guess, where the program has set none either
+_GEARING = 1.0  # a guess, if the program has set none either
 _WITH_ENCODER = ("SPARK MAX", "SPARK Flex")
 
 _STOPS = (
     Key("min_deg", DEGREES, -180.0, "lower stop: 0 is level, 90 upright", 0.0, "min_angle", is_guess=True),
     Key("max_deg", DEGREES, 180.0, "upper stop", 90.0, "max_angle", is_guess=True),
-    Key("start_deg", DEGREES, None, "at first; left out: min_deg, or 0 where that is a guess", 0.0, "start_angle"),
+    Key("start_deg", DEGREES, None, "initial angle; left out: min_deg, or 0 where that is a guess", 0.0, "start_angle"),
 )
-_YAW = Key("yaw_deg", DEGREES, 0.0, "where it reaches: 0 to the front, 180 to the back", field="yaw")
-_INERTIA = Key("inertia", INERTIA, None, "of all that turns, at the mechanism [kg m^2]; left out: a guess by what your "
-    "program has set, else such that it has two thirds of its speed after 50 ms", 0.004, is_guess=True)  # fmt: skip
+_YAW = Key("yaw_deg", DEGREES, 0.0, "direction: 0 to the front, 180 to the back", field="yaw")
+_INERTIA = Key("inertia", INERTIA, None, "of all turning parts, at the mechanism [kg m^2]; left out: a guess from your "
+    "program's configuration, else for two thirds of its speed after 50 ms", 0.004, is_guess=True)  # fmt: skip
 _REVERSED = Key("reversed", bool, False, "whether your code counts down while it goes up")
 
-MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
+MOTORS = KeyTable("[[mechanism]] with motors", "its motors and sensors", (
     Key("leader", DeviceAddress, about="CAN id", example=20),
     Key("followers", _DEVICES, (), "on the same bus", [21, 22]),
     Key("opposed", _DEVICES, (), "followers that are mounted face to face with the leader", [22]),
-    Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels",
+    Key("controller", CONTROLLERS, CONTROLLERS[0], "for PWM and Relay, leader and followers are channels",
         refused=OLD_CONTROLLERS),
-    Key("motor", MOTOR_NAMES, None, "left out: this one, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
-    Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess, as your program has set "
-        "it, else 1", 0.75, is_guess=True),
-    Key("friction_volts", VOLTAGE_OR_NONE, None, "kS, if it coasts too long or too short; left out: the kS that your "
-        "program has set, else 0.2 V, of a flywheel its motors' no-load current"),
+    Key("motor", MOTOR_NAMES, None, "left out: Kraken X60, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
+    Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess from your program's "
+        "configuration, else 1", 0.75, is_guess=True),
+    Key("friction_volts", VOLTAGE_OR_NONE, None, "kS, if it coasts for too long or too short; left out: the kS in your "
+        "program, else 0.2 V, for a flywheel its motors' no-load current"),
     Key("friction_torque", TORQUE_OR_NONE, None, "instead, at the mechanism [N m]"),
     _REVERSED,
-    Key("coasts", bool, False, "of PWM and Relay: whether it opens the circuit at zero instead of braking"),
+    Key("coasts", bool, False, "for PWM and Relay: whether it coasts at zero instead of braking"),
     Key("cancoder", DeviceAddress, None, "CAN id of an absolute encoder on it"),
-    Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism", needs=("cancoder", "<CAN id>")),
-    Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK"),
+    Key("cancoder_gearing", GEARING, 1.0, "its turns per turn of the mechanism", needs=("cancoder", "<CAN id>")),
+    Key("encoder_gearing", GEARING, 1.0, "turns of an encoder wired to a SPARK per turn of the mechanism"),
 ))  # fmt: skip
-PLACE = KeyTable("arm, turret, elevator, rack", "where it is, if it carries something, and what mass it moves", (
-    Key("x", ROBOT_PLACE, 0.0, "of its joint, from the joint of what carries it"),
+PLACE = KeyTable("arm, turret, elevator, rack", "its place, if it carries something, and the mass that it moves", (
+    Key("x", ROBOT_PLACE, 0.0, "of its joint, from the joint of its carrier"),
     Key("y", ROBOT_PLACE, 0.0),
     Key("z", ROBOT_PLACE, 0.0),
-    Key("on", str, None, "what carries it: another of these mechanisms; left out: the robot"),
-    Key("moving_mass", MASS_OR_NONE, None, "how much of the robot's mass goes with it; left out: its mass, "
-        "of a turret 0, without that of what is on it"),
-    Key("mass_center", (ROBOT_PLACE,) * 3, None, "where that is from the joint, with all joints at 0; left out: as "
-        "center_of_mass says"),
+    Key("on", str, None, "its carrier, another of these mechanisms; left out: the robot"),
+    Key("moving_mass", MASS_OR_NONE, None, "part of the robot's mass that moves with it; left out: its mass, "
+        "for a turret 0, without that of mechanisms on it"),
+    Key("mass_center", (ROBOT_PLACE,) * 3, None, "center of that mass from the joint, with all joints at 0; left out: "
+        "as center_of_mass says"),
 ))  # fmt: skip
 KINDS: dict[str, KeyTable] = {table.head: table for table in (
-    KeyTable("flywheel", "what throws", (_INERTIA,)),
-    KeyTable("roller", "what pulls pieces in, feeds them or holds them", (
-        replace(_INERTIA, default=0.001, about="of all that turns, at the roller [kg m^2]", is_guess=False),
+    KeyTable("flywheel", "launches pieces", (_INERTIA,)),
+    KeyTable("roller", "pulls pieces in, feeds them or holds them", (
+        replace(_INERTIA, default=0.001, about="of all turning parts, at the roller [kg m^2]", is_guess=False),
         Key("radius", WHEEL_RADIUS, 0.025),
     )),
-    KeyTable("arm", "what swings up and down", (
+    KeyTable("arm", "swings up and down", (
         _INERTIA,
         *_STOPS,
-        Key("mass", MASS_OR_NONE, 0.0, "of all that swings; 0: a spring or a counterweight balances it"),
-        Key("center_of_mass", ROBOT_PLACE, 0.0, "of that, from the joint"),
-        Key("spring_share", FRACTION, 0.0, "of its weight, that springs carry"),
+        Key("mass", MASS_OR_NONE, 0.0, "of all swinging parts; 0: a spring or a counterweight balances it"),
+        Key("center_of_mass", ROBOT_PLACE, 0.0, "distance from the joint"),
+        Key("spring_share", FRACTION, 0.0, "share of its weight that springs carry"),
         _YAW,
     )),
-    KeyTable("turret", "what turns about the vertical, counter-clockwise", (
+    KeyTable("turret", "turns about the vertical, counter-clockwise", (
         _INERTIA,
         replace(_STOPS[0], about="clockwise stop"),
         replace(_STOPS[1], about="counter-clockwise stop"),
-        replace(_STOPS[2], about="at first; left out: 0, or the stop that is nearest to it"),
+        replace(_STOPS[2], about="initial angle; left out: 0, or the nearest stop"),
     )),
-    KeyTable("elevator", "what goes up and down", (
-        Key("mass", MASS, 5.0, "of all that it lifts", field="carriage_mass", is_guess=True),
-        Key("drum_radius", WHEEL_RADIUS, 0.02, "rise per radian of the mechanism: stages count", is_guess=True),
+    KeyTable("elevator", "goes up and down", (
+        Key("mass", MASS, 5.0, "of all lifted parts", field="carriage_mass", is_guess=True),
+        Key("drum_radius", WHEEL_RADIUS, 0.02, "rise per radian of the mechanism, with stages", is_guess=True),
         Key("min_height", ROBOT_PLACE, 0.0),
         Key("max_height", ROBOT_PLACE, 1.0, is_guess=True),
         Key("start_height", ROBOT_PLACE, None, "left out: min_height"),
-        Key("spring_force", FORCE_OR_NONE, 0.0, "N up, of constant-force or gas springs"),
+        Key("spring_force", FORCE_OR_NONE, 0.0, "N up, from constant-force or gas springs"),
         Key("lean_deg", DEGREES, 0.0, "0 is upright, 15 leans to the front", field="lean"),
     )),
-    KeyTable("rack", "what slides out", (
-        Key("mass", MASS, 3.0, "of all that slides", is_guess=True),
+    KeyTable("rack", "slides out", (
+        Key("mass", MASS, 3.0, "of all sliding parts", is_guess=True),
         Key("pinion_radius", WHEEL_RADIUS, 0.02, is_guess=True),
         Key("travel", ROBOT_LENGTH, 0.3, is_guess=True),
         Key("start_extension", ROBOT_HEIGHT, 0.0),
         _YAW,
         Key("rise_deg", DEGREES, 0.0, "up from the floor", field="rise"),
     )),
-    KeyTable("servo", "on a PWM port; neither leader nor gearing", (
+    KeyTable("servo", "on a PWM port; without leader and gearing", (
         Key("pwm", Quantity("", 0, 19, is_whole=True)),
         Key("min_deg", DEGREES, 0.0, "at PWM 0", field="min_angle", is_guess=True),
         Key("max_deg", DEGREES, 180.0, "at PWM 1", field="max_angle", is_guess=True),
-        replace(_STOPS[2], about="at first; left out: min_deg"),
+        replace(_STOPS[2], about="initial angle; left out: min_deg"),
         Key("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True), 400.0, is_guess=True),
         _REVERSED,
     )),
-    KeyTable("piston", "on solenoids; neither leader nor gearing", (
+    KeyTable("piston", "on solenoids; without leader and gearing", (
         Key("solenoid", Several(_CHANNEL), about="a channel, or [forward, reverse]"),
         Key("stroke", ROBOT_LENGTH, 0.2, is_guess=True),
         Key("stroke_time", DURATION, 0.4, "from stop to stop [s]", is_guess=True),
         Key("module", tuple(_MODULES), "REVPH"),
-        Key("module_id", CAN_ID, None, "left out: 1 of a REVPH, 0 of a CTREPCM"),
+        Key("module_id", CAN_ID, None, "left out: 1 for a REVPH, 0 for a CTREPCM"),
         Key("start", ("in", "out"), None, "left out: where its spring holds it"),
         _REVERSED,
     )),
 )}  # fmt: skip
-MECHANISM = KeyTable("[[mechanism]]", "what moves on the robot; a motor that none names gets a guess", (
+MECHANISM = KeyTable("[[mechanism]]", "a moving part of the robot; a motor without a table gets a guess", (
     Key("name", str, example="shooter"),
     Key("kind", tuple(KINDS), about="or roller, arm, turret, elevator, rack, servo, piston", example="flywheel"),
 ))  # fmt: skip
 
 
 def usual_motor(controller: str) -> str:
-    """Name of the motor that a controller probably turns."""
+    """Return the name of the usual motor of a controller."""
     return _USUAL_MOTORS.get(controller, "Kraken X60")
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
-    """A mechanism and its devices.
+    """Read a mechanism and its devices.
 
     Raises:
-        ConfigError: A key is missing, unknown, or makes no sense.
+        ConfigError: A key is missing, unknown or invalid.
     """
     named = MECHANISM.read(t)
     name, kind = named["name"], named["kind"]
@@ -212,9 +212,9 @@ def read_mechanism(t: Table) -> MechanismSettings:
 
 
 def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
-    """As the file says, in either unit; else the default of its kind and motor [N m]."""
+    """Return the friction in the file, in either unit, else the default of its kind and motor [N m]."""
     if torque is not None and volts is not None:
-        raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
+        raise t.error("friction_volts", "means the same as friction_torque; keep one of them")
     if volts is not None:
         return friction_from_volts(gearbox, volts)
     return default_friction(gearbox, has_gears=kind != "flywheel") if torque is None else torque
@@ -227,19 +227,19 @@ _CONFIGS: dict[str, Callable[..., MechanismConfig]] = {
 
 
 def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
-    """Refuse keys that are of other controllers."""
+    """Refuse keys of other controllers."""
     controller = v["controller"]
     has_encoder = controller in _WITH_ENCODER
     if has_encoder and v["cancoder"] is not None:
-        raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
+        raise t.error("cancoder", f"is for a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
     if "encoder_gearing" in t and not has_encoder:
-        raise t.error("encoder_gearing", f"is of a {', '.join(_WITH_ENCODER)}; the controller is a {controller}")
+        raise t.error("encoder_gearing", f"is for a {' or '.join(_WITH_ENCODER)}; the controller is a {controller}")
     if "coasts" in t and controller not in ("PWM", "Relay"):
-        raise t.error("coasts", f"is of a PWM or relay port; a {controller} has its neutral mode configured")
+        raise t.error("coasts", f"is for a PWM or relay port; a {controller} has a configured neutral mode")
 
 
 def _require_stops(t: Table, v: Mapping[str, Any]) -> None:
-    """Refuse stops the wrong way round, and a start beyond them."""
+    """Refuse stops in the wrong order, and a start outside of them."""
     low, high, start = v["min_angle"], v["max_angle"], v["start_angle"]
     if not low < high:
         raise t.error("min_deg", f"must be below max_deg, got {math.degrees(low):g} and {math.degrees(high):g}")
@@ -283,11 +283,11 @@ def _piston(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
     )
 
 
-# --- where they are, what carries what, and which masses move ---------------------------------------------------------
+# --- places, carriers and moving masses -------------------------------------------------------------------------------
 
 
 def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, lean: float) -> MechanismSettings:
-    """The same with the joint that it is, in the frame of what carries it, and the mass that goes with it."""
+    """Return a copy with its joint, in the frame of its carrier, and its moving mass."""
     v, config = PLACE.read(t), m.config
     c, s = math.cos(yaw), math.sin(yaw)
     out, ratio = 0.0, 1.0
@@ -311,10 +311,10 @@ def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, 
 
 
 def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
-    """What of the robot's mass its mechanisms move; `require_chains` has looked at them.
+    """Return the parts of the robot's mass that mechanisms move; `require_chains` has checked these.
 
-    Where the file does not say, an elevator, a rack or an arm moves the mass that its motors do, of which what other
-    mechanisms on it move is a part.
+    Where the file has no value, an elevator, a rack or an arm moves the mass that its motors move, which includes the
+    moving masses of the mechanisms on it.
     """
     found = []
     for m in mechanisms.values():
@@ -326,7 +326,7 @@ def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMa
 
 
 def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """By a mechanism, with what is on it [kg]."""
+    """Return the mass that a mechanism moves, with the mechanisms on it [kg]."""
     carried, config = _carried(m, mechanisms), m.config
     if m.moving_mass is not None:
         return m.moving_mass + carried
@@ -336,18 +336,18 @@ def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]
 
 
 def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """By the mechanisms that are on one [kg]."""
+    """Return the mass that the mechanisms on a mechanism move [kg]."""
     return plain_sum(_all_moved(one, mechanisms) for one in mechanisms.values() if one.on == m.name)
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """Make sure that `on` names mechanisms that move something, and that none carries itself.
+    """Check that `on` names mechanisms that can carry something, and that none carries itself.
 
     Returns:
-        The names of those that can carry something.
+        Names of the mechanisms that can carry something.
 
     Raises:
-        ConfigError: One does not.
+        ConfigError: A mechanism fails the check.
     """
     carriers = tuple(m.name for m in mechanisms.values() if m.joint is not None)
     for m in mechanisms.values():
@@ -359,14 +359,14 @@ def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> t
                 known = f"those of the file are {', '.join(carriers)}" if carriers else "there is none in the file"
                 raise table.error("on", f"must name an arm, a turret, an elevator or a rack, got {on!r}; {known}")
             if on in seen:
-                raise table.error("on", f"goes round in a circle: {' on '.join([*seen, on])}")
+                raise table.error("on", f"forms a loop: {' on '.join([*seen, on])}")
             seen.append(on)
             on = mechanisms[on].on
     return carriers
 
 
 def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> tuple[Joint, ...]:
-    """The chain from the robot to the frame that a mechanism carries; empty for None, which is the robot itself."""
+    """Return the chain from the robot to the frame that a mechanism carries; empty for None, the robot itself."""
     chain: list[Joint] = []
     while name is not None:
         m = mechanisms[name]

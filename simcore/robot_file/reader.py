@@ -1,4 +1,4 @@
-"""From `simcore.toml` to `RobotSettings`: names, ranges, and that what one table says fits the others."""
+"""Reader of `simcore.toml`: converts it to `RobotSettings` and checks names, ranges and consistency of the tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 from simcore.errors import ConfigError
 from simcore.match.registry import NO_GAME
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import ENGINES
 from simcore.quantities import DEGREES, FACTOR, FIELD_PLACE, FRICTION, VOLTAGE_OR_NONE, DeviceKey, Quantity
 from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.camera_table import read_cameras
@@ -27,6 +26,7 @@ from simcore.robot_file.mechanism_tables import moving_masses, read_mechanism, r
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import read_sensors
 from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
+from simcore.world.engine_choice import ENGINES
 
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 
@@ -37,49 +37,53 @@ _BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame of 110 in ar
 _FIELD = Quantity("m", 2.0, 100.0)
 _COUNT = Quantity("", 0, 500, is_whole=True)
 
-TOP = KeyTable("at the top", "of the whole file", (
-    Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, of field_size = [16.0, 8.0]', "name"),
-    Key("field_size", (_FIELD, _FIELD), None, f'of game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
-    Key("engine", tuple(ENGINES), None, "of physics; left out: bullet where it is installed", "mujoco"),
-    Key("match", str, None, "whole, with scripted players (docs/whole_match.md); left out: practice", "practice-2v2"),
+TOP = KeyTable("at the top", "for the whole file", (
+    Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, with field_size = [16.0, 8.0]', "name"),
+    Key("field_size", (_FIELD, _FIELD), None, f'for game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
+    Key("engine", tuple(ENGINES), None, "physics engine; left out: bullet where it is installed", "mujoco"),
+    Key("match", str, None, "whole match, scripted players (docs/whole_match.md); left out: practice", "practice-2v2"),
     Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTags; left out: the game's", next(iter(OFFICIAL_LAYOUTS))),
 ))  # fmt: skip
 ROBOT = KeyTable("[robot]", "your robot", (
+    Key("team", Quantity("", 1, 99_999, is_whole=True), None, "number on the bumpers; left out: the robot's in the "
+        "match", 9999),
+    Key("models", str, None, "folder beside this file with Robot_... of AdvantageScope, drawn in pages; left out: what "
+        "this file describes is drawn", "ascope_assets"),
     Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
-    Key("bumper_length", _BUMPER, None, "outside of the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
+    Key("bumper_length", _BUMPER, None, "over the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
         needs=("bumper_width", "<m>")),
     Key("bumper_width", _BUMPER, None, "along y", 0.8, needs=("bumper_length", "<m>")),
-    Key("bay_depth", _BAY, None, "opening in the back for what a climber hangs on; left out: none", 0.5,
+    Key("bay_depth", _BAY, None, "opening in the back for a climber; left out: none", 0.5,
         needs=("bay_width", "<m>")),
     Key("bay_width", _BAY, None, "", 0.3, needs=("bay_depth", "<m>")),
     Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height),
     Key("tread", Quantity("", 0.0, 10.0, is_open=True), _D.wheel_cof, "friction of the wheels on carpet, along them: "
         "1.83 new blue nitrile, 1.76 HiGrip (team 1640, tilting table); worn ones less", field="wheel_cof"),
-    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "friction across over that along: 0.73 and 0.97 in "
-        "the same test; left out: 1", 1.0),
-    Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, as SysId finds it: .32 to .74 V were "
-        "measured of swerves; left out: 0.25", 0.25),
-    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "the same of the steer motors; left out: 0.2", 0.2),
-    Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; .5 of Cordura and "
-        ".25 of sailcloth were measured (team 971); left out: 0.7", 0.7),
+    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "friction across over friction along: 0.73 and 0.97 "
+        "in the same test; left out: 1", 1.0),
+    Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, as SysId finds it: swerves had "
+        ".32 to .74 V; left out: 0.25", 0.25),
+    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "kS of the steer motors; left out: 0.2", 0.2),
+    Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; team 971 measured "
+        ".5 for Cordura and .25 for sailcloth; left out: 0.7", 0.7),
     Key("drive_motor", MOTOR_NAMES, None, "left out: as the constants say, Kraken X60 with FOC", "Kraken X60"),
     Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
     Key("real", bool, False, "whether RobotBase.isReal() is true to your program, so that it builds the robot's motors "
         "where it would build simulated ones (IO layers)"),
-    Key("serial_number", str, "", "of the roboRIO, where your program decides by it which robot it is", "03248A12"),
-    Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: as many as the game's own robot", 1),
+    Key("serial_number", str, "", "of the roboRIO, if your program identifies the robot by it", "03248A12"),
+    Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: that of the game's own robot", 1),
 ))  # fmt: skip
 START = KeyTable("[start]", "as a blue robot; red starts at the corresponding place", (
     Key("x", FIELD_PLACE, _D.start[0]),
     Key("y", FIELD_PLACE, _D.start[1]),
-    Key("heading_deg", DEGREES, 0.0, "0 looks at the red wall", field="heading"),
+    Key("heading_deg", DEGREES, 0.0, "0 faces the red wall", field="heading"),
     Key("preload", _COUNT, _D.preload, "pieces in the robot"),
 ))  # fmt: skip
-AUTOS = KeyTable('[autos."Left two piece"]', "where the auto of this name starts; others at [start]", (
+AUTOS = KeyTable('[autos."Left two piece"]', "start of the auto of this name; others use [start]", (
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), about="x, y, heading_deg as blue", example=[2.0, 1.2, 0.0]),
 ))  # fmt: skip
-SCATTER = KeyTable("[scatter]", "by how much things differ from run to run; without this table they do not", (
-    Key("scale", FACTOR, 1.0, "of the default spreads (docs/scatter.md); single ones by name, e.g. exit_speed = 0.04"),
+SCATTER = KeyTable("[scatter]", "variation from run to run; without this table there is none", (
+    Key("scale", FACTOR, 1.0, "factor on the default spreads (docs/scatter.md); or by name, e.g. exit_speed = 0.04"),
     *(Key(name, FACTOR, None) for name in Scatter.names()),
 ))  # fmt: skip
 _TABLES = (
@@ -89,10 +93,10 @@ _TABLES = (
 
 
 def read_settings(path: Path) -> RobotSettings:
-    """The robot that a file describes; the defaults where it says nothing, or is not there.
+    """Read the robot in a file; values that are not there, and a file that does not exist, give the defaults.
 
     Raises:
-        ConfigError: Something in it cannot work: which file, table and key, what was got and what would work.
+        ConfigError: A value is invalid; the message has file, table, key, the value and what would work.
     """
     if not path.exists():
         return RobotSettings()
@@ -100,7 +104,7 @@ def read_settings(path: Path) -> RobotSettings:
     file.require_known([*(key.name for key in TOP.keys), *_TABLES])
     top = TOP.read(file)
     if top["field_size"] is not None and top["game"] != NO_GAME:
-        raise file.error("field_size", f'is of the empty field: it needs game = "{NO_GAME}" beside it')
+        raise file.error("field_size", f'is for the empty field: it needs game = "{NO_GAME}" as well')
     robot, start = (file.table(name) or Table({}, f"{file.where} [{name}]") for name in ("robot", "start"))
     body, stand = ROBOT.read(robot), START.read(start)
     mechanisms = tuple(read_mechanism(table) for table in file.tables("mechanism"))
@@ -116,6 +120,7 @@ def read_settings(path: Path) -> RobotSettings:
         raise ConfigError(f"{file.where} [[storage]]: give each of several storages a name")
     bumper = body.pop("bumper_length"), body.pop("bumper_width")
     bay = body.pop("bay_depth"), body.pop("bay_width")
+    body["models"] = None if body["models"] is None else _models(robot, path.parent / body["models"])
     cameras, headset = read_cameras(file)
     autos = file.named_tables("autos")
     names = {"mechanism": tuple(by_name), "carrier": carriers, "storage": rooms}
@@ -157,8 +162,15 @@ def read_settings(path: Path) -> RobotSettings:
     return settings
 
 
+def _models(robot: Table, folder: Path) -> Path:
+    """Return the folder of the robot's own model."""
+    if not any(folder.glob("Robot_*")):
+        raise robot.error("models", f"must be a folder with a Robot_... in it, but {folder} has none")
+    return folder.resolve()
+
+
 def _scatter(t: Table | None) -> Scatter | None:
-    """The default spreads times `scale`, but for those that the table names."""
+    """Return the default spreads times `scale`, except for those in the table."""
     if t is None:
         return None
     values = SCATTER.read(t)

@@ -1,6 +1,6 @@
-"""Findings of `simcore check`: a second of each mechanism, and what cannot be right about a described robot.
+"""Findings of `simcore check`: a test of each mechanism, and mistakes in the description of a robot.
 
-Each mechanism gets full positive output from where it starts: which way it goes, how fast, and where it ends.
+Each mechanism gets full positive output from its start for a second: direction, speed and end of the motion follow.
 """
 
 from __future__ import annotations
@@ -14,12 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.geometry.footprints import box_corners
-from simcore.geometry.linkage import part_pose
-from simcore.geometry.rotation import rotate
-from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
+from simcore.robot.intake import Intake, IntakeConfig
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
@@ -31,9 +27,13 @@ from simcore.robot.mechanisms import (
     ShaftSim,
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
+from simcore.robot.shooter import ShooterConfig
 from simcore.robot_file.known_shot import goal_of, needed_speeds
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
+from simcore.world.footprints import box_corners
+from simcore.world.linkage import part_pose
+from simcore.world.rotation import rotate
 
 if TYPE_CHECKING:
     from simcore.match.game import Game
@@ -44,18 +44,18 @@ __all__ = [
 ]  # fmt: skip
 
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
-_HARD = 0.7  # [-]; share of what the motors can hold
+_HARD = 0.7  # [-]; fraction of the load that the motors can hold
 _LEAST_WAY = math.radians(10.0)  # of an arm or a turret
 _SLOW = 5.0  # [s]
 
 
 @dataclass(frozen=True, slots=True)
 class RobotFinding:
-    """One sentence."""
+    """One finding."""
 
     text: str
     is_wrong: bool = True
-    """Whether it cannot be meant; otherwise it is worth knowing."""
+    """Whether it must be a mistake; False: it is worth knowing."""
 
 
 _note = partial(RobotFinding, is_wrong=False)
@@ -66,54 +66,54 @@ VOLTS, SECONDS, _STEP = 12.0, 1.0, 0.002
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CodeView:
-    """What the configuration of a motor controller makes of a mechanism's motion."""
+    """Configuration of a motor controller in robot code that affects a mechanism's motion."""
 
     clockwise: bool = False
-    """Whether it is configured `CLOCKWISE_POSITIVE`."""
+    """Whether the controller is configured `CLOCKWISE_POSITIVE`."""
     ratio: float = 1.0
     """Rotor turns per turn that robot code reads [-]."""
     reading: float | None = None
-    """Position that it reads at first [turns]; None: an encoder's, which is not known before the robot stands."""
+    """Initial position that robot code reads [turns]; None: that of an absolute encoder, unknown before the start."""
     lower_limit: float | None = None
-    """Reverse soft limit [turns], if it is on."""
+    """Reverse soft limit [turns]; None: off."""
     upper_limit: float | None = None
-    """Forward soft limit [turns], if it is on."""
+    """Forward soft limit [turns]; None: off."""
     stator_limit: float = math.inf
-    """[A]"""
+    """Stator current limit [A]."""
     supply_limit: float = math.inf
-    """[A]"""
+    """Supply current limit [A]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismRun:
-    """A second of a mechanism with full output of its motor controller."""
+    """Result of a second with full output of a mechanism's motor controller."""
 
     name: str
     mechanism: ShaftSim
-    """As it is after it."""
+    """Mechanism in its final state."""
     sign: float
-    """+1 if it goes in its positive direction, -1 if not [-]."""
+    """Direction of the motion: +1 if positive, -1 if negative [-]."""
     speed: float
-    """Largest on the way, without sign [rad/s]."""
+    """Largest speed, unsigned [rad/s]."""
     travel: float
-    """From where it started, with sign [rad]."""
+    """Travel from the start, signed [rad]."""
     position: float
-    """Where it ended [rad]."""
+    """Final position [rad]."""
     spin_up: float
     """Time until 95 % of that speed [s]."""
     is_rising: bool
-    """Whether it was still getting faster by more than 5 % in the last tenth of the time."""
+    """Whether the speed still rose by more than 5 % in the last tenth of the time."""
     stop: float | None
-    """When it reached a hard stop [s]; None: it did not."""
+    """Time at which it reached a hard stop [s]; None: never."""
     soft_limit: float | None = None
-    """When its controller stopped it at a soft limit [s]; None: it did not."""
+    """Time at which its controller stopped it at a soft limit [s]; None: never."""
     read: tuple[float, float] | None = None
-    """Position that robot code reads before and after it [turns]; None: nobody looked at the program."""
+    """Position that robot code reads before and after the motion [turns]; None: without robot code."""
     code: CodeView | None = None
 
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
-    """Return the mechanism behind the current limits that robot code has configured."""
+    """Return the mechanism behind the current limits configured in robot code."""
     if code is None or isinstance(config, PistonConfig | ServoConfig):
         return config
     box = config.gearbox
@@ -130,14 +130,14 @@ def run_mechanism(
     reversed: bool = False,
     output: float = 1.0,
 ) -> MechanismRun:
-    """Run a mechanism from where it starts until it meets a stop, or a soft limit of its controller.
+    """Run a mechanism from its start until it reaches a hard stop, or a soft limit of its controller.
 
     Args:
-        name: Of the mechanism.
-        config: Its masses and gears.
-        code: How robot code has configured its controller; None: not known.
+        name: Name of the mechanism.
+        config: Masses and gears of the mechanism.
+        code: Configuration of its controller in robot code; None: unknown.
         reversed: Whether positive in robot code is negative for the mechanism.
-        output: +1 or -1: full output that way.
+        output: Direction of the full output: +1 or -1.
     """
     mechanism = build_mechanism(with_limits(config, code))
     turned = -1.0 if reversed else 1.0
@@ -145,7 +145,7 @@ def run_mechanism(
     start = mechanism.position
     limit = None if code is None else _soft_limit(code, mechanism, turned, output)
     speeds: list[float] = []
-    held: list[float] = []  # times at which a soft limit holds it, and then those at a stop [s]
+    held: list[float] = []  # times at which a soft limit holds it, then those at a stop [s]
     stopped: list[float] = []
     for time in np.arange(round(SECONDS / _STEP)) * _STEP:
         is_held = limit is not None and sign * (mechanism.position - limit) >= 0.0
@@ -180,7 +180,7 @@ def run_mechanism(
 
 
 def holding_share(config: MechanismConfig) -> float:
-    """Return the largest load of its own weight over what its motors hold at 12 V and their limits [-]; 0: no load."""
+    """Return the greatest ratio of the weight's load to what motors hold at 12 V and their limits [-]; 0: no load."""
     if isinstance(config, ArmConfig):
         low, high = config.min_angle, config.max_angle
         level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
@@ -194,7 +194,7 @@ def holding_share(config: MechanismConfig) -> float:
 
 
 def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: float) -> float | None:
-    """Return where a soft limit stops the mechanism [rad]; None: it is off, or what it counts from is not known."""
+    """Return where a soft limit stops the mechanism [rad]; None: it is off, or its reference is unknown."""
     limit = code.upper_limit if output > 0.0 else code.lower_limit
     if limit is None or code.reading is None:
         return None
@@ -202,10 +202,10 @@ def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: floa
 
 
 def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
-    """Return the unit of the positions that robot code reads, by what its controller makes of a turn.
+    """Return the unit of the positions that robot code reads, from the ratio of its controller.
 
     Returns:
-        E.g. "turns", or "m" where the ratio has the drum in it; None: it is none of the usual ones.
+        Unit, e.g. "turns", or "m" if the ratio includes the drum; None: none of the usual ones.
     """
     per_turn = mechanism.gearing / code.ratio
     units = {"turns": 1.0}
@@ -230,21 +230,21 @@ def speed_text(mechanism: ShaftSim, speed: float) -> str:
 
 
 def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, CodeView]) -> Iterator[RobotFinding]:
-    """Look at a robot as it is described.
+    """Check a robot as it is described.
 
     Args:
-        config: The robot.
-        game: That it plays; None: pieces and field are not known.
-        codes: How robot code has configured the controllers of mechanisms, by the mechanisms' names.
+        config: Robot to check.
+        game: Game that it plays; None: pieces and field are unknown.
+        codes: Configurations of controllers in robot code, by name of the mechanism.
     """
     for number, intake in enumerate(config.intakes, 1):
-        yield from _of_intake(f"intake {number}", intake, config, game)
+        yield from _intake_findings(f"intake {number}", intake, config, game)
     for number, shooter in enumerate(config.shooters, 1):
-        yield from _of_shooter(f"shooter {number}", shooter, config, game)
+        yield from _shooter_findings(f"shooter {number}", shooter, config, game)
     if game is not None and game.pieces and not config.intakes:
         yield _note("no [[intake]] is described: pieces are pushed, not taken in")
     for name, mechanism in config.mechanisms.items():
-        yield from _of_mechanism(name, with_limits(mechanism, codes.get(name)))
+        yield from _mechanism_findings(name, with_limits(mechanism, codes.get(name)))
     for number, climber in enumerate(config.climbers, 1):
         lift = config.mechanisms[climber.joints[-1].mechanism]
         if not isinstance(lift, ElevatorConfig):
@@ -258,8 +258,8 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
             )
 
 
-def _of_mechanism(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
-    """Look at the stops and the weight of a mechanism."""
+def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
+    """Check the stops and the weight of a mechanism."""
     if isinstance(config, ArmConfig) and (way := config.max_angle - config.min_angle) < _LEAST_WAY:
         low, high = (math.degrees(math.degrees(angle)) for angle in (config.min_angle, config.max_angle))
         yield _note(
@@ -276,7 +276,7 @@ def _of_mechanism(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and highest corner of an intake's zone while it is out, over all places, robot frame [m]."""
+    """Return lowest and highest corner of a deployed intake's zone over all positions, robot frame [m]."""
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     if intake.deploy is not None:
         low, high = mechanisms[intake.deploy].stops
@@ -294,8 +294,8 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
 
-def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    """Look whether an intake can touch a piece on the floor outside of the bumpers."""
+def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
+    """Check whether an intake can touch a piece on the floor outside of the bumpers."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
     body = config.body
@@ -320,12 +320,14 @@ def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game 
 
 
 def top_exit_speed(shooter: ShooterConfig, config: RobotConfig) -> float:
-    """Return the speed of a piece from wheels at their free speed at 12 V [m/s]."""
+    """Return the speed of a piece with the wheels at their free speed at 12 V [m/s]."""
     return shooter.exit_speed(_free_speeds(shooter, config))
 
 
-def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    """Look whether a shooter sits on the robot, lets pieces go, and throws high enough for a goal."""
+def _shooter_findings(
+    name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None
+) -> Iterator[RobotFinding]:
+    """Check that a shooter is on the robot, can fire, and shoots high enough for a goal."""
     body, launch = config.body, shooter.launch
     places = np.array([muzzle_offset(launch, barrel) for barrel in range(len(launch.barrels))])
     out = np.abs(places[:, :2]) - (0.5 * body.bumper_length, 0.5 * body.bumper_width)
@@ -339,7 +341,7 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
     mean = 0.5 * (wheels[0] + wheels[-1])
     if mean < shooter.min_wheel_speed:
         yield RobotFinding(
-            f"{name} never throws: its wheels turn {mean / math.tau:.1f} times a second at 12 V, and pieces leave "
+            f"{name} never shoots: its wheels turn {mean / math.tau:.1f} times a second at 12 V, and pieces leave "
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return
@@ -359,10 +361,10 @@ def _free_speeds(shooter: ShooterConfig, config: RobotConfig) -> list[float]:
 
 
 def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> Iterator[RobotFinding]:
-    """Look at a second of each mechanism, and at how its program is configured.
+    """Check the test runs of the mechanisms, and how their controllers are configured.
 
     Args:
-        runs: Of each mechanism a second forward, and one backward where forward it had nowhere to go.
+        runs: For each mechanism the run forward, and one backward if it was already at its stop.
     """
     for run, backward in runs:
         box, code, gearing = run.mechanism.gearbox, run.code, run.mechanism.gearing

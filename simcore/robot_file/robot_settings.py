@@ -1,23 +1,18 @@
-"""The contents of `simcore.toml` in SI units, and the robot and the match that follow from it."""
+"""Contents of `simcore.toml` in SI units, and the robot and match that follow from them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import Vector
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import NO_GAME, practice_field
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError, require_free_place
-from simcore.pieces.intake import IntakeConfig
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
@@ -25,16 +20,22 @@ from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import default_friction, friction_from_volts
 from simcore.robot.gyro import gyro_config
+from simcore.robot.intake import IntakeConfig
 from simcore.robot.mechanisms import FlywheelConfig, PistonConfig, ServoConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.further_robots import FurtherRobot, add_controllers, players_beside
 from simcore.robot_file.sensor_tables import SensorSettings
-from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
+from simcore.vision.limelight import CameraNetwork
 from simcore.vision.quest_headset import QuestConfig
+from simcore.world.linkage import Joint
+from simcore.world.rotation import Vector
 
 DrivetrainConfig: TypeAlias = SwerveConfig | TankConfig | MecanumConfig
 
@@ -43,99 +44,99 @@ __all__ = ["CONTROLLERS", "FILE_NAME", "PORT_CONTROLLERS", "MechanismSettings", 
 FILE_NAME = "simcore.toml"
 
 CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
-"""What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
+"""Controllers that can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
 PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
-"""Controllers of mechanisms that are on ports and not on CAN."""
+"""Controllers on ports and not on CAN."""
 
 
 _OF_FIXED_WHEELS = {
     **{"drive_motor": "motor", "drive_gearing": "gearing"},
     **{"drive_stator_limit": "stator_limit", "drive_supply_limit": "supply_limit"},
 }
-"""Measures by their names in models of tanks and mecanum drives."""
+"""Keys of `MEASURES` with the names of their fields in tank and mecanum configs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismSettings:
-    """A mechanism and the devices that turn it."""
+    """Mechanism, and the devices that turn it."""
 
     name: str
     config: MechanismConfig
     """Gears, masses and stops; its type is the kind."""
     guessed: Mapping[str, Any] = field(default_factory=dict)
-    """Keys that the file leaves out although only a guess is known of them, with the guess."""
+    """Guesses for keys that the file does not have."""
     friction_is_given: bool = True
-    """Whether the file says its friction; otherwise it is a default, and a kS in the controller is better."""
+    """Whether the file has its friction; if not, it is a default, and a kS in the controller takes precedence."""
     motor: str
-    """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
+    """Name of the motor, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
-    """One of `CONTROLLERS`; of a servo `Servo`, of a piston `Solenoid`."""
+    """Controller, one of `CONTROLLERS`; `Servo` for a servo, `Solenoid` for a piston."""
     leader: DeviceAddress
     """CAN id, or PWM, relay or solenoid channel."""
     followers: tuple[DeviceAddress, ...] = ()
-    """CAN ids or channels; of a double solenoid the reverse one."""
+    """CAN ids or channels of followers; for a double solenoid the reverse channel."""
     opposed: tuple[DeviceAddress, ...] = ()
-    """Those of the followers that are mounted face to face with the leader."""
+    """Followers that are mounted face to face with the leader."""
     reversed: bool = False
     """Whether positive in robot code is negative for the mechanism."""
     cancoder: DeviceAddress | None = None
-    """CAN id of an absolute encoder on it."""
+    """CAN id of an absolute encoder on the mechanism."""
     cancoder_gearing: float = 1.0
     """Turns of the CANcoder per turn of the mechanism [-]."""
     encoder_gearing: float = 1.0
     """Turns of a SPARK's absolute, alternate or external encoder per turn of the mechanism [-]."""
     coasts: bool = False
-    """Of a controller on a PWM or relay port: whether it opens the circuit at zero instead of braking."""
+    """Whether a controller on a PWM or relay port opens the circuit at zero output instead of braking."""
     module: str = ""
-    """Of solenoids: type and CAN id of the pneumatics module, e.g. `REVPH 1`."""
+    """Type and CAN id of a solenoid's pneumatics module, e.g. `REVPH 1`."""
     joint: Joint | None = None
-    """What it moves, in the frame of what carries it; None for what turns on the spot."""
+    """Joint that it moves, in the frame of its carrier; None: it turns in place."""
     on: str | None = None
     """Name of the mechanism that carries it; None: the robot."""
     moving_mass: float | None = None
-    """How much of the robot's mass goes with it and nothing that is on it [kg]; None: as `moving_masses` finds it."""
+    """Part of the robot's mass that moves with it, without mechanisms on it [kg]; None: as `moving_masses` finds it."""
     mass_center: Vector = (0.0, 0.0, 0.0)
-    """Center of that in the frame after its joint [m]."""
+    """Center of that mass in the frame after the joint [m]."""
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Its controllers or ports, leader first."""
+        """Controllers or ports, leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
         return [(model, address) for address in self.devices]
 
     def among(self, built: Collection[DeviceAddress]) -> MechanismSettings:
-        """The same with the addresses at which the program has built its controllers; see `DeviceAddress.among`."""
+        """Return a copy with the addresses at which the program built its controllers; see `DeviceAddress.among`."""
         leader, *followers = (address.among(built) for address in self.devices)
         opposed = tuple(address.among(built) for address in self.opposed)
         return replace(self, leader=leader, followers=tuple(followers), opposed=opposed)
 
     @property
     def guesses(self) -> str:
-        """What is guessed, as text; empty: nothing is."""
+        """Guesses as text; empty if there are none."""
         return ", ".join(f"{key} = {value:.3g}" for key, value in self.guessed.items())
 
     def with_program(self, gearing: float, inertia: float) -> MechanismSettings:
-        """The same with what the program's configuration tells of it, where the file leaves it out.
+        """Return a copy with values from the program's configuration where the file has none.
 
         Args:
             gearing: Rotor turns per turn of the mechanism [-].
-            inertia: Of all that turns, at the mechanism [kg m^2].
+            inertia: Inertia of all turning parts, at the mechanism [kg m^2].
         """
-        told = {"gearing": gearing, "inertia": inertia}
-        told = {key: value for key, value in told.items() if key in self.guessed}
-        if not told or isinstance(self.config, (PistonConfig, ServoConfig)):
+        from_program = {"gearing": gearing, "inertia": inertia}
+        from_program = {key: value for key, value in from_program.items() if key in self.guessed}
+        if not from_program or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         config, gearbox = self.config, self.config.gearbox
-        if "gearing" in told:
+        if "gearing" in from_program:
             gearbox = replace(gearbox, gearing=gearing)
             if not self.friction_is_given:
                 friction = default_friction(gearbox, has_gears=not isinstance(config, FlywheelConfig))
                 gearbox = replace(gearbox, friction_torque=friction)
-        own: dict[str, Any] = {"inertia": inertia} if "inertia" in told else {}
-        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **told})
+        own: dict[str, Any] = {"inertia": inertia} if "inertia" in from_program else {}
+        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
-        """The same with the friction of a kS [V], unless the file says its friction."""
+        """Return a copy with the friction of a kS [V], unless the file has its friction."""
         if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         gearbox = self.config.gearbox
@@ -144,112 +145,116 @@ class MechanismSettings:
 
     @property
     def devices(self) -> tuple[DeviceAddress, ...]:
-        """Ids or channels of all its motor controllers, leader first."""
+        """Ids or channels of all motor controllers, leader first."""
         return (self.leader, *self.followers)
 
     @property
     def channels(self) -> tuple[int, ...]:
-        """The same of a mechanism on ports."""
+        """Channels of a mechanism on ports."""
         return tuple(address.number for address in self.devices)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSettings:
-    """All of the file; the defaults are what a robot without a file gets."""
+    """Contents of the file; the defaults are those of a robot without a file."""
 
     game: str | None = None
-    """Name of the game to play, or `none` for an empty field; None: whichever is chosen elsewhere."""
+    """Name of the game to play, or `none` for an empty field; None: chosen elsewhere."""
     field_size: tuple[float, float] | None = None
-    """Length and width of the empty field [m]; None: that of `Game.bare`."""
+    """Length and width of the empty field [m]; None: those of `Game.bare`."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
     match: str | None = None
-    """A whole match that it plays, as `players_beside` reads it; None: it practises, and every piece counts."""
+    """Whole match to play, in the format of `players_beside`; None: practice, in which every piece counts."""
     tags: str | None = None
     """Name of the AprilTag layout; None: the game's."""
     scatter: Scatter | None = None
-    """By how much things differ from run to run; None: not at all."""
+    """Variation from run to run; None: none."""
     drivetrain: DrivetrainSettings = field(default_factory=DrivetrainSettings)
     given: frozenset[str] = field(default=frozenset(), compare=False)
-    """Which of `mass` and `tread` the file says; what it does not say, the program's settings may."""
+    """Keys among `mass` and `tread` that the file has; the program's settings may replace the others."""
     gyro_errors: str = "pigeon2"
-    """Of the gyro that the program has; one of `simcore.robot.gyro.GYROS`. Not of the file."""
+    """Error model of the program's gyro, one of `simcore.robot.gyro.GYROS`; not a key of the file."""
     mass: float = 55.0
-    """With bumpers and battery [kg]."""
+    """Mass with bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
     """Length and width over the bumpers [m]; None: 15 cm beyond the wheels' centers."""
     bay: tuple[float, float] | None = None
     """Depth and width of an opening in the back of bumpers and frame [m]; None: there is none."""
     center_of_mass_height: float = 0.2
-    """[m]"""
+    """Height of the center of mass above the floor [m]."""
+    team: int | None = None
+    """Number on the bumpers; None: the robot's number in the match."""
+    models: Path | None = None
+    """Folder with the robot's own model; None: there is none."""
     real: bool = False
-    """Whether `RobotBase.isReal()` is true to the program."""
+    """Whether `RobotBase.isReal()` returns True to the program."""
     serial_number: str = ""
-    """Of the roboRIO, as the program reads it."""
+    """Serial number of the roboRIO that the program reads."""
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
     wheel_grain: float | None = None
-    """Friction across the wheels over that along [-]; None: as `WheelConfig` has it, like the next three."""
+    """Friction across the wheels over that along [-]; None for this and the next three: the default of the config."""
     drive_friction_volts: float | None = None
     """kS of the drive motors [V]."""
     steer_friction_volts: float | None = None
     """kS of the steer motors [V]."""
     bumper_friction: float | None = None
-    """As in `ChassisConfig` [-]."""
+    """Friction factor as in `ChassisConfig` [-]."""
     drive_motor: str | None = None
-    """None: what the drivetrain's constants say."""
+    """Name of the drive motor; None: from the drivetrain's constants."""
     steer_motor: str | None = None
     start: tuple[float, float, float] = (2.0, 1.2, 0.0)
-    """As a blue robot, field frame [m, m, rad]."""
+    """Start pose as a blue robot, field frame [m, m, rad]."""
     preload: int = 0
     """Pieces in the robot at the start."""
     capacity: int | None = None
-    """Pieces that it can hold; None: as many as the game's own robot."""
+    """Number of pieces that it can hold; None: that of the game's own robot."""
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
     storages: tuple[StorageConfig, ...] = ()
-    """None: one, of `capacity`."""
+    """Storages; empty: one with `capacity`."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     components: tuple[ComponentConfig, ...] = ()
     moving_masses: tuple[MovingMass, ...] = ()
     auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
+    """Start poses of autos by name, as a blue robot, field frame [m, m, rad]; other autos use `start`."""
     cameras: tuple[CameraConfig, ...] = ()
     sensors: tuple[SensorSettings, ...] = ()
     headset: QuestConfig | None = None
-    """Of QuestNav."""
+    """QuestNav headset."""
     further_robots: tuple[FurtherRobot, ...] = ()
     """Partners and opponents."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
-        """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""
+        """Return a copy with bumpers 15 cm beyond the wheels' centers [m], unless it has bumpers."""
         if self.bumper is not None:
             return self
-        # From a wheel's center to the outside of the bumpers: 2.6 in of module, 3.25 in of bumper.
+        # Distance from a wheel's center to the outside of the bumpers: 2.6 in of module, 3.25 in of bumper.
         around = tuple(2.0 * (max(abs(w[axis]) for w in wheels) + 0.15) for axis in (0, 1))
         return replace(self, bumper=(around[0], around[1]))
 
     def with_friction(self, volts: Mapping[str, float]) -> RobotSettings:
-        """The same with friction from the kS of controllers, where the file says none.
+        """Return a copy with friction from the controllers' kS where the file gives none.
 
         Args:
-            volts: kS by the name of the mechanism [V].
+            volts: kS by name of the mechanism [V].
         """
         return replace(
             self, mechanisms=tuple(m.with_friction(volts[m.name]) if m.name in volts else m for m in self.mechanisms)
         )
 
     def mechanism(self, name: str) -> MechanismSettings:
-        """One of the mechanisms; the reader has made sure that names exist."""
+        """Return a mechanism by name; the reader has checked that names exist."""
         return next(m for m in self.mechanisms if m.name == name)
 
     def require_pieces(self, kinds: Sequence[str]) -> None:
-        """Make sure that intakes, shooters, claws and sensors name only kinds of pieces that a game has.
+        """Check that intakes, shooters, claws and sensors only name kinds of pieces that a game has.
 
         Raises:
-            UnknownNameError: One does not; the text lists the kinds.
+            UnknownNameError: A name is unknown; the message lists the kinds.
         """
         named = [kind for intake in self.intakes for kind in intake.kinds]
         named += [kind for shooter in self.shooters for kind in shooter.kinds]
@@ -260,10 +265,10 @@ class RobotSettings:
                 raise UnknownNameError("kind of piece", kind, kinds)
 
     def require_effect(self, drivetrain: DrivetrainConfig) -> None:
-        """Make sure that the measures of the file are those of the drivetrain's model.
+        """Check that the `[drivetrain]` values of the file are in effect in the drivetrain's model.
 
         Raises:
-            ConfigError: It has no such measure, or takes it from elsewhere.
+            ConfigError: The model has no such value, or takes it from elsewhere.
         """
         own: Any = drivetrain
         kind = type(drivetrain).__name__.removesuffix("Config").lower()
@@ -273,27 +278,27 @@ class RobotSettings:
         for key, value in self.drivetrain.measures.items():
             where, said = f"{FILE_NAME} [drivetrain]: {key}", value
             if key == "reversed" and kind != "swerve":
-                continue  # it turns the motors, not the model
+                continue  # reverses the motors, not the model
             field = names.get(key, key)
             if key == "wheel_diameter":
                 field, said = "wheel_radius", 0.5 * value
             has = getattr(drivetrain if key == "yaw_inertia" else own, field, None)
             if has is None:
-                raise ConfigError(f"{where} is not of a {kind} drive")
+                raise ConfigError(f"{where} does not apply to a {kind} drive")
             if said != (has.name if isinstance(has, MotorModel) else has):
-                raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+                raise ConfigError(f"{where} = {value} has no effect: the program's constants set it; change them")
         if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
             key = "steer_motor" if self.steer_motor else "steer_friction_volts"
-            raise ConfigError(f"{FILE_NAME} [robot]: {key} is not of a {kind} drive")
+            raise ConfigError(f"{FILE_NAME} [robot]: {key} does not apply to a {kind} drive")
 
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None
     ) -> RobotConfig:
-        """The robot.
+        """Build the config of the robot.
 
         Args:
-            drivetrain: With the robot's mass; bumpers are 15 cm beyond its wheels if the file does not say.
-            storage: Room for pieces, if the file describes no storage; the file's capacity replaces its own.
+            drivetrain: Drivetrain with the robot's mass; bumpers are 15 cm beyond its wheels if the file has none.
+            storage: Storage if the file has none; the file's capacity replaces its own.
         """
         bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
         assert bumper is not None
@@ -320,10 +325,12 @@ class RobotSettings:
             components=self.components,
             moving_masses=self.moving_masses,
             cameras=self.cameras,
+            team=self.team,
+            models=self.models,
         )
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
-        """The drivetrain with the friction that the file states, whatever its maker's constants say."""
+        """Return the drivetrain with the friction in the file, which takes precedence over its constants."""
         names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts")
         own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
         if isinstance(drivetrain, FixedWheelConfig):
@@ -344,27 +351,27 @@ def practice_match(
     scatter: Scatter | None = None,
     vary: Callable[[RobotConfig], RobotConfig] | None = None,
     sinks: Sequence[TelemetrySink] = (),
-    network: NetworkTables | None = None,
+    network: CameraNetwork | None = None,
 ) -> Match:
-    """A match with the robot and those of `[[partner]]` and `[[opponent]]`, in which every piece counts.
+    """Build a match with the robot and those of `[[partner]]` and `[[opponent]]`, in which every piece counts.
 
-    A whole match has scripted players too, its rules say what counts, and the game's options of matches are on.
+    A whole match also has scripted players; its rules decide what counts, and the game's match options are on.
 
     Args:
-        game: What is played.
-        settings: The robot's.
-        drivetrain: The robot's.
+        game: Game to play.
+        settings: Settings of the robot.
+        drivetrain: Drivetrain of the robot.
         engine: Name of the physics engine; None: that of the settings.
-        whole: Which whole match, as `players_beside` reads it; None: as the settings say.
-        seed: Of everything left to chance.
-        scatter: By how much things differ from run to run; None: as the settings say.
-        vary: Makes another robot of the one that is described; None: it stays.
-        sinks: Who wants telemetry.
-        network: Where its cameras publish and listen.
+        whole: Whole match to play, in the format of `players_beside`; None: that of the settings.
+        seed: Seed of all random numbers.
+        scatter: Variation from run to run; None: that of the settings.
+        vary: Function that changes the robot's config; None: no change.
+        sinks: Receivers of telemetry.
+        network: Network on which its cameras publish and listen.
 
     Raises:
-        ConfigError: The robot cannot be, or does not fit the game.
-        UnknownNameError: It takes in or shoots a kind of piece that the game does not have.
+        ConfigError: The robot is invalid, or does not fit the game.
+        UnknownNameError: The robot takes in or shoots a kind of piece that the game does not have.
     """
     if game.name == NO_GAME and settings.field_size is not None:
         game = practice_field(settings.field_size)

@@ -1,4 +1,4 @@
-"""`[[sensor]]` of `simcore.toml`: encoders, switches, and what sees pieces."""
+"""Table `[[sensor]]` of `simcore.toml`: encoders, switches, and sensors that detect pieces."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from simcore.robot_file.key_tables import Key, KeyTable, Named, Several, Table
 __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 
 
-# --- what they say ----------------------------------------------------------------------------------------------------
+# --- settings ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceView:
-    """Which pieces in the robot a sensor sees; fields are as the keys of `_VIEW`."""
+    """Pieces in the robot that a sensor detects; fields are as the keys of `_VIEW`."""
 
     place: str
     at_least: int = 1
@@ -57,38 +57,38 @@ class PieceView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorSettings:
-    """A sensor of any kind; what its kind does not have stays as it is here."""
+    """Sensor of any kind; fields that its kind does not have keep their defaults."""
 
     name: str
     kind: str
-    """One of `SENSORS`."""
+    """Kind of the sensor, one of `SENSORS`."""
     keys: tuple[DeviceKey, ...]
-    """Its ports or its device; of a quadrature encoder channels A and B."""
+    """Ports or device; for a quadrature encoder channels A and B."""
     mechanism: str | None = None
-    """On which it is, or at which it looks; None: it sees pieces."""
+    """Mechanism that it measures; None: it detects pieces."""
     sees: PieceView | None = None
-    """Which pieces a beam break or a CANrange sees; None: it looks at a mechanism."""
+    """Pieces that a beam break or a CANrange detects; None: it measures a mechanism."""
     pin: int = 0
-    """Of a CANdi, to which a switch or beam break is wired: 1 or 2."""
+    """Pin of a CANdi that a switch or beam break is wired to: 1 or 2."""
     normally_closed: bool = False
-    """Whether the contact of such connects to ground while nothing touches it; else while something does."""
+    """Whether the contact connects to ground while nothing touches it; False: while something does."""
     pressed: tuple[float, float] = (0.0, 0.0)
-    """From and up to which position of the mechanism a limit switch is pressed [rad], of a piston's rod [m]."""
+    """Positions of the mechanism between which a limit switch is pressed [rad], for a piston those of the rod [m]."""
     gearing: float = 1.0
-    """Turns of an encoder per turn of the mechanism; below zero: it counts down while that goes up [-]."""
+    """Encoder turns per turn of the mechanism; negative: it counts down while the mechanism goes up [-]."""
     pulses_per_turn: float = 0.0
-    """Of a quadrature encoder, per turn of itself."""
+    """Pulses per turn of a quadrature encoder [-]."""
     zero: float = 0.0
-    """Reading of an absolute encoder with the mechanism at its zero, in the unit of robot code."""
+    """Reading of an absolute encoder at the mechanism's zero, in the unit of robot code."""
     volts: tuple[float, float] = (0.0, 0.0)
-    """Of a potentiometer at the mechanism's lower and upper stop [V]."""
+    """Voltage of a potentiometer at the mechanism's lower and upper stop [V]."""
     distance: float = 0.0
-    """Of a CANrange to a piece, or to the mechanism at its lower stop [m]."""
+    """Distance from a CANrange to a piece, or to the mechanism at its lower stop [m]."""
     empty: float = 0.0
-    """Of a CANrange where there is no piece [m]."""
+    """Reading of a CANrange without a piece [m]."""
 
 
-# --- their keys -------------------------------------------------------------------------------------------------------
+# --- keys -------------------------------------------------------------------------------------------------------------
 
 _DIO, _ANALOG = Quantity("", 0, 30, is_whole=True), Quantity("", 0, 7, is_whole=True)
 _VOLTS = Quantity("V", 0.0, 5.0)
@@ -98,27 +98,27 @@ _KINDS = (
 )
 _MECHANISM = Key("mechanism", Named("mechanism", "[[mechanism]]"), example="hood")
 _TURNING = (
-    Key("gearing", GEARING, 1.0, "its turns per turn of the mechanism"),
+    Key("gearing", GEARING, 1.0, "encoder turns per turn of the mechanism"),
     Key("reversed", bool, False, "whether it counts down while the mechanism goes up"),
 )
-_ZERO = Key("zero", RATIO, 0.0, "what your code reads with the mechanism at 0")
+_ZERO = Key("zero", RATIO, 0.0, "reading in your code with the mechanism at 0")
 
-SENSOR = KeyTable("[[sensor]]", "what no table describes reads as if nothing were there", (
+SENSOR = KeyTable("[[sensor]]", "a sensor without a table reads as if there were nothing to sense", (
     Key("name", str, example="hood encoder"),
     Key("kind", _KINDS),
 ))  # fmt: skip
-_INPUT = KeyTable("where a switch or a beam break is wired to", "one of both", (
+_INPUT = KeyTable("wiring of a switch or a beam break", "one of the two", (
     Key("dio", _DIO, None, "channel", 2),
     Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2", needs=("pin", "<1 or 2>")),
     Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi", needs=("candi", "<CAN id>")),
     Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
 ))  # fmt: skip
-_VIEW = KeyTable("what a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
-    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; of intake and shooter: that pass",
+_VIEW = KeyTable("pieces that a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
+    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; intake and shooter: that pass",
         field="place"),
-    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "of storage: seen from so many on, from its exit"),
-    Key("delay", DELAY, 0.0, "of storage: seconds that a piece takes from the intake to the sensor"),
-    Key("passing_time", DURATION, 0.1, "of intake and shooter: seconds for which a piece is seen"),
+    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "storage: number of pieces from its exit up to the sensor"),
+    Key("delay", DELAY, 0.0, "storage: seconds that a piece takes from the intake to the sensor"),
+    Key("passing_time", DURATION, 0.1, "intake and shooter: seconds for which a piece is seen"),
     Key("kinds", Several(str), (), "kinds of pieces that it sees; left out: all", ["Name"]),
 ))  # fmt: skip
 SENSORS = {table.head: table for table in (
@@ -130,7 +130,7 @@ SENSORS = {table.head: table for table in (
     )),
     KeyTable("duty cycle encoder", "absolute", (_MECHANISM, Key("dio", _DIO, example=4), *_TURNING, _ZERO)),
     KeyTable("analog encoder", "absolute", (_MECHANISM, Key("analog", _ANALOG, example=0), *_TURNING, _ZERO)),
-    KeyTable("potentiometer", "linear between the mechanism's stops; an AnalogInput, too", (
+    KeyTable("potentiometer", "linear between the mechanism's stops; also for an AnalogInput", (
         _MECHANISM,
         Key("analog", _ANALOG, example=1),
         Key("lower_volts", _VOLTS, about="at the mechanism's lower stop", example=0.5),
@@ -142,32 +142,32 @@ SENSORS = {table.head: table for table in (
         Key("at_deg", DEGREES, None, "of an arm, turret or servo"),
         Key("at_height", ROBOT_PLACE, None, "of an elevator"),
         Key("at_extension", ROBOT_PLACE, None, "of a rack or piston"),
-        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: a hundredth of the way [m or deg]"),
+        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: 1 % of the travel [m or deg]"),
         *_INPUT.keys,
     )),
     KeyTable("beam break", "a light barrier that pieces in the robot break", (*_INPUT.keys, *_VIEW.keys)),
-    KeyTable("canrange", "sees pieces by the same keys; or a mechanism that slides", (
+    KeyTable("canrange", "sees pieces, with the same keys, or a sliding mechanism", (
         Key("id", DeviceAddress, example=12),
         replace(_MECHANISM, default=None, about="instead of pieces: an elevator, rack or piston", example="lift"),
-        Key("distance", ROBOT_HEIGHT, None, "to a piece (left out: 0.05), or to the mechanism at its lower stop", 0.05),
-        Key("empty", ROBOT_HEIGHT, 0.5, "where there is no piece"),
+        Key("distance", ROBOT_HEIGHT, None, "to a piece or a mechanism at its lower stop; left out: 0.05, piece", 0.05),
+        Key("empty", ROBOT_HEIGHT, 0.5, "distance without a piece"),
         *_VIEW.keys,
     )),
 )}  # fmt: skip
 
 
-# --- from one to the other --------------------------------------------------------------------------------------------
+# --- reading ----------------------------------------------------------------------------------------------------------
 
 
 def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConfig]) -> tuple[SensorSettings, ...]:
-    """The `[[sensor]]` tables.
+    """Read the `[[sensor]]` tables.
 
     Args:
-        tables: Of the file.
-        mechanisms: Of the file, by name.
+        tables: Tables of the file.
+        mechanisms: Mechanisms of the file, by name.
 
     Raises:
-        ConfigError: A key is missing, unknown, or makes no sense; or two sensors have one name or one port.
+        ConfigError: A key is missing, unknown or invalid; or two sensors share a name or a port.
     """
     sensors: list[SensorSettings] = []
     names: dict[str, str] = {}
@@ -177,7 +177,7 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
         key = telemetry_name(sensor.name)
         if not key or key in names:
             other = f"; {names[key]!r} has that already" if key else ""
-            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs a key of its own{other}")
+            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs its own key{other}")
         names[key] = sensor.name
         for key_of_port in sensor.keys:
             port = (key_of_port, sensor.pin)
@@ -224,10 +224,10 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettin
 
 
 def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Where a switch or a beam break is wired to, by the fields of its settings."""
+    """Return the wiring of a switch or a beam break, by the fields of its settings."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
-        raise t.error("dio", "and candi cannot both be: a switch is wired to one of them")
+        raise t.error("dio", "and candi exclude each other: a switch is wired to one of them")
     if v["candi"] is None and v["dio"] is None:
         raise t.error("dio", "is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead")
     if v["candi"] is None:
@@ -245,7 +245,7 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
 
 
 def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
-    """What a CANrange looks at, by the fields of its settings."""
+    """Return what a CANrange measures, by the fields of its settings."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
         return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
@@ -253,21 +253,21 @@ def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> di
         raise t.error("mechanism", f"must be an elevator, rack or piston, which slide; got {v['mechanism']!r}")
     for key in ("empty", *(key.name for key in _VIEW.keys)):
         if key in t:
-            raise t.error(key, "is of a CANrange that looks at pieces; this one looks at a mechanism")
+            raise t.error(key, "is for a CANrange that detects pieces; this one measures a mechanism")
     if v["distance"] is None:
         raise t.error("distance", f"is missing; it must be {ROBOT_HEIGHT}")
     return {"distance": v["distance"]}
 
 
 def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
-    """Lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
+    """Return lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
     if isinstance(config, (FlywheelConfig, RollerConfig)):
         raise t.error("mechanism", "must have stops, like an arm or an elevator; flywheels and rollers have none")
     return build_mechanism(config).stops
 
 
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
-    """From where to where a switch is pressed: the last hundredth of the way to a stop, or around a place."""
+    """Return the range in which a switch is pressed: the last hundredth of the travel to a stop, or around a place."""
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):
         key, per_unit, unit = "at_deg", math.pi / 180.0, "deg"
@@ -277,10 +277,10 @@ def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> t
         key, per_unit, unit = "at_extension", 1.0 / getattr(config, "pinion_radius", 1.0), "m"
     for other in ("at_deg", "at_height", "at_extension"):
         if other in t and other != key:
-            raise t.error(other, f"is not of this mechanism: it must be {key}, or at = 'lower' or 'upper'")
+            raise t.error(other, f"does not fit this mechanism: it must be {key}, or at = 'lower' or 'upper'")
     within = 0.01 * (high - low) if v["within"] is None else v["within"] * per_unit
     if key in t and "at" in t:
-        raise t.error("at", f"and {key} cannot both be: a switch has one place")
+        raise t.error("at", f"and {key} exclude each other: a switch has one place")
     if key in t:
         place = v[key] * per_unit
         if low <= place <= high:

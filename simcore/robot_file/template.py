@@ -1,4 +1,4 @@
-"""The text of a new `simcore.toml`: what a robot program has, and on request all other keys in comments."""
+"""Text of a new `simcore.toml`: the devices of a robot program, and on request all other keys in comments."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from simcore.robot_file.sensor_tables import SENSOR, SENSORS
 __all__ = ["FILE_NAME", "reference", "template"]
 
 Found = Mapping[str, Any]
-"""One thing of a robot program, as a row of the survey."""
+"""One device of a robot program, as a row of the survey."""
 
 
 def template(found: Found | None = None, *, game: str = "", every: bool = False) -> str:
-    """Return a file that says what was found, and drives as no file does.
+    """Return a file with what was found, in which the robot drives as it does without a file.
 
     Args:
-        found: What the program has, as `simcore.robotpy.robot_survey` answers; None: nobody has looked.
-        game: Name of the game to play; empty: the file leaves it out.
+        found: Answer of `simcore.robotcode.sim.robot_survey` about the program; None: there was no survey.
+        game: Name of the game to play; empty: the file does not name one.
         every: Whether all other keys follow in comments.
     """
     found = found or {}
@@ -54,19 +54,19 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
 
 
 def _camera(camera: Found) -> str:
-    """Name a camera in a comment, with who says where it sits."""
+    """Describe a camera in a comment, with the source of its position."""
     placed = f": placed by {camera['source']}" if "source" in camera else ""
     return f"camera {camera.get('name') or camera['maker']}{placed}"
 
 
 def _port(port: Found) -> str:
-    """Name what is on ports in a comment, with its class where that is known."""
+    """Describe a device on ports in a comment, with its class if known."""
     text = f"{port['model']} {' '.join(map(str, port['channels']))}"
     return f"{text}: {port['made_by']}" if port["made_by"] else text
 
 
 def _tables() -> list[KeyTable]:
-    """All that a file may have."""
+    """Return all tables that a file may have."""
     return [
         *(TOP, ROBOT, DRIVETRAIN, START, AUTOS, KeyTable(SCATTER.head, SCATTER.about, SCATTER.keys[:1])),
         *(MECHANISM, MOTORS),
@@ -80,24 +80,24 @@ def _tables() -> list[KeyTable]:
 
 
 def reference() -> str:
-    """The documentation of all tables, in Markdown."""
+    """Return the documentation of all tables, in Markdown."""
     return "\n".join(line for table in _tables() for line in table.reference())
 
 
 def _prose(*lines: str) -> str:
-    """Lines in comments."""
+    """Format lines as comments."""
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
 
 
 def _live(table: KeyTable, *names: str, every: bool, shown: Sequence[str] = ()) -> str:
-    """A table of which some keys are set, and these or all others in comments."""
+    """Format a table in which some keys are set and these or all others are comments."""
     head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
     keys = [key for key in table.keys if every or key.name in (*names, *shown)]
     return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
 
 
 def _drivetrain(found: Found) -> str:
-    """What was found of it; where that is a library's or nothing, one line."""
+    """Format the drivetrain that was found; one line for a library's drivetrain or none."""
     if "rows" in found:
         return table_text(DRIVETRAIN.head, map(tuple, found["rows"]))
     about = found.get("lines", [found.get("problem", "")])[0]
@@ -108,7 +108,7 @@ def _drivetrain(found: Found) -> str:
 
 
 def _mechanisms(motors: Sequence[Found]) -> str:
-    """Return a table for each motor whose guess a table can say, and a line for each of the others."""
+    """Return a table for each motor whose guess fits one, and a line for each of the others."""
     if not motors:
         return ""
     text = _prose(

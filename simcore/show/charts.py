@@ -83,21 +83,22 @@ def charts_of(track: RunTrack) -> list[Chart]:
     volts = [_with_extremes(recording, curve, robot.prefix) for curve, (_, robot) in zip(volts, robots, strict=False)]
     volts = volts or _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))  # logs of old versions
     slips = _curves(recording, each("Robot/WheelSlip", "fastest"))
+    many = "battery" if len(robots) > 2 else ""  # curves of so many robots are no picture
     charts = [
         Chart(title="Score", unit="points", curves=score),
         Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brown-out",
-              from_zero=False),
+              from_zero=False, group=many),
         Chart(title=f"{pieces.capitalize()} held{of_each}", unit="pieces", curves=held),
-        Chart(title=f"Current{of_each}", unit="A", curves=_curves(recording, currents)),
+        Chart(title=f"Current{of_each}", unit="A", curves=_curves(recording, currents), group=many),
         Chart(title=f"Pose estimate off by{of_each}", unit="m", curves=_pose_errors(track)),
         Chart(title=f"Sliding tires{of_each}", unit="m/s", curves=slips),
         *(chart for number, robot in robots
           for chart in _mechanism_charts(recording, robot.prefix, scene.label(number) if several else "")),
         Chart(title="Tick time", unit="ms", limit=_TICK_BUDGET, limit_label="budget",
-              group="computer" if several else "",
+              group="computer",
               curves=_curves(recording, [("wall time of a tick", "Sim/Performance/TickMs")])),
         Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True),
-              group="computer" if several else ""),
+              group="computer"),
     ]  # fmt: skip
     inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # of two runs
     return [

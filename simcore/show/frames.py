@@ -21,13 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from simcore.geometry.rotation import multiply, rotate_back
-from simcore.show.scene import Scene
+from simcore.show.scene import PLAIN_PIECE, PieceLook, Scene
 from simcore.show.solids import RobotSolids
 from simcore.telemetry.columns import Table
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import multiply, rotate_back
 
 __all__ = [
     "AWAY",
@@ -36,6 +36,8 @@ __all__ = [
     "FrameLayout",
     "PieceKind",
     "Rows",
+    "hanging_kinds",
+    "kind_look",
     "pack",
     "piece_kinds",
 ]
@@ -64,7 +66,7 @@ class PieceKind:
     """Of its pieces, rising, shape (n,)."""
     is_round: bool
     key: str = ""
-    """Of the poses on the field; empty: `Sim/GamePieces/<name>`."""
+    """Of the poses on the field, of which `ids` are rows; empty: `Sim/GamePieces/<name>`."""
 
 
 def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
@@ -78,9 +80,20 @@ def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
             # an old log says how many there are, not which
             known = np.unique(np.concatenate([*ids.values()])) if ids else np.arange(recording.most_poses(key))
             kinds.append(PieceKind(name, known, scene.look(name).size is None))
-    if recording.most_poses(_HANGING):
-        kinds.append(PieceKind("Hanging", np.arange(recording.most_poses(_HANGING)), False, _HANGING))
-    return kinds
+    return kinds + hanging_kinds(scene, recording.most_poses(_HANGING))
+
+
+def hanging_kinds(scene: Scene, count: int) -> list[PieceKind]:
+    """Return each hanging body of a run as a kind of its own."""
+    is_round = [look.size is None for look in [*scene.hanging, *[PLAIN_PIECE] * count][:count]]
+    return [PieceKind(f"Hanging {k}", np.array([k]), flag, _HANGING) for k, flag in enumerate(is_round)]
+
+
+def kind_look(scene: Scene, kind: PieceKind) -> PieceLook:
+    """Return the look of a kind of pieces, or of a hanging body."""
+    if not kind.key:
+        return scene.look(kind.name)
+    return scene.hanging[kind.ids[0]] if kind.ids[0] < len(scene.hanging) else PLAIN_PIECE
 
 
 class FrameLayout:
@@ -156,7 +169,7 @@ class FrameLayout:
             first += width * len(kind.ids)
             mine[:, 3] = 0
             if kind.key:
-                _put(mine, np.arange(len(kind.ids)), snapshot.pose_arrays.get(kind.key, _NONE), 1)
+                _put(mine, np.arange(len(kind.ids)), snapshot.pose_arrays.get(kind.key, _NONE)[kind.ids[0] :], 1)
                 continue
             for key, id_key, state in (
                 (

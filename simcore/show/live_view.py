@@ -15,7 +15,7 @@ import numpy as np
 from simcore.errors import SimcoreError
 from simcore.match.match import Match
 from simcore.show.charts import value_at
-from simcore.show.frames import FrameLayout, PieceKind
+from simcore.show.frames import FrameLayout, PieceKind, hanging_kinds
 from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.page import packed, page_html
 from simcore.show.run_data import Block, layout_of, report_data, scene_data
@@ -160,22 +160,21 @@ class LiveView:
             PieceKind(supply.kind.name, np.nonzero(kind_of == number)[0], scene.look(supply.kind.name).size is None)
             for number, supply in enumerate(match.game.pieces)
         ]
-        if match.hanging:
-            self._kinds.append(PieceKind("Hanging", np.arange(len(match.hanging)), False, "Sim/Hanging"))
+        self._kinds += hanging_kinds(scene, len(match.hanging))
         self._layout, solids = layout_of(scene, self._kinds, snapshot)
         recording, block = Recording(), Block()
         recording.write(snapshot)
         meta = scene_data(scene, self._kinds, solids, block)
         meta |= report_data(recording, scene, block, self._kinds, self._title)
         self._curves = [curve.pop("key") for chart in meta["charts"] for curve in chart["curves"]]
-        at_once = self._driving is not None and self._driving.data["at_once"]
+        driving = {} if self._driving is None else self._driving.data
+        camera = "free" if not driving.get("at_once") else "follow" if driving["free"] else "station"
         meta |= {
             "live": True, "facts": [], "events": [], "lamps": {}, "seed": self._seed, "run": self._runs,
             "groups": {name: {"width": width} for name, width in self._layout.widths.items()},
             "spawn": [supply.kind.name for supply in match.game.pieces],
             "people": [[action.name, action.summary] for action in match.rules.human_actions()],
-            "drive": {"robots": []} if self._driving is None else self._driving.data,
-            "view": "solid" if at_once else "both", "camera": "station" if at_once else "free",
+            "drive": driving or {"robots": []}, "view": "both", "camera": camera,
         }  # fmt: skip
         self._greeting = []
         self._say({"type": "run", "meta": meta, "data": packed(block.data)}, keep=True)

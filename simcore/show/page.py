@@ -26,8 +26,8 @@ __all__ = ["packed", "page_frame", "page_html", "page_style", "write_page"]
 
 _PLAYER = Path(__file__).with_name("player")
 _MODULES = (
-    "dom", "charts", "data", "symbols", "top", "solid", "picture", "panels",
-    "sound", "player", "live", "robot_views", "report", "main",
+    "dom", "charts", "data", "key", "top", "solid", "timeline", "picture", "panels",
+    "sound", "player", "live", "robot_model", "report", "main",
 )  # fmt: skip
 """In the order in which each finds what it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)

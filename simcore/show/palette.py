@@ -36,7 +36,7 @@ COLORS: dict[str, tuple[str, str]] = {
     "neutral": ("#666e78", "#a0a7b1"),
     "neutral-fill": ("#b4b9c0", "#474e58"),
 }
-"""On light and on dark paper. `tests/unit/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
+"""On light and on dark paper. `tests/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
 graphics 3 : 1) and how far hits and misses, blue and red are apart for readers who see no red or no green."""
 
 

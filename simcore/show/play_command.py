@@ -16,13 +16,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.game import Auto, Game, PlayedMatch
 from simcore.match.match import Match
+from simcore.match.players.driven_robot import DriverControls, HandedOver
+from simcore.match.players.lineup import ME, lineup, match_seconds, play_match, plays
+from simcore.match.players.player import SKILLS
 from simcore.match.registry import find_game, installed_games
 from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
-from simcore.players.driven_robot import DriverControls, HandedOver
-from simcore.players.lineup import ME, lineup, match_seconds, play_match, plays
-from simcore.players.player import SKILLS
+from simcore.match.scoring import Alliance
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot.robot import Controller
 from simcore.robot.swerve_config import SwerveConfig
@@ -31,12 +31,14 @@ from simcore.show.view_driving import ViewDriving
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
+from simcore.world.engine_choice import add_engine_option
 
 __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
 """As an auto: the robot stands until somebody drives it from the page."""
+_FREE = 3600.0  # [s] for which a person may drive
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
@@ -183,7 +185,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     if options.view and _can_be_driven(game):
         actions = tuple((game.driving or DriverControls()).actions)
         at_once = me or options.auto == _DRIVE
-        driving = ViewDriving(actions, robots=len(seats) or 1, at_once=at_once)
+        driving = ViewDriving(actions, robots=len(seats) or 1, at_once=at_once, is_free=_is_free(options, game))
 
     def hand_over(match: PlayedMatch, number: int, own: Controller) -> Controller:
         if driving is None or not isinstance(match.robots[number].config.drivetrain, SwerveConfig):
@@ -199,9 +201,9 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     if options.match:
         play = partial(play_match, game, seats, me=plays(mine), hand_over=hand_over)
         return _Plan(game, "match", options.seconds or match_seconds(game), play, driving)
-    play = partial(play_auto, game, mine, alliance=options.alliance)
-    length = auto_seconds(game) if auto.name in game.autos else match_seconds(game)
-    return _Plan(game, auto.name, options.seconds or length, play, driving)
+    is_free = _is_free(options, game)
+    play = partial(play_auto, game, mine, alliance=options.alliance, practice=is_free)
+    return _Plan(game, auto.name, options.seconds or (_FREE if is_free else auto_seconds(game)), play, driving)
 
 
 def _auto(options: argparse.Namespace, game: Game) -> Auto:
@@ -217,9 +219,21 @@ def _auto(options: argparse.Namespace, game: Game) -> Auto:
         raise ConfigError("--auto drive is for a person at the page: give --view, too")
     if not _can_be_driven(game):
         raise ConfigError(f"--auto drive: a person drives robots with swerve, and that of {game.name} has none")
-    return Auto(
-        name=_DRIVE, summary="", controller=lambda match, alliance: lambda robot, time: None, start=game.starts[0]
-    )
+    return Auto(name=_DRIVE, summary="", controller=_freely, start=game.starts[0])
+
+
+def _is_free(options: argparse.Namespace, game: Game) -> bool:
+    """Whether a person drives for as long as they like: no match, no clock."""
+    return options.auto == _DRIVE and _DRIVE not in game.autos and not options.match
+
+
+def _freely(match: PlayedMatch, alliance: Alliance) -> Controller:
+    """Enable the robots in teleop until somebody ends the run; this one stands while nobody drives it."""
+    match.timer.follow_driver_station()
+    if any(phase.mode == "teleop" for phase in match.timer.clock.phases):
+        match.timer.start("teleop")
+    match.timer.set_enabled(True)
+    return lambda robot, time: None
 
 
 def _can_be_driven(game: Game) -> bool:

@@ -20,7 +20,7 @@ from simcore.show.page import page_frame
 if TYPE_CHECKING:
     from simcore.show.solids import Solid
 
-__all__ = ["chart", "headline", "paragraph", "report_page", "robot_views", "series", "table"]
+__all__ = ["chart", "headline", "paragraph", "report_page", "robot_model", "series", "share", "table"]
 
 _SHAPES = ("line", "dots", "bars", "steps")
 _Values = Sequence[float | None] | np.ndarray[Any, Any]
@@ -110,8 +110,19 @@ def chart(
     }  # fmt: skip
 
 
-def robot_views(title: str, solids: Sequence[tuple[str, Solid]]) -> dict[str, object]:
-    """Make a drawing of a robot from above and from its right side, to scale, of named solids in the robot frame."""
+def share(value: float, low: float, high: float, text: str) -> dict[str, object]:
+    """Make a bar of a share of 1 with the interval around it, and a text below."""
+    return {"kind": "share", "value": value, "low": low, "high": high, "text": text}
+
+
+def robot_model(title: str, bumpers: tuple[float, float], solids: Sequence[tuple[str, Solid]]) -> dict[str, object]:
+    """Make a robot in three dimensions with its measures.
+
+    Args:
+        title: Above it.
+        bumpers: Length and width over the bumpers [m].
+        solids: Names and solids in the robot frame; those without a name are the robot itself, whose height is told.
+    """
     shapes = [
         {
             "name": name, "color": one.color, "opacity": one.opacity, "points": one.vertices.round(4).tolist(),
@@ -119,7 +130,7 @@ def robot_views(title: str, solids: Sequence[tuple[str, Solid]]) -> dict[str, ob
         }
         for name, one in solids
     ]  # fmt: skip
-    return {"kind": "robot", "title": title, "solids": shapes}
+    return {"kind": "robot", "title": title, "bumpers": list(bumpers), "solids": shapes}
 
 
 def _plain(value: object) -> object:

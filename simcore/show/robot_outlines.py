@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from simcore.geometry.footprints import box_corners
-from simcore.geometry.linkage import part_pose
-from simcore.geometry.rotation import rotate
-from simcore.physics.shapes import outline
-from simcore.pieces.intake import Intake, IntakeConfig, IntakeZone
+from simcore.robot.intake import Intake, IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.typing import FloatArray
+from simcore.world.footprints import box_corners
+from simcore.world.linkage import part_pose
+from simcore.world.rotation import rotate
+from simcore.world.shapes import outline
 
 __all__ = ["Posed", "deployed", "intake_outlines", "zone_corners"]
 

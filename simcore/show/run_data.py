@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
-from simcore.show.frames import FrameLayout, PieceKind, Rows, pack, piece_kinds
+from simcore.show.frames import FrameLayout, PieceKind, Rows, kind_look, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
 from simcore.show.palette import COLORS, color, tint
 from simcore.show.run_events import (
@@ -25,6 +25,7 @@ from simcore.show.run_events import (
     counts_now,
     ending_of,
     events_of,
+    failure_of,
     lamps_now,
     phases_of,
     score_keys,
@@ -32,11 +33,12 @@ from simcore.show.run_events import (
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import LevelLook, PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotTrace, shots_of
-from simcore.show.solids import RobotSolids, Solid, model_solids, robot_solids
+from simcore.show.solids import RobotSolids, Solid, element_solids, model_solids, robot_solids, shape_solids
 from simcore.show.view_models import FieldModels, Model, ViewModels, load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, alliance_in
+from simcore.world.shapes import Box
 
 __all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data"]
 
@@ -45,6 +47,7 @@ _FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m] of whole numbers of vertices
 _FINE, _COARSE = 400, 150  # parts of a curve, of one robot and of several
 _CHASSIS = (0.05, 0.17)  # [m]; heights of the bumpers of a robot of which nothing is known
 _PAINT = {"blue": "#1e54b7", "red": "#c42828"}
+_FRAMES = ("", "#2f3640", "#d9a441", "#5aa69a")  # frames of an alliance's robots; empty: as the model has it
 
 
 class Block:
@@ -128,16 +131,16 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
     rows = [[i, *np.round(pose, 4).tolist()] for i, pose in zip(tags.id_list, _tag_poses(tags), strict=True)]
     names = sorted({name.lower() for name, _ in scene.field_outlines if name.lower().startswith(("blue_", "red_"))})
     prefixes = sorted({"_".join(name.split("_")[:2]) for name in names})
-    mesh = _solids(None if field is None else field.body, prefixes)
+    mesh = _solids(None if field is None else field.body, prefixes) or element_solids(scene, prefixes)
     models: list[dict[str, Any]] = []
     seen: dict[int, int] = {}
-    robots = []
-    for look, one in zip(scene.robots, solids, strict=True):
+    robots: list[dict[str, Any]] = []
+    for one in solids:
         identity = hash(_identity(one))
         if identity not in seen:
             seen[identity] = len(models)
             models.append(_model_data(one, block))
-        robots.append(_robot_data(look, one, seen[identity], _path_ink(scene, look)))
+        robots.append(_robot_data(scene, len(robots), one, seen[identity]))
     return {
         "field": {
             "size": [length, width],
@@ -149,7 +152,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
         },
         "models": models,
         "robots": robots,
-        "kinds": [_kind_data(kind, scene.look(kind.name), field, block) for kind in kinds],
+        "kinds": [_kind_data(kind, kind_look(scene, kind), field, block) for kind in kinds],
         "looks": [
             {"name": name.lower(), "box": look.size is not None, "color": look.color, "edge": look.edge_color}
             for name, look in scene.pieces.items()
@@ -168,6 +171,7 @@ def report_data(
     return {
         "title": title,
         "notes": [text for text in (subtitle, *ending_of(recording)) if text],
+        "failure": failure_of(recording),
         "start": round(start, 3),
         "end": round(end, 3),
         "facts": _facts(track, shots),
@@ -236,18 +240,23 @@ def _solid_data(solid: Solid, block: Block, step: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _robot_data(look: RobotLook, one: RobotSolids, model: int, ink: str) -> dict[str, Any]:
+def _robot_data(scene: Scene, number: int, one: RobotSolids, model: int) -> dict[str, Any]:
+    look = scene.robots[number]
     low, high = _CHASSIS
     if look.config is not None:
         low, high = look.config.body.clearance, look.config.body.bumper_top
     elif bumpers := [solid for solid in one.body if solid.name == "bumper"]:
         low, high = (float(f(bumpers[0].vertices[:, 2])) for f in (np.min, np.max))
+    same = [number for number, other in enumerate(scene.robots) if other.alliance == look.alliance]
     return {
-        "name": look.name, "alliance": look.alliance, "size": list(look.bumpers), "heights": [low, high],
-        "model": model, "parts": len(one.parts), "ink": ink,
+        "label": look.name or look.team or str(number), "name": look.name, "alliance": look.alliance,
+        "size": list(look.bumpers), "heights": [low, high],
+        "open": look.config is not None and look.config.body.bay is not None,
+        "model": model, "parts": len(one.parts), "ink": _path_ink(scene, look),
         "own_ink": look.ink and color(look.ink), "is_run": bool(look.score_key),
         "intakes": [np.round(zone, 3).tolist() for zone in look.intakes],
         "bumper": COLORS[look.ink][0] if look.ink else _PAINT.get(look.alliance, "#666e78"),
+        "frame": _FRAMES[same.index(number) % len(_FRAMES)] if len(scene.robots) > 1 else "",
     }  # fmt: skip
 
 
@@ -258,19 +267,18 @@ def _path_ink(scene: Scene, robot: RobotLook) -> str:
     return color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
 
 
-def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, str, list[list[float]]]:
-    """Return an element of the field from above: name, whose it is, color in three dimensions, corners [m]."""
-    side = alliance_in(name) or "neutral"
-    return name, side, COLORS[f"{side}-fill"][0], np.round(corners, 3).tolist()
+def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, list[list[float]]]:
+    """Return an element of the field from above: name, whose it is, corners [m]."""
+    return name, alliance_in(name) or "neutral", np.round(corners, 3).tolist()
 
 
 def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, block: Block) -> dict[str, Any]:
-    model = field.pieces.get(kind.name) if field is not None else None
-    solids = [] if kind.is_round else _solids(model)
+    model = field.pieces.get(kind.name.split()[0]) if field is not None else None
     size = look.size or (2.0 * look.reach,) * 3
+    solids = [] if kind.is_round else _solids(model) or shape_solids(look.shape or Box(size), look.color)
     return {
         "name": kind.name, "count": len(kind.ids), "round": kind.is_round, "radius": look.reach, "size": list(size),
-        "color": look.color, "air": look.air_color, "edge": look.edge_color,
+        "color": look.color, "air": look.air_color, "edge": look.edge_color, "hole": look.hole,
         "solids": [_solid_data(solid, block, _ROBOT_STEP) for solid in solids],
     }  # fmt: skip
 

@@ -21,7 +21,7 @@ from simcore.units import TICK
 
 __all__ = [
     "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "changing_rows", "counts_now", "ending_of",
-    "events_of", "lamps_now", "phases_of", "score_keys",
+    "events_of", "failure_of", "lamps_now", "phases_of", "score_keys",
 ]  # fmt: skip
 
 EventKind = Literal[
@@ -35,7 +35,10 @@ _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
 _MOST_LIGHTS = 24  # squares of a strip
 _TOLD = frozenset(f"Sim/Match/{name}" for name in ("Time", "TimeLeft", "Period", "Enabled", "Game", "LastFoul"))
 _LIGHTS = re.compile(r"^Sim/(?:Robots/\d+/)?Lights/([^/]+)/Colors$")
-_LAMP = re.compile(r"^Sim/Match/((?:Blue|Red)\w+)Active$")
+_LAMP = re.compile(r"^Sim/Match/((?:Blue|Red)\w+)(Active|Light)$")
+_OBJECT = re.compile(r"<(?:\w+\.)*(\w+) object at 0x[0-9a-f]+>")
+_WANTED = re.compile(r"assert ([^<>=!]+) (>=|<=|==|>|<) ([^<>=!]+)")
+_SIGNS = {">=": "at least", "<=": "at most", "==": "exactly", ">": "more than", "<": "less than"}
 _TOGETHER = 0.5  # [s]; what happens again within this time is one event
 BROWNOUT = 6.75
 """Voltage at which a roboRIO 2 holds outputs off, for logs that do not say whether it did [V]."""
@@ -89,14 +92,14 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
         items.append(("time left", f"{seconds // 60}:{seconds % 60:02d}"))
     items += [(label, str(scores[key])) for label, key in score_keys(scene) if key in scores]
     for key, value in {**snapshot.booleans, **scores, **match}.items():
-        if key.startswith("Sim/Match/") and key not in _TOLD and value not in NOTHING:
+        if key.startswith("Sim/Match/") and key not in _TOLD and not _LAMP.match(key) and value not in NOTHING:
             text = ("yes" if value else "no") if isinstance(value, bool) else str(value)
             items.append((key_in_words(key.removeprefix("Sim/Match/")), text))
     if scores.get("Sim/Shots") and len(scene.robots) == 1:
         items.append(("hits", f"{scores.get('Sim/Hits', 0)} of {scores['Sim/Shots']} shots"))
     held = [scores.get(f"{robot.prefix}/Intake/HeldCount") for robot in scene.robots]
     if any(count is not None for count in held):
-        items.append(("held", ", ".join("-" if count is None else str(count) for count in held)))
+        items.append(("held", ", ".join(_told(scene, held))))
     volts = [snapshot.doubles.get(f"{robot.prefix}/Debug/BatteryVoltage") for robot in scene.robots]
     if len(volts) == 1 and volts[0] is not None:
         items.append(("battery", f"{volts[0]:.1f} V"))
@@ -157,13 +160,16 @@ def score_keys(scene: Scene) -> list[tuple[str, str]]:
     return list(zip(names, keys, strict=True)) or [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")]
 
 
-def lamps_now(snapshot: Snapshot) -> dict[str, bool]:
-    """What a game says of its elements: `Sim/Match/BlueGoalActive` is of its model's `blue_goal...`."""
-    found = {}
-    for key, is_on in snapshot.booleans.items():
-        if match := _LAMP.match(key):
-            found[key_in_words(match[1]).replace(" ", "_")] = is_on
-    return found
+def lamps_now(snapshot: Snapshot) -> dict[str, str]:
+    """Return the state of each element that counts or not, by the beginning of its name in the field's model.
+
+    `Sim/Match/BlueGoalActive` is `on` or `off` of `blue_goal...`; `Sim/Match/BlueGoalLight` says it in the game's
+    words, of which pages show `pulsing` and `purple`, too.
+    """
+    states = {key: "on" if is_on else "off" for key, is_on in snapshot.booleans.items()} | dict(snapshot.strings)
+    return {
+        key_in_words(match[1]).replace(" ", "_"): state for key, state in states.items() if (match := _LAMP.match(key))
+    }
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
@@ -176,11 +182,29 @@ def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
 
 
 def ending_of(recording: Recording) -> list[str]:
-    """What a test of the run failed of, and what was warned of meanwhile; none of a run without a test."""
-    return [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
+    """Return what a test of the run failed of, and what was warned of meanwhile; none of a run without a test."""
+    texts = [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
+    return [_OBJECT.sub(r"\1", text) for text in texts]
+
+
+def failure_of(recording: Recording) -> str:
+    """Return in one sentence what a test of the run failed of, and when; empty: it did not."""
+    if not recording.has("Sim/Failure"):
+        return ""
+    said = recording.strings("Sim/Failure")[1][-1].partition("\n")[0].removeprefix("AssertionError: ")
+    if match := _WANTED.fullmatch(said):
+        got, sign, wanted = match.groups()
+        said = f"got {got}, wanted {_SIGNS[sign]} {wanted}"
+    return f"{said}, at {recording.times[-1]:.2f} s"
 
 
 # --- inside -------------------------------------------------------------------------------------------------------
+
+
+def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
+    """Return a count of each robot, of several with their names."""
+    known = [(number, count) for number, count in enumerate(counts) if count is not None]
+    return [str(count) if len(counts) == 1 else f"{scene.label(number)} {count}" for number, count in known]
 
 
 def _modes(recording: Recording) -> tuple[list[float], list[str]]:

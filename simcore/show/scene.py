@@ -14,22 +14,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone, Zone
 from simcore.match.runner import split_level
-from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require_fields
 from simcore.show.palette import shade
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
+from simcore.world.shapes import Compound, Shape, Sphere, bounding_box, outline_points, support
+from simcore.world.zones import BoxZone, CapsuleZone, CylinderZone, Zone
 
 if TYPE_CHECKING:
     from simcore.match.game import Game
     from simcore.match.match import Match
     from simcore.match.scoring import ScoringZone
-    from simcore.physics.field import FieldGeometry
     from simcore.pieces.resting_places import RestingPlace
     from simcore.robot.robot_config import RobotConfig
+    from simcore.world.field import FieldElement, FieldGeometry
 
 __all__ = [
     "PLAIN_PIECE",
@@ -41,7 +41,11 @@ __all__ = [
     "bare_scene",
     "piece_look",
     "scene_of",
+    "shape_look",
 ]
+
+
+_STEEL, _HANGING = "#9ea5ae", {"blue": "#4a6db0", "red": "#b0564f"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +62,8 @@ class PieceLook:
     """Of a piece in the air; empty: a darker `color`."""
     edge_color: str = ""
     """Of its outline; empty: half as bright as `color`."""
+    shape: Shape | None = None
+    """Of what is drawn in three dimensions; None: a ball or a box."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=FIELD_LENGTH, size=(FIELD_LENGTH,) * 3)
@@ -71,6 +77,19 @@ class PieceLook:
         """Of the outline from its middle at most [m]."""
         return self.radius if self.radius is not None else 0.5 * math.hypot(*(self.size or ()))
 
+    @property
+    def hole(self) -> float | None:
+        """Radius of the hole of a body of revolution around its z axis [m], 0 without one; None of other bodies."""
+        if self.shape is None:
+            return None
+        turn = np.arange(24) * math.tau / 24
+        reach = support(self.shape, np.column_stack((np.cos(turn), np.sin(turn), np.zeros(24))))
+        if np.ptp(reach) > _ROUND * reach.max():
+            return None
+        return float(np.hypot(*outline_points(self.shape)[:, :2].T).min()) if isinstance(self.shape, Compound) else 0.0
+
+
+_ROUND = 0.05  # part of a body's reach that may differ around its axis: rings are made of segments
 
 PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
 """Of a type that the scene does not know."""
@@ -93,6 +112,8 @@ class RobotLook:
     """Folder whose first robot model has its body and components; None: it is drawn as boxes."""
     name: str = ""
     """What a page calls it; empty: its number."""
+    team: str = ""
+    """Number on its bumpers; empty: its number in the match."""
     role: str = ""
     """Who plays it in a match, e.g. `collector:3`."""
     ink: str = ""
@@ -149,6 +170,10 @@ class Scene:
     """Length and width of the field [m]."""
     field_outlines: Sequence[tuple[str, FloatArray]] = ()
     """Name and corners of each element from above [m], shape (n, 2); `blue...` and `red...` are tinted so."""
+    field_elements: Sequence[FieldElement] = ()
+    """The same in three dimensions, drawn where there is no model of the field."""
+    hanging: Sequence[PieceLook] = ()
+    """Bodies on chains and hinges, in the order of `Sim/Hanging`."""
     robots: Sequence[RobotLook] = ()
     pieces: Mapping[str, PieceLook] = field(default_factory=dict)
     """By type name, as in `Sim/GamePieces/<Type>`."""
@@ -177,9 +202,9 @@ class Scene:
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
 
     def label(self, number: int) -> str:
-        """What texts call a robot: its name, or its number."""
+        """What texts call a robot: its name, its team, or its number."""
         robot = self.robots[number] if number < len(self.robots) else None
-        return robot.name if robot is not None and robot.name else f"robot {number}"
+        return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
     def with_models(self, folder: Path) -> Scene:
         """Return the scene with the models of a folder of `Field3d_...` and `Robot_...` ones, as far as it has any."""
@@ -194,14 +219,16 @@ class Scene:
 
 def piece_look(kind: GamePieceConfig) -> PieceLook:
     """How pieces of a kind are drawn."""
-    shape = kind.shape
+    return shape_look(kind.shape, kind.color)
+
+
+def shape_look(shape: Shape, color: str) -> PieceLook:
+    """How a body of a shape is drawn."""
     if isinstance(shape, Sphere):
-        return PieceLook(radius=shape.radius, color=kind.color)
-    if isinstance(shape, Cylinder):
-        return PieceLook(size=(2.0 * shape.radius, 2.0 * shape.radius, shape.height), color=kind.color)
+        return PieceLook(radius=shape.radius, color=color)
     low, high = bounding_box(shape)
     length, width, height = (high - low).tolist()
-    return PieceLook(size=(length, width, height), color=kind.color)
+    return PieceLook(size=(length, width, height), color=color, shape=shape)
 
 
 def bare_scene(game: Game) -> Scene:
@@ -223,7 +250,9 @@ def scene_of(match: Match) -> Scene:
             intakes=intake_outlines(robot.config),
             config=robot.config,
             role=match.record.robots[robot.number].player,
-            models=match.game.models if [part.name for part in robot.config.components] == parts else None,
+            models=robot.config.models
+            or (match.game.models if [part.name for part in robot.config.components] == parts else None),
+            team="" if robot.config.team is None else str(robot.config.team),
         )
         robots.append(look)
     return _scene(match.game, match.field, robots)
@@ -233,6 +262,8 @@ def _scene(game: Game, geometry: FieldGeometry, robots: Sequence[RobotLook]) -> 
     return Scene(
         field_size=game.field.size,
         field_outlines=geometry.outlines(),
+        field_elements=geometry.elements,
+        hanging=[shape_look(body.shape, _HANGING.get(body.alliance or "", _STEEL)) for body in game.field.hanging],
         robots=robots,
         goals=[goal for zone in game.zones for goal in _goals(zone)],
         pieces={supply.kind.name: piece_look(supply.kind) for supply in game.pieces},

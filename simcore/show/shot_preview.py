@@ -18,8 +18,8 @@ from simcore.match.match import Match
 from simcore.pieces.flight import FLIGHT_STEP, LONGEST, PER_TICK, cannot_rise, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
-from simcore.pieces.shooter import Shooter
 from simcore.robot.robot import Robot
+from simcore.robot.shooter import Shooter
 from simcore.typing import FloatArray
 from simcore.units import TICK
 

@@ -1,4 +1,4 @@
-"""What the player draws in three dimensions: models of fields and robots, or boxes of a robot's own, as triangles.
+"""What the player draws in three dimensions, as triangles: models, or what shapes and configs say.
 
 Meshes of one color that move together are one solid: what a browser draws is counted by solids.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,40 +17,42 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simcore.errors import ModelError
-from simcore.geometry.footprints import box_corners
-from simcore.geometry.linkage import Joint, part_pose
-from simcore.geometry.rotation import Vector, from_rpy
-from simcore.pieces.intake import is_deployed
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.climber import ClimberConfig
+from simcore.robot.intake import IntakeConfig, IntakeZone, is_deployed
 from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.swerve_config import SwerveConfig
 from simcore.show.palette import COLORS, screen_color
 from simcore.show.robot_outlines import Posed, deployed, zone_corners
-from simcore.show.scene import RobotLook
+from simcore.show.scene import RobotLook, Scene
 from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.footprints import box_corners
+from simcore.world.linkage import Joint, part_pose
+from simcore.world.rotation import Vector, from_rpy, matrix
+from simcore.world.shapes import Box, Mesh, Shape, Sphere, bounding_box, outline_points, parts_of
 
 __all__ = [
-    "BUMPER", "RobotSolids", "Solid", "chassis_boxes", "described_solids", "extents", "model_solids", "robot_solids",
+    "BUMPER", "RobotSolids", "Solid", "chassis_boxes", "described_solids", "element_solids", "extents", "model_solids",
+    "robot_solids", "shape_solids",
 ]  # fmt: skip
 
 BUMPER = "bumper"
 """Name of a solid that is painted in the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
+_RAIL = 0.12  # [m]; from an elevator's middle to its rails
 _SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; of drawn shots and of what cameras see
 _PLAIN = "#ffce14"
 _BLUE, _WHITE, _BLACK, _STEEL, _DARK = "#1e54b7", "#ebecee", "#1c1e22", "#9ea5ae", "#3a3f47"
+_GLASS = "#cddeee"
+_FIELD_COLORS = {"blue": "#3f66ad", "red": "#b3403b", "": _STEEL}
+_BOARD = 0.94  # [m]; height of the boards of driver stations under their glass
 _HALF_TIRE = 0.019  # [m]; half the width of a drawn wheel
 _MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
-
-_NAMES = {
-    "hit": "intake, out", "miss": "shot", "path": "claw", "ghost": "hook", "ink": "part", "muted": "link",
-    "control": "way of a slide",
-}  # fmt: skip
-"""Names of what mechanisms carry, by its color."""
 
 PartPose = Callable[[Snapshot], "FloatArray | None"]
 """Pose of a part in the robot frame at a snapshot, `x, y, z, qw, qx, qy, qz`, shape (7,); None: it is not there."""
@@ -106,7 +109,7 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """The solids of a robot: of its models if they are its own, else boxes by its config.
+    """The solids of a robot: of its models if they are its own, else built by its config.
 
     Args:
         look: The robot.
@@ -132,19 +135,34 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
 
 
 def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
-    """Return names and solids of a robot by its config, robot frame: intakes out, all else as it starts."""
+    """Return names and solids of a robot by its config, robot frame: intakes out, all else as it starts.
+
+    Beside the robot itself there is what its file says of it: zones of intakes and claws, shots, storages, cameras.
+    """
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     stands = {name: Posed(one.position, one.stops) for name, one in mechanisms.items()}
     for intake in config.intakes:
         stands |= deployed(intake, mechanisms)
     look = RobotLook(bumpers=(config.body.bumper_length, config.body.bumper_width), config=config)
     found = [("", solid) for solid in _sketched_body(look)]
-    names = {_ink(ink): name for ink, name in _NAMES.items()}
-    for solids, pose in _carried(config, lambda _: stands, has_models=False):
+
+    def put(name: str, solids: Sequence[Solid], pose: PartPose) -> None:
         at = pose(Snapshot(time=0.0, tick=0))
         if at is not None:
             turn = Rotation.from_quat(np.roll(at[3:], -1))
-            found += [(names[one.color], replace(one, vertices=at[:3] + turn.apply(one.vertices))) for one in solids]
+            found.extend((name, replace(one, vertices=at[:3] + turn.apply(one.vertices))) for one in solids)
+
+    for solids, pose in _carried(config, lambda _: stands, has_models=False):
+        put("", solids, pose)
+    for intake in config.intakes:
+        zone, pose = _intake_place(intake, lambda _: stands)
+        put("intake, out", [_hull("", _ink("hit"), 0.35, zone_corners(zone))], pose)
+    for placer in config.placers:
+        put(
+            "claw", [_hull("", _ink("path"), 0.35, zone_corners(placer.zone))], _linked(lambda _: stands, placer.joints)
+        )
+    for shooter in config.shooters:
+        put("shot", [_hull("", _ink("miss"), 0.9, _SHOT)], _muzzle(lambda _: stands, shooter))
     for storage in (config.storage, *config.more_storages) if config.intakes or config.shooters else ():
         found.append(("storage", _hull("", "#8a6a00", 0.12, box_corners(storage.low, storage.high))))
     for camera in config.cameras:
@@ -156,6 +174,61 @@ def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
         apex = np.array(camera.mount.position)
         found.append(("camera", _hull("", "#0b6675", 0.25, np.vstack((apex, apex + ends)))))
     return found
+
+
+# --- shapes ---------------------------------------------------------------------------------------------------------
+
+
+def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1.0) -> list[Solid]:
+    """Return a collision shape as it is: a ring as a ring, a cone as a cone, in the frame of the shape."""
+    if isinstance(shape, Mesh):
+        return [Solid(name, color, opacity, shape.vertices, shape.faces)]
+    found = []
+    for part in parts_of(shape):
+        points = _ball_points(part.shape.radius) if isinstance(part.shape, Sphere) else outline_points(part.shape)
+        points = points @ matrix(part.quat).T + np.array(part.offset)
+        found.append(_hull(name, color, opacity, points))
+    return _joined(found)
+
+
+def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
+    """Return the elements of a field without a model, each in its own shape and in the color of its alliance.
+
+    Walls around the field are glass over a low board, so that one sees in.
+
+    Args:
+        scene: With the elements.
+        names: Elements whose names begin so keep that name.
+    """
+    found: list[Solid] = []
+    for element in scene.field_elements:
+        side = next((side for side in ("blue", "red") if side in re.split(r"[^a-z]+", element.name.lower())), "")
+        known = next((one for one in names if element.name.lower().startswith(one)), "")
+        solids = [
+            replace(one, vertices=one.vertices + element.position)
+            for one in shape_solids(element.shape, _FIELD_COLORS[side], name=known)
+        ]
+        low, high = bounding_box(element.shape)
+        is_outside = any(
+            low[k] + element.position[k] >= size - 1e-6 or high[k] + element.position[k] <= 1e-6
+            for k, size in enumerate(scene.field_size)
+        )
+        if is_outside and isinstance(element.shape, Box):
+            corners = box_corners(low + element.position, high + element.position)
+            board, glass, edge = corners.copy(), corners, _BOARD if side else 0.25 * _BOARD
+            board[:, 2] = np.minimum(board[:, 2], edge)
+            glass[:, 2] = np.maximum(glass[:, 2], edge)
+            solids = [_hull("", _FIELD_COLORS[side], 1.0, board)]
+            solids += [_hull("", _GLASS, 0.24, glass)] if np.ptp(glass[:, 2]) > 0.0 else []
+        found += solids
+    return _joined(found)
+
+
+def _ball_points(radius: float) -> FloatArray:
+    """Return points around a ball, shape (n, 3)."""
+    turn, up = np.meshgrid(np.arange(16) * math.tau / 16, np.linspace(-0.5 * math.pi, 0.5 * math.pi, 9))
+    points = np.stack((np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)), axis=-1)
+    return radius * points.reshape(-1, 3)
 
 
 # --- models -----------------------------------------------------------------------------------------------------------
@@ -229,7 +302,7 @@ def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
     return Solid(name, color, opacity, vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
-# --- a robot of boxes -------------------------------------------------------------------------------------------------
+# --- a robot by its config --------------------------------------------------------------------------------------------
 
 
 def _component(key: str, number: int) -> PartPose:
@@ -269,60 +342,183 @@ def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
 
 
 def _sketched_body(look: RobotLook) -> list[Solid]:
-    """Bumpers, frame and wheels; a robot of which nothing is known has usual ones."""
+    """Return bumpers, frame, drivetrain, electronics and hopper; a robot of which nothing is known has usual ones."""
     body = ChassisConfig() if look.config is None else look.config.body
     solids = []
     for name, (low, high, color) in chassis_boxes(body).items():
         solids.append(_hull(BUMPER if BUMPER in name else "", color or _BLUE, 1.0, box_corners(low, high)))
-    angles = np.linspace(0.0, math.tau, 20, endpoint=False)
-    rim = body.wheel_radius * np.column_stack((np.cos(angles), np.zeros(20), 1.0 + np.sin(angles)))
+    is_swerve = look.config is None or isinstance(look.config.drivetrain, SwerveConfig)
     for x, y in body.wheel_positions:
-        sides = [rim + np.array((x, y + side, 0.0)) for side in (-_HALF_TIRE, _HALF_TIRE)]
-        solids.append(_hull("", _BLACK, 1.0, np.concatenate(sides)))
-    if body.height > body.bumper_top + 0.01:
-        x, y = 0.5 * body.bumper_length - body.bumper_thickness, 0.5 * body.bumper_width - body.bumper_thickness
-        solids.append(_hull("", _STEEL, 0.25, box_corners((-x, -y, body.bumper_top), (x, y, body.height))))
+        solids.append(_wheel((x, y, body.wheel_radius), body.wheel_radius, 2.0 * _HALF_TIRE, "y", _BLACK))
+        solids.append(_wheel((x, y, body.wheel_radius), 0.5 * body.wheel_radius, 2.2 * _HALF_TIRE, "y", _STEEL))
+        inside = np.array((x, y)) - 0.075 * np.sign((x, y))
+        if is_swerve:  # drive and steer motor over each module
+            for at in ((x, inside[1]), (inside[0], y)):
+                solids.append(_wheel((*at, 0.2), 0.03, 0.11, "z", _BLACK))
+        else:
+            solids.append(_wheel((x, inside[1], body.wheel_radius + 0.03), 0.03, 0.11, "y", _DARK))
+    floor = body.clearance + 0.02
+    solids.append(_box((0.06, -0.09, floor), (0.24, 0.09, floor + 0.17), _BLACK))  # battery
+    solids.append(_box((0.1, -0.03, floor + 0.17), (0.2, 0.03, floor + 0.18), "#c23a2b"))
+    solids.append(_box((-0.12, -0.15, floor), (0.03, 0.0, floor + 0.04), "#d9dce1"))  # roboRIO
+    solids.append(_box((-0.12, 0.03, floor), (0.03, 0.15, floor + 0.05), "#26a060"))  # power distribution
+    solids += _superstructure(look.config, body)
     stretch = np.array((look.bumpers[0] / body.bumper_length, look.bumpers[1] / body.bumper_width, 1.0))
     return [replace(solid, vertices=stretch * solid.vertices) for solid in _joined(solids)]
+
+
+def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Solid]:
+    """Return tubes around what a robot stores, or around its frame up to its height, and what carries its shooters."""
+    edge_x, edge_y = (0.5 * size - body.bumper_thickness - 0.03 for size in (body.bumper_length, body.bumper_width))
+    rooms = [] if config is None or not (config.intakes or config.shooters) else [config.storage, *config.more_storages]
+    spans = [(np.array(room.low), np.array(room.high)) for room in rooms]
+    if not spans and body.height > body.bumper_top + 0.05:
+        spans = [(np.array((-edge_x, -edge_y, body.bumper_top)), np.array((edge_x, edge_y, body.height)))]
+    solids = []
+    for low, high in spans:
+        corners = [(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])]
+        for level in (low[2], high[2]):
+            a, b, d, c = ((x, y, level) for x, y in corners)
+            solids += [_bar(*ends, _ROD) for ends in ((a, b), (b, c), (c, d), (d, a))]
+        solids += [_bar((x, y, body.clearance), (x, y, high[2]), _ROD) for x, y in corners]
+        if rooms:
+            solids.append(_box(low - (0, 0, 0.006), (*high[:2], low[2]), "#8f959d"))
+    for shooter in () if config is None else config.shooters:
+        launch = shooter.launch
+        x, y, _ = muzzle_offset(launch) if shooter.turret is None else (launch.pivot_x, launch.pivot_y, 0.0)
+        for side in (-0.11, 0.11):
+            solids.append(_bar((x, y + side, body.clearance), (x, y + side, launch.height - 0.1), 0.02, _STEEL))
+        if shooter.turret is not None:
+            solids.append(_wheel((x, y, launch.height - 0.1), 0.15, 0.03, "z", _BLACK))
+    return solids
+
+
+def _intake_place(
+    intake: IntakeConfig, posed: Callable[[Snapshot], Mapping[str, Posed]]
+) -> tuple[IntakeZone, PartPose]:
+    """Return the zone of an intake, and the pose of what carries it, which is there only while the intake is out."""
+    joints, deploy = intake.joints, intake.deploy
+    moves = joints or (() if intake.stretch is None else (intake.stretch,))
+    zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
+    is_carried = any(joint.mechanism == deploy for joint in joints)
+    return zone, _linked(posed, moves, None if deploy is None or is_carried else (deploy, intake.deployed_at))
 
 
 def _carried(
     config: RobotConfig, posed: Callable[[Snapshot], Mapping[str, Posed]], *, has_models: bool
 ) -> Iterator[tuple[list[Solid], PartPose]]:
-    """What mechanisms carry, as far as there is no model of it: links, claws, hooks, intakes, and where shots leave."""
+    """Build what mechanisms carry, as far as there is no model of it: links, rails, claws, hooks, rollers, shooters."""
     modelled = {component.joints for component in config.components} if has_models else set()
-    hooks = [one for one in config.climbers if one.joints not in modelled]
-    start = posed(Snapshot(time=0.0, tick=0))
-    chains: list[tuple[str, tuple[Joint, ...], Vector, FloatArray]] = []
-    chains += [("ghost", one.joints, one.offset, _cube(one.offset, one.reach)) for one in hooks]
+    ends: list[tuple[tuple[Joint, ...], Vector, list[Solid]]] = []
+    ends += [(one.joints, one.offset, _hook(one)) for one in config.climbers if one.joints not in modelled]
     if not has_models:
-        chains += [("path", one.joints, one.offset, zone_corners(one.zone)) for one in config.placers]
-        chains += [("ink", one.joints, one.offset, _cube(one.offset, 2.0 * _ROD)) for one in config.components]
+        ends += [(one.joints, one.offset, _gripper(one.zone)) for one in config.placers]
+        ends += [(one.joints, one.offset, []) for one in config.components]
         for intake in config.intakes:
-            joints, deploy = intake.joints, intake.deploy
-            if any(joint.mechanism == deploy for joint in joints) or (joints and deploy is None):
-                chains.append(("hit", joints, intake.zone.ball[0], zone_corners(intake.zone)))
-                continue
-            moves = joints or (() if intake.stretch is None else (intake.stretch,))
-            zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
-            pose = _linked(posed, moves, None if deploy is None else (deploy, intake.deployed_at))
-            yield [_hull("", _ink("hit"), 0.5, zone_corners(zone))], pose
+            zone, pose = _intake_place(intake, posed)
+            yield _joined(_rollers(zone)), pose
+            if intake.joints:
+                ends.append((intake.joints, zone.ball[0], []))
         for shooter in config.shooters:
-            yield [_hull("", _ink("miss"), 0.9, _SHOT)], _muzzle(posed, shooter)
-    bodies: dict[tuple[Joint, ...], dict[object, Solid]] = {}
-    for ink, joints, end, corners in chains:
+            yield _joined(_launcher(shooter)), _muzzle(posed, shooter)
+    start = posed(Snapshot(time=0.0, tick=0))
+    bodies: dict[tuple[Joint, ...], dict[object, list[Solid]]] = {}
+    for joints, end, solids in ends:
         for number, joint in enumerate(joints):
             stops = [joint.ratio * stop for stop in start[joint.mechanism].stops]
-            if joint.slides and all(map(math.isfinite, stops)):  # its way, in what carries it
+            if joint.slides and all(map(math.isfinite, stops)):  # two rails, in what carries it
                 low, high = (np.array(joint.origin) + stop * np.array(joint.axis) for stop in stops)
-                bodies.setdefault(joints[:number], {})[joint] = _hull("", _ink("control"), 0.4, _rod(low, high))
+                beside = _RAIL * np.array((1.0, 0, 0) if abs(joint.axis[1]) > 0.9 else (0, 1.0, 0))
+                rails = [_bar(low + side, high + side, _ROD, _STEEL) for side in (beside, -beside)]
+                bodies.setdefault(joints[:number], {})[joint] = [
+                    *rails,
+                    _bar(high - beside, high + beside, _ROD, _STEEL),
+                ]
             after = joints[number + 1].origin if number + 1 < len(joints) else end
             if any(after):
-                rod = _hull("", _ink("muted"), 1.0, _rod((0.0, 0.0, 0.0), after))
-                bodies.setdefault(joints[: number + 1], {})[after] = rod
-        bodies.setdefault(joints, {})[ink, end] = _hull("", _ink(ink), 0.6, corners)
-    for joints, solids in bodies.items():
-        yield _joined(list(solids.values())), _linked(posed, joints)
+                bodies.setdefault(joints[: number + 1], {})[after] = [_bar((0.0, 0.0, 0.0), after, 0.022, _STEEL)]
+        bodies.setdefault(joints, {})[id(solids)] = solids
+    for joints, groups in bodies.items():
+        if found := _joined([solid for solids in groups.values() for solid in solids]):
+            yield found, _linked(posed, joints)
+
+
+def _rollers(zone: IntakeZone) -> list[Solid]:
+    """Build an intake around its zone: two rollers along its longer side, the lower one outside, between two plates."""
+    corners = zone_corners(zone)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = high - low
+    along = 1 if size[1] >= size[0] else 0
+    out = 1 - along
+    is_ahead = low[out] + high[out] >= 0.0
+    radius = min(0.032, 0.2 * size[2], 0.3 * size[out])
+    tip, root = (high[out] - radius, low[out] + radius) if is_ahead else (low[out] + radius, high[out] - radius)
+    middle = 0.5 * (low + high)
+    solids = []
+    for across, level, color in ((tip, low[2] + 0.55 * size[2], "#1f7a6a"), (root, high[2] - radius, "#2f3640")):
+        place = middle.copy()
+        place[out], place[2] = across, level
+        solids.append(_wheel(place, radius, size[along], "xy"[along], color))
+    for side in (low[along], high[along]):
+        plate = np.array([middle] * 4)
+        plate[:, along] = side
+        plate[:, out] = (tip, tip, root, root)
+        plate[:, 2] = low[2] + np.array((0.42, 0.72, 0.7, 1.0)) * size[2]
+        thick = np.zeros(3)
+        thick[along] = 0.004
+        solids.append(_hull("", _STEEL, 1.0, np.vstack((plate - thick, plate + thick))))
+    return solids
+
+
+def _launcher(shooter: ShooterConfig) -> list[Solid]:
+    """Build wheels and hood of a shooter in the frame of its first muzzle, x along the shot."""
+    first, radius, gap = shooter.launch.barrels[0], shooter.wheel_radius, 0.07
+    sides = [barrel - first for barrel in shooter.launch.barrels]
+    middle, wide = 0.5 * (min(sides) + max(sides)), max(sides) - min(sides) + 0.14
+    second = shooter.second_wheel_radius or radius
+    if shooter.wheel_places == "left and right":
+        return [
+            _wheel((0.0, middle - sign * (0.5 * wide + size), 0.0), size, 0.09, "z", "#2b7a8c")
+            for sign, size in ((1.0, radius), (-1.0, second))
+        ]
+    solids = [_wheel((-0.03, middle, -(radius + gap)), radius, wide, "y", "#2b7a8c")]
+    if len(shooter.wheels) == 2:
+        solids.append(_wheel((-0.03, middle, second + gap), second, wide, "y", "#2b7a8c"))
+    else:  # a hood around the back of the wheel
+        turns = np.radians(np.linspace(85.0, 200.0, 7))
+        arc = np.column_stack((np.cos(turns), np.zeros(7), np.sin(turns)))
+        inner, outer = ((radius + 2.0 * gap + thick) * arc + (-0.03, middle, -(radius + gap)) for thick in (0.0, 0.008))
+        half = np.array((0.0, 0.5 * wide, 0.0))
+        for k in range(6):
+            edge = np.vstack((inner[k : k + 2], outer[k : k + 2]))
+            solids.append(_hull("", "#d3d7dc", 1.0, np.vstack((edge - half, edge + half))))
+    for side in (-1.0, 1.0):
+        at = np.array((-0.03, middle + side * (0.5 * wide + 0.008), 0.0))
+        plate = np.array([(-0.06, 0, -radius - gap), (0.06, 0, -radius - gap), (0.03, 0, gap), (-0.09, 0, gap)]) + at
+        half = np.array((0.0, 0.004, 0.0))
+        solids.append(_hull("", _STEEL, 1.0, np.vstack((plate - half, plate + half))))
+    return solids
+
+
+def _gripper(zone: IntakeZone) -> list[Solid]:
+    """Build a claw around its zone: two fingers, and a roller between them at the back."""
+    corners = zone_corners(zone)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle, size = 0.5 * (low + high), high - low
+    fingers = [
+        _box((low[0], y - 0.006, middle[2] - 0.3 * size[2]), (high[0], y + 0.006, middle[2] + 0.3 * size[2]), "#e08a2c")
+        for y in (low[1], high[1])
+    ]
+    return [*fingers, _wheel((low[0], middle[1], middle[2]), min(0.03, 0.3 * size[2]), size[1], "y", "#1f7a6a")]
+
+
+def _hook(climber: ClimberConfig) -> list[Solid]:
+    """Build a hook, open to below, around the place where a rung is caught."""
+    x, y, z = climber.offset
+    reach = climber.reach
+    top, color = z + reach, "#c9ccd1"
+    parts = [((-reach, z - 2.5 * reach), (-reach, top)), ((-reach, top), (reach, top)), ((reach, top), (reach, z))]
+    return [_bar((x + a, y, b), (x + c, y, d), 0.3 * reach, color) for (a, b), (c, d) in parts]
 
 
 def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str, Posed]]:
@@ -376,12 +572,26 @@ def _ink(name: str) -> str:
     return COLORS[name][0]
 
 
+def _box(low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray, color: str) -> Solid:
+    return _hull("", color, 1.0, box_corners(low, high))
+
+
 def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:
     return box_corners(np.array(center) - half, np.array(center) + half)
 
 
-def _rod(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray) -> FloatArray:
-    return np.concatenate((_cube(start, _ROD), _cube(end, _ROD)))
+def _bar(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray, half: float, color: str = "") -> Solid:
+    """Build a square tube from one place to another."""
+    return _hull("", color or "#70767f", 1.0, np.concatenate((_cube(start, half), _cube(end, half))))
+
+
+def _wheel(center: Sequence[float] | FloatArray, radius: float, width: float, axis: str, color: str) -> Solid:
+    """Build a wheel or a roller about an axis."""
+    turns = np.linspace(0.0, math.tau, 20, endpoint=False)
+    rim = radius * np.column_stack((np.cos(turns), np.sin(turns), np.zeros(20)))
+    rim = np.roll(rim, "zxy".index(axis), axis=1)
+    side = 0.5 * width * np.eye(3)["xyz".index(axis)]
+    return _hull("", color, 1.0, np.concatenate((rim - side, rim + side)) + np.asarray(center))
 
 
 _SHOT = np.concatenate((_cube((0.0, 0.0, 0.0), _ROD), [(_SHOT_LENGTH, 0.0, 0.0)]))

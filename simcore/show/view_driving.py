@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from simcore.errors import ConfigError
-from simcore.players.driven_robot import DriverInput
+from simcore.match.players.driven_robot import DriverInput
 from simcore.quantities import shown
 
 __all__ = ["KEYS", "ViewDriving", "read_input"]
@@ -101,6 +101,7 @@ class ViewDriving:
         actions: What people call the actions of the robots, in the order of their buttons.
         robots: How many robots there are to drive.
         at_once: Whether a page drives as soon as it is open.
+        is_free: Whether there is no match: the page shows no clock, and looks from behind the robot.
         clock: Says the time [s].
     """
 
@@ -110,6 +111,7 @@ class ViewDriving:
         *,
         robots: int = 1,
         at_once: bool = False,
+        is_free: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._clock, self._robots = clock, robots
@@ -118,7 +120,7 @@ class ViewDriving:
         words += [f"{number}{' or Space' if number == 1 else ''} {name}" for number, name in enumerate(actions, 1)]
         self.data = {
             "robots": list(range(robots)), "at_once": at_once, "keys": sorted(KEYS), "actions": list(actions),
-            "help": ", ".join(words),
+            "free": is_free, "help": ", ".join(words),
         }  # fmt: skip
         """What a page needs."""
 

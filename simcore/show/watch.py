@@ -85,7 +85,7 @@ class Watch:
         if self._view is not None:
             sinks.append(self._view.sink())
         if self._tables is not None:
-            from simcore.telemetry.networktables_sink import NetworkTablesSink
+            from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink
 
             if self._sink is not None:  # of the run before
                 self._sink.withdraw()
@@ -132,7 +132,7 @@ class Watch:
 
     def _listen(self, match: Match) -> None:
         """Let dashboards act on the field of this run."""
-        from simcore.match.control_topics import ControlTopics
+        from simcore.robotcode.networktables.control_topics import ControlTopics
 
         if self._control is not None:
             self._control.close()
@@ -150,7 +150,7 @@ def _open(options: argparse.Namespace, game: Game, driving: ViewDriving | None) 
 
 def _serve(port: int) -> Any:
     from simcore import season
-    from simcore.telemetry.networktables_sink import start_local_server
+    from simcore.robotcode.networktables.networktables_sink import start_local_server
 
     instance = season.ntcore.NetworkTableInstance.create()
     start_local_server(instance, port=port)

@@ -1,1 +1,1 @@
-"""Many matches: experiments, their runs on all cores or a cluster, and what comes of them."""
+"""Many matches: experiments, their runs on all cores or a cluster, their results, and shot tables."""

@@ -1,4 +1,4 @@
-"""`sweep`: play an experiment, keep its rows as they come, and get its results."""
+"""`sweep`: play an experiment, store its rows as they come, and return its results."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ def sweep(
 ) -> Results:
     """Play all runs of an experiment.
 
-    A run that crashes or takes too long is a row with an error. Runs that are in the store already, of this experiment
-    or of another one that they belong to as well, are not played again, but for those that failed.
+    A run that crashes or takes too long is a row with an error. Runs that are already in the store, from this
+    experiment or another one that contains them, are not played again, except for failed ones.
 
     Args:
-        experiment: What is played.
-        workers: Processes on this machine; None: one for each core; 0: none, this process plays (but for a robot
+        experiment: Experiment to play.
+        workers: Processes on this machine; None: one for each core; 0: none, this process plays (except a robot
             project's runs), and no run is ended for taking too long.
-        cluster: Address of a Dask scheduler, whose workers play in place of this machine.
+        cluster: Address of a Dask scheduler, whose workers play instead of this machine.
         out: Folder for the store of rows, `runs.sqlite`; None: they are kept in memory only.
-        on_row: Called with each row that is there, and with how many were taken from the store.
+        on_row: Function that is called with each new row, and with the number of rows taken from the store.
 
     Returns:
-        Their rows, by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+        Rows by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
 
     Raises:
-        SimcoreError: What was asked for cannot be played, or nobody is there to play it.
+        SimcoreError: If the experiment cannot be played, or no worker is there to play it.
     """
     if workers is not None:
         require("sweep", "workers", workers, _WORKERS)

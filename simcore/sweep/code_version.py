@@ -1,4 +1,4 @@
-"""Code that a run was played with: the version of simcore, and a digest of the sources that a result depends on."""
+"""Version of the code that played a run: simcore's version, and a digest of the sources that a result depends on."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from simcore.errors import ConfigError
 __all__ = ["code_version", "files_digest", "module_digest", "project_digest"]
 
 _APART = ("new_game", "show", "testing")
-"""Packages of simcore that no result of a run depends on."""
-_SOURCES = (".json", ".obj", ".py", ".toml")
+"""Packages of simcore that do not affect the result of a run."""
+_SOURCES = (".cpp", ".gradle", ".h", ".java", ".json", ".obj", ".py", ".toml")
 _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
-"""Folders of a robot project that its robot does not read."""
+"""Folders of a robot project that the robot does not read."""
 
 
 @cache
 def code_version() -> str:
-    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal where runs come out equal.
+    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal for equal runs.
 
-    The digest tells a changed checkout from the release that it began as.
+    The digest distinguishes a changed checkout from the release that it started from.
     """
     package = Path(simcore.__file__).parent
     files = (file for file in package.rglob("*.py") if file.relative_to(package).parts[0] not in _APART)
@@ -37,7 +37,7 @@ def module_digest(name: str) -> str:
     """Return the digest of a module's file, or of all sources of a package.
 
     Raises:
-        ConfigError: There is no such module.
+        ConfigError: If there is no such module.
     """
     try:
         spec = find_spec(name)
@@ -46,7 +46,7 @@ def module_digest(name: str) -> str:
     if spec is None or spec.origin is None:
         raise ConfigError(f"no module named {name!r}: it must be found from where the sweep is started")
     if not spec.has_location:
-        return sys.version  # it is part of the interpreter
+        return sys.version  # part of the interpreter
     file = Path(spec.origin)
     if not spec.submodule_search_locations:
         return files_digest([file], file.parent)
@@ -54,7 +54,7 @@ def module_digest(name: str) -> str:
 
 
 def project_digest(folder: Path) -> str:
-    """Return the digest of a robot project: its code, `simcore.toml`, and what it deploys."""
+    """Return the digest of a robot project: its code, `simcore.toml`, and deployed files."""
     files = []
     for file in folder.rglob("*"):
         inside = file.relative_to(folder).parts
@@ -68,12 +68,12 @@ def files_digest(files: Iterable[Path], base: Path) -> str:
     """Return the digest of names and contents, 64 hexadecimal digits.
 
     Args:
-        files: In any order.
-        base: Folder that names are relative to.
+        files: Files in any order.
+        base: Folder to which the names are relative.
     """
     total = hashlib.sha256()
     for file in sorted(files):
         total.update(f"{file.relative_to(base).as_posix()}\n".encode())
-        # as git may have checked it out on another system
+        # git may have changed the line ends on another system
         total.update(hashlib.sha256(file.read_bytes().replace(b"\r\n", b"\n")).digest())
     return total.hexdigest()

@@ -34,19 +34,19 @@ __all__ = ["add_arguments", "run"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options of the command."""
+    """Add the options of the command."""
     parser.allow_abbrev = False
     parser.add_argument("old", help="a folder with a robot.py, or an auto of the game")
-    parser.add_argument("new", nargs="?", help="what is compared with it: another folder or auto")
-    parser.add_argument("--game", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (default: what the chooser has)")
-    parser.add_argument("--metric", default="score", metavar="NAME", help="what is compared (default: score)")
+    parser.add_argument("new", nargs="?", help="another folder or auto to compare with it")
+    parser.add_argument("--game", metavar="GAME", help="game (default: the newest installed one)")
+    parser.add_argument("--auto", metavar="NAME", help="auto (default: the chooser's)")
+    parser.add_argument("--metric", default="score", metavar="NAME", help="metric to compare (default: score)")
     parser.add_argument(
         "--seeds",
         type=number_flag(Quantity("", 2, 1_000_000, is_whole=True)),
         default=20,
         metavar="N",
-        help="so many seeds of each (default: 20)",
+        help="number of seeds of each (default: 20)",
     )
     scatter_option(parser)
     add_played_options(parser)
@@ -55,10 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare, and print what came of it; returns 0 if all runs are there, 1 if some have failed.
+    """Compare, and print the result; return 0 if all runs are complete, 1 if some have failed.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: If the comparison is not possible.
     """
     if options.new is None:
         raise ConfigError(
@@ -93,11 +93,11 @@ def run(options: argparse.Namespace) -> int:
     return 1 if results.failures else 0
 
 
-# --- what the words mean ------------------------------------------------------------------------------------------
+# --- kinds of arguments -------------------------------------------------------------------------------------------
 
 
 def _kind(word: str, options: argparse.Namespace) -> str:
-    """Return the name of the factor whose value a word is."""
+    """Return the factor that an argument is a value of."""
     if Path(word, "robot.py").is_file():
         return PROJECT
     near = ""
@@ -116,7 +116,7 @@ def _kind(word: str, options: argparse.Namespace) -> str:
 
 
 def _played(factor: Factor, options: argparse.Namespace) -> Results:
-    """Play both on one seed after the other."""
+    """Play both variants of each seed in turn."""
     if factor.name == PROJECT:
         options.project = Path(options.old)
     experiment = Experiment(
@@ -130,7 +130,7 @@ def _played(factor: Factor, options: argparse.Namespace) -> Results:
 
 
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
-    """Play the seed that shows the difference most again, with a log each, and write the page of both."""
+    """Play the seed with the largest difference again, with a log each, and write the page of both."""
     factor = results.experiment.factors[0]
     by_seed: list[dict[int, float]] = [{}, {}]
     for row, number in zip(results.finished, results.values(options.metric).tolist(), strict=True):

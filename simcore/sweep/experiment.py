@@ -1,4 +1,4 @@
-"""An experiment: which runs to play, in a frozen description that any process can read and that names their results."""
+"""Experiment: frozen description of the runs to play, readable by any process; it identifies their results."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import itertools
 import json
 import math
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -19,11 +20,11 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.match.registry import find_game, game_point
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import ENGINES, engine_label
 from simcore.quantities import COUNT, DURATION, Quantity, require_fields
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import PROJECT, Factor, FactorValue
 from simcore.sweep.run_metrics import metric_name, named_object
+from simcore.world.engine_choice import ENGINES, engine_label
 
 __all__ = ["Experiment", "PlannedRun", "programs_outside"]
 
@@ -36,19 +37,19 @@ class PlannedRun:
     """One run of an experiment."""
 
     number: int
-    """From 0."""
+    """Number of the run, from 0."""
     point: int
-    """Number of the combination of values."""
+    """Number of the combination of factor values."""
     seed: int
     values: dict[str, FactorValue]
-    """Of the factors, by name."""
+    """Factor values by name."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """Runs to play: of a game with its scripted autos, or of a robot project.
+    """Set of runs: of a game with its scripted autos, or of a robot project.
 
-    All of it is plain values, paths and names, so that it fits into JSON, on any machine of a cluster.
+    All fields are plain values, paths and names, so that it fits into JSON and runs on any machine of a cluster.
 
     Example:
         >>> experiment = Experiment(auto="left", factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(3))
@@ -57,36 +58,38 @@ class Experiment:
     """
 
     game: str | None = None
-    """Name of an installed game, or `module:name` of any; None: the newest that is installed, or the project's."""
+    """Name of an installed game, or `module:name` of any; None: the newest installed one, or the project's."""
     auto: str | None = None
-    """Name of an auto of the game, or in the chooser of a project; None: the first, or what is chosen."""
+    """Name of an auto of the game, or in the chooser of a project; None: the first, or the chosen one."""
     alliance: Literal["blue", "red"] = "blue"
     red: str = ""
-    """Scripted players of a whole match, as `simcore.players.lineup.lineup` reads them; `me` plays the auto."""
+    """Scripted players of red in a whole match, for `simcore.match.players.lineup.lineup`; `me` plays the auto."""
     blue: str = ""
-    """The same. Both empty, and no factor of these names: one robot plays the auto."""
+    """Scripted players of blue. If both are empty, and no factor has these names, one robot plays the auto."""
     seconds: float | None = None
-    """How long a run is, simulated [s]; None: the game's autonomous period, or the whole match."""
+    """Simulated duration of a run [s]; None: the game's autonomous period, or the whole match."""
     options: tuple[str, ...] = ()
-    """Names of options of the game that are on."""
+    """Names of the game's options that are on."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
     robot: str | None = None
-    """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None: the game's own robot."""
+    """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None: the game's robot."""
     project: str | None = None
-    """Folder of a robot project, whose own code plays, each run in a process of its own."""
+    """Folder of a robot project, whose own code plays, each run in its own process."""
+    command: tuple[str, ...] = ()
+    """Command of the project's program in any language, stepped over the bridge; empty: its robot.py."""
     scatter: Scatter | None = None
-    """How large the spreads are; None: every run of a setup is the same but for what the seed decides anyway."""
+    """Sizes of the spreads; None: runs of a setup differ only by what the seed decides anyway."""
     factors: tuple[Factor, ...] = ()
     samples: int = 0
-    """Combinations of values that are drawn at random; 0: a grid, all listed values with all."""
+    """Number of combinations of values that are drawn at random; 0: a grid of all listed values."""
     seeds: tuple[int, ...] = (0,)
-    """Each is played at every point."""
+    """Seeds; each is played at every point."""
     metrics: tuple[str, ...] = ()
-    """Names of metrics, and `module:function` of one's own, which get a `Match` at its end; none: all that
-    are measured anyway, and the game's breakdown."""
+    """Names of metrics, and `module:function` of a team's own, called with a `Match` at its end; empty: all standard
+    metrics and the game's breakdown."""
     timeout: float | None = None
-    """Wall time after which a run is ended and counts as failed [s]; None: as long as it takes."""
+    """Wall time after which a run is ended and counts as failed [s]; None: no limit."""
 
     def __post_init__(self) -> None:
         for name in ("robot", "project"):
@@ -95,7 +98,7 @@ class Experiment:
         if isinstance(self.metrics, Sequence) and not isinstance(self.metrics, str):
             object.__setattr__(self, "metrics", tuple(metric_name(metric) for metric in self.metrics))
         require_fields(self, seconds=DURATION, timeout=DURATION, samples=COUNT, seeds=[_SEED])
-        for name in ("options", "factors", "seeds"):
+        for name in ("options", "factors", "seeds", "command"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         if self.robot is not None and self.project is not None:
             raise ConfigError("Experiment: give a robot or a project; the project's own code describes its robot")
@@ -120,11 +123,11 @@ class Experiment:
 
     @property
     def count(self) -> int:
-        """Number of all runs."""
+        """Number of runs."""
         return (self.samples or math.prod(len(factor.values) for factor in self.factors)) * len(self.seeds)
 
     def design_points(self) -> list[tuple[FactorValue, ...]]:
-        """Return the combinations of values, each with a value for each factor in their order."""
+        """Return the combinations of values, each with one value per factor in their order."""
         if not self.samples:
             return list(itertools.product(*(factor.values for factor in self.factors)))
         size = (self.samples, len(self.factors))
@@ -140,13 +143,13 @@ class Experiment:
 
     @property
     def common(self) -> Experiment:
-        """Part that all runs share and workers get; a `PlannedRun` has the rest."""
+        """Part that all runs share and that workers get; a `PlannedRun` has the rest."""
         return replace(self, factors=(), samples=0, seeds=(0,))
 
-    # --- names of results -------------------------------------------------------------------------------------------
+    # --- identity of results ----------------------------------------------------------------------------------------
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
-        """Return 20 hexadecimal digits a run: equal where the result is, in this experiment and in others."""
+        """Return 20 hexadecimal digits per run: equal for equal results, in this experiment and in others."""
         apart: tuple[str, ...] = ("factors", "samples", "seeds", "timeout")
         if PROJECT in (factor.name for factor in self.factors):
             apart = (*apart, "project")
@@ -156,13 +159,13 @@ class Experiment:
         return [_short_hash([base, run.seed, sorted(_known(run.values).items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
-        """Return digests and versions of everything that a result depends on next to the description."""
+        """Return digests and versions of everything that a result depends on, apart from the description."""
         found = {"simcore": code_version(), "game": module_digest(self._game_module())}
         engine = ENGINES.get(engine_label(self.engine), "")
         found |= {name: _version(name) for name in (engine, "numpy") if name}
         is_named = self.game is not None and ":" in self.game
         game = named_object(self.game or "", "game") if is_named else find_game(self.game, say=str)
-        if game.field.mesh is not None:  # of a checkout it is outside of the game's package
+        if game.field.mesh is not None:  # in a checkout it is outside the game's package
             found["mesh"] = files_digest([game.field.mesh], game.field.mesh.parent)
         for name in (*self.metrics, self.robot or ""):
             module, colon, _ = name.partition(":")
@@ -182,12 +185,12 @@ class Experiment:
     # --- as JSON ----------------------------------------------------------------------------------------------------
 
     def to_json(self) -> dict[str, Any]:
-        """Return it in plain types, for `from_json`."""
+        """Return the experiment in plain types, for `from_json`."""
         return {**asdict(self), "scatter": None if self.scatter is None else self.scatter.text}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
-        """Read what `to_json` wrote, also after JSON has made lists of its tuples."""
+        """Read the result of `to_json`, also after JSON has turned its tuples into lists."""
         values = dict(data)
         values["factors"] = tuple(Factor.from_json(factor) for factor in data["factors"])
         if data["scatter"] is not None:
@@ -196,29 +199,30 @@ class Experiment:
 
 
 def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
-    """Return the programs that an experiment runs and that lie outside of a folder; nothing is run here.
+    """Return the programs that an experiment runs and that lie outside a folder; nothing is run here.
 
     Args:
-        data: Description of the experiment, as `to_json` wrote it.
-        folder: By custom the current one.
+        data: Description of the experiment from `to_json`.
+        folder: Trusted folder, usually the current one.
     """
     projects = [data["project"], *(v for f in data["factors"] if f["name"] == PROJECT for v in f["values"])]
     found = [Path(project, "robot.py").resolve() for project in projects if project is not None]
+    found += [Path(shutil.which(word) or word).resolve() for word in data.get("command", ())[:1]]
     for name in (data["game"], data["robot"], *data["metrics"]):
-        module = str(name).partition(":")[0].partition(".")[0]  # of the package; looking further would import it
+        module = str(name).partition(":")[0].partition(".")[0]  # of the package; a deeper search would import it
         if name is not None and ":" in name and module.isidentifier() and (spec := find_spec(module)) is not None:
             found.append(Path(spec.origin or module).resolve())
     return [str(file) for file in dict.fromkeys(found) if folder.resolve() not in file.parents]
 
 
 def _known(values: dict[str, FactorValue]) -> dict[str, FactorValue]:
-    """Return values by which a run is known: of a project a digest of its files, wherever it is."""
+    """Return the values that identify a run: for a project, a digest of its files instead of its path."""
     return {name: project_digest(Path(str(v))) if name == PROJECT else v for name, v in values.items()}
 
 
 @cache
 def _version(module: str) -> str:
-    """Return the version of the package that a module comes from; empty: it is there by other means."""
+    """Return the version of the package that a module comes from; empty if it was not installed as one."""
     names = packages_distributions().get(module, ())
     return ", ".join(f"{name} {version(name)}" for name in names)
 

@@ -1,9 +1,9 @@
-"""Factors: what differs between the runs of an experiment, by a name and its values.
+"""Factors: the differences between the runs of an experiment, by name and values.
 
-Values are written out or drawn from a distribution. A name is a dotted path into one of three configs, in the words of
-their fields, tables by name and rows by number (`*`: all): `robot.battery.initial_charge`,
-`robot.drivetrain.modules.*.wheel_cof`, `scatter.spin`, `pieces.*.mass`; or one of `PLAYED`, which say how a run is
-played. `robot.mass` alone is no field: it is that of the whole robot.
+Values are listed or drawn from a distribution. A name is a dotted path into one of three configs, by the names of
+fields, the keys of tables and the indices of rows (`*`: all): `robot.battery.initial_charge`,
+`robot.drivetrain.modules.*.wheel_cof`, `scatter.spin`, `pieces.*.mass`; or one of `PLAYED`, for how a run is played.
+`robot.mass` alone is not a field: it is the mass of the whole robot.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from typing import Any, Literal, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Auto, Game, PieceSupply
+from simcore.match.players.lineup import Seat, lineup
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
-from simcore.physics.engine_choice import engine_label
-from simcore.players.lineup import Seat, lineup
 from simcore.quantities import DURATION, FACTOR, MASS, Quantity, require, require_fields, shown
 from simcore.robot.robot_config import RobotConfig
+from simcore.world.engine_choice import engine_label
 
 __all__ = [
     "CONFIGS", "PLAYED", "PROJECT", "Distribution", "Factor", "FactorValue", "RunSetup", "parse_factor", "vary",
@@ -40,13 +40,13 @@ FactorValue: TypeAlias = float | int | str
 _ANY = Quantity("", -1e12, 1e12)
 _MOST_VALUES = 100_000
 _LIKE_RANGE = re.compile(r"(uniform|normal|range)\b|[\d.]+ *(-|\.\.|to\b)")
-"""Text that is no name, but meant as several numbers: `45-60`, `45..60`, `uniform 45`."""
+"""Text that is not a name but a range of numbers: `45-60`, `45..60`, `uniform 45`."""
 _EXAMPLE = (
     "want NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
 )
 PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")
-"""First words of factors that say how a run is played."""
+"""First words of factors for how a run is played."""
 CONFIGS = ("robot", "scatter", "pieces")
 """First words of factors that are paths into a config."""
 _STARTS = ("start.x", "start.y", "start.heading")
@@ -74,7 +74,7 @@ class Distribution:
             raise ConfigError(f"normal(mean,deviation) needs a deviation > 0, got {self}")
 
     def at(self, share: float) -> float:
-        """Return the value below which a share of all values lies (quantile), share above 0 and below 1 [-]."""
+        """Return the value below which a share of all values lies (quantile), for a share above 0 and below 1 [-]."""
         if self.kind == "uniform":
             return self.first + share * (self.second - self.first)
         return NormalDist(self.first, self.second).inv_cdf(share)
@@ -92,11 +92,11 @@ class Factor:
     """
 
     name: str
-    """Path of what is varied, e.g. `robot.mass`."""
+    """Path of the varied field, e.g. `robot.mass`."""
     values: tuple[FactorValue, ...] = ()
-    """In the unit of what is varied."""
+    """Listed values, in the unit of the varied field."""
     distribution: Distribution | None = None
-    """In place of values."""
+    """Distribution instead of listed values."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"factor {self.name}")
@@ -112,20 +112,20 @@ class Factor:
             raise ConfigError(f"factor {self.name}: values must differ, got {shown(list(self.values))}")
 
     def at(self, share: float) -> FactorValue:
-        """Return the value at a share of all of them, from 0 up to but without 1 [-]."""
+        """Return the value at a share of the list or the distribution, from 0 up to, but without, 1 [-]."""
         if self.distribution is not None:
             return self.distribution.at(share)
         return self.values[min(len(self.values) - 1, int(share * len(self.values)))]
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Factor:
-        """Read what `dataclasses.asdict` made of one, also after JSON has made lists of its tuples."""
+        """Read the result of `dataclasses.asdict`, also after JSON has turned its tuples into lists."""
         drawn = data["distribution"]
         return cls(data["name"], tuple(data["values"]), None if drawn is None else Distribution(**drawn))
 
 
 def parse_factor(text: str) -> Factor:
-    """Read a factor as the command line writes it.
+    """Parse a factor of the command line.
 
     >>> parse_factor("robot.mass=45:60:5").values
     (45.0, 50.0, 55.0, 60.0)
@@ -135,7 +135,7 @@ def parse_factor(text: str) -> Factor:
     'uniform(40,50)'
 
     Raises:
-        ConfigError: It cannot be read; the text has an example.
+        ConfigError: If it cannot be read; the message has an example.
     """
     name, equals, what = (part.strip() for part in text.partition("="))
     unreadable = ConfigError(f"a factor {shown(text)} cannot be read: {_EXAMPLE}")
@@ -158,13 +158,13 @@ def parse_factor(text: str) -> Factor:
 
 
 def _steps(name: str, first: float, last: float, step: float) -> tuple[float, ...]:
-    """Return values from first to last, the end included where a step meets it."""
+    """Return values from first to last, including the end if a step meets it."""
     if step == 0.0 or (last - first) / step < 0.0:
         raise ConfigError(f"factor {name}: steps of {step:g} do not lead from {first:g} to {last:g}")
     count = math.floor((last - first) / step + 1e-9) + 1
     if count > _MOST_VALUES:
         raise ConfigError(f"factor {name}: {count} values are too many, at most {_MOST_VALUES} are")
-    # rounded, so that 0.1:0.3:0.1 has the 0.3 that people write, and not 0.30000000000000004
+    # rounded, so that 0.1:0.3:0.1 has 0.3 as written, and not 0.30000000000000004
     return tuple(float(f"{first + number * step:.12g}") for number in range(count))
 
 
@@ -176,12 +176,12 @@ def _number(text: str) -> float | None:
     return number if math.isfinite(number) else None
 
 
-# --- what a name means ----------------------------------------------------------------------------------------------
+# --- meaning of names -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetup:
-    """Setup of a run, but for its seed."""
+    """Setup of a run, apart from its seed."""
 
     game: Game
     auto: Auto
@@ -189,20 +189,20 @@ class RunSetup:
     scatter: Scatter | None = None
     alliance: Alliance = "blue"
     seconds: float | None = None
-    """None: as long as the game's autonomous period."""
+    """Simulated duration [s]; None: the game's autonomous period."""
     engine: str | None = None
     red: str = ""
-    """Who plays a whole match, as `lineup` reads it; `blue` empty, too: one robot plays the auto."""
+    """Players of red in a whole match, for `lineup`; if `blue` is also empty, one robot plays the auto."""
     blue: str = ""
 
     def __post_init__(self) -> None:
         require_fields(self, "run", seconds=DURATION)
-        engine_label(self.engine)  # refuses a name of none
-        _ = self.seats  # refuses players that there are not
+        engine_label(self.engine)  # raises for an unknown name
+        _ = self.seats  # raises for unknown players
 
     @property
     def seats(self) -> tuple[Seat, ...]:
-        """Places of all who play a match; empty: one robot plays the auto."""
+        """Seats of all players of a match; empty: one robot plays the auto."""
         return lineup(self.game, red=self.red, blue=self.blue) if self.red or self.blue else ()
 
 
@@ -210,10 +210,10 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
     """Return the setup with all factors at these values.
 
     Raises:
-        ConfigError: There is no such factor, or it cannot have this value; the text has the nearest names, and what
-            would work.
+        ConfigError: If there is no such factor or it cannot have this value; the message has the nearest names, and
+        what would work.
     """
-    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # it brings its own start
+    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # an auto sets its own start
         if name.partition(".")[0] in PLAYED:
             with _named(name):
                 setup = _vary_played(setup, name, value)
@@ -226,7 +226,7 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
 
 
 def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotConfig:
-    """Return the robot with those of the factors that are of a robot; errors as `vary`."""
+    """Return the robot with its factors at these values; errors as for `vary`."""
     for name, value in values.items():
         first, *path = name.split(".")
         with _named(name):
@@ -239,13 +239,13 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 
 
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
-    """Return the scatter with those of the factors that are of it.
+    """Return the scatter with its factors at these values.
 
-    `scatter` is a factor of all default spreads, `scatter.spin` is one of them.
+    `scatter` is a factor on all default spreads, `scatter.spin` is one of them.
 
     Args:
-        scatter: As it is; None: none at all.
-        values: Of all factors.
+        scatter: Present scatter; None: none.
+        values: Values of all factors.
     """
     for name, value in sorted(values.items()):  # all spreads before single ones
         first, *path = name.split(".")
@@ -261,7 +261,7 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
 
 
 def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
-    """Return the game with those of the factors that are of pieces: `pieces.<kind>.<field>`, `*`: of all kinds."""
+    """Return the game with its piece factors at these values: `pieces.<kind>.<field>`, `*` for all kinds."""
     for name, value in values.items():
         first, *path = name.split(".")
         if first != "pieces":
@@ -280,7 +280,7 @@ def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
 
 @contextmanager
 def _named(name: str) -> Iterator[None]:
-    """Say of which factor an error is."""
+    """Add the name of the factor to errors."""
     try:
         yield
     except (ConfigError, UnknownNameError) as error:
@@ -288,7 +288,7 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
-    """Set how a run is played; the setup, the game and the auto judge the value."""
+    """Set how a run is played; the setup, the game and the auto check the value."""
     auto = setup.auto
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
@@ -304,7 +304,7 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
 
 
 def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> Any:
-    """Return a config with the value at a path in it; all else as it was."""
+    """Return a config with the value at a path in it; everything else is unchanged."""
     if not path:
         return _converted(config, value, where)
     first, rest = path[0], path[1:]
@@ -323,7 +323,7 @@ def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> A
 
 
 def _parts_of(config: Any) -> dict[str, Any]:
-    """Return parts of a config by the words that stand after the dot; none of a number or a name."""
+    """Return parts of a config by the words that may follow the dot; empty for a number or a name."""
     if isinstance(config, Mapping):
         return {str(name): part for name, part in config.items()}
     if isinstance(config, tuple):
@@ -335,7 +335,7 @@ def _parts_of(config: Any) -> dict[str, Any]:
 
 
 def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
-    """Return the robot with another mass [kg], spread as before: its inertia grows with it."""
+    """Return the robot with another mass [kg], equally distributed: its inertia scales with it."""
     require("robot", "mass", value, MASS)
     drivetrain, mass = robot.drivetrain, float(value)
     inertia = drivetrain.yaw_inertia * mass / drivetrain.mass
@@ -347,7 +347,7 @@ def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
 
 
 def _converted(present: Any, value: FactorValue, where: str) -> Any:
-    """Return the value in the type of what stands there; the config judges it."""
+    """Return the value in the type of the present one; the config checks it."""
     if isinstance(present, bool):
         if str(value).lower() not in ("true", "false"):
             raise ConfigError(f"{where} must be true or false, got {shown(value)}")

@@ -1,4 +1,4 @@
-"""One run of an experiment, from its plan to its row of the table. Whatever goes wrong in it is in the row."""
+"""One run of an experiment, from its plan to its row of the table. The row reports every error of the run."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from typing import Any
 from simcore.errors import ConfigError, SimcoreError, VendorError
 from simcore.install_text import install_command
 from simcore.match.game import Game
+from simcore.match.players.lineup import ME, play_match, plays
 from simcore.match.registry import find_game
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.starts import require_playable
-from simcore.players.lineup import ME, play_match, plays
 from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.reader import read_settings
+from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import CONFIGS, PLAYED, PROJECT, RunSetup, vary, vary_scatter
@@ -35,19 +36,19 @@ __all__ = [
 ]  # fmt: skip
 
 _OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
-"""Those of `PLAYED` that a project can be told; where it starts is its auto's affair."""
+"""Names of `PLAYED` that a project accepts; its auto decides where it starts."""
 
 
 def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
     """Play a run in this process and return its row: run, point, seed, factors, metrics, digest, version, error, ...
 
     Args:
-        experiment: What is played; of a robot project no second run can follow in this process.
-        planned: Which run of it.
+        experiment: Experiment of the run; this process can play only one run of a robot project.
+        planned: Run to play.
         log: File for its telemetry; None: none.
 
     Returns:
-        A value for each column, in plain types. `error` is empty, or a sentence; metrics are left out then.
+        Value for each column, in plain types. `error` is empty, or a sentence; then metrics are left out.
     """
     start = process_time()
     try:
@@ -60,10 +61,10 @@ def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = Non
 
 
 def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Play a run as `play_run`; return its metrics and digest, and let errors pass through.
+    """Play a run like `play_run`; return its metrics and digest, and let errors pass through.
 
     Raises:
-        SimcoreError: The run cannot be.
+        SimcoreError: If the run is not possible.
     """
     if experiment.project is not None:
         return _play_project(experiment, planned, log)
@@ -86,17 +87,17 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
 
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
-    """Return the row of a run that has come to nothing."""
+    """Return the row of a run that failed."""
     return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
 
 
 def planned_values(planned: PlannedRun) -> dict[str, Any]:
-    """Return those columns of a run's row that the plan knows."""
+    """Return the columns of a run's row that its plan gives."""
     return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return what went wrong in one line, with its place in the code if simcore did not raise it on purpose."""
+    """Return an error in one line, with its place in the code if simcore did not raise it on purpose."""
     text = " ".join(str(error).split())
     if isinstance(error, SimcoreError):
         return text
@@ -107,10 +108,10 @@ def sentence_of(error: BaseException) -> str:
 
 @lru_cache(maxsize=4)
 def setup_of(experiment: Experiment) -> RunSetup:
-    """Return what the runs of an experiment are played with before any factor.
+    """Return the setup of an experiment's runs before any factor.
 
     Raises:
-        SimcoreError: Game, auto or robot are not there.
+        SimcoreError: If game, auto or robot do not exist.
     """
     game = game_of(experiment.game)
     return RunSetup(
@@ -127,10 +128,10 @@ def setup_of(experiment: Experiment) -> RunSetup:
 
 
 def require_playable_runs(experiment: Experiment) -> None:
-    """Refuse before the first run what no run, or no run with a listed value, can be played with.
+    """Raise an error before the first run if no run, or none with a listed value, can be played.
 
     Raises:
-        SimcoreError: A game, auto, robot, factor or value cannot be; the text says what would work.
+        SimcoreError: If a game, auto, robot, factor or value is invalid; the message says what would work.
     """
     if experiment.project is not None:
         _require_project(experiment)
@@ -144,7 +145,7 @@ def require_playable_runs(experiment: Experiment) -> None:
 
 
 def _require_me(setup: RunSetup, factor: str) -> None:
-    """Refuse a factor of a robot or an auto that nobody in a match plays."""
+    """Raise an error for a factor of the robot or auto of `ME` in a match without `ME`."""
     of_all = ("blue", "engine", "pieces", "red", "scatter", "seconds")
     seats = setup.seats
     if seats and factor.partition(".")[0] not in of_all and all(seat.role != ME for seat in seats):
@@ -152,10 +153,10 @@ def _require_me(setup: RunSetup, factor: str) -> None:
 
 
 def game_of(name: str | None) -> Game:
-    """Find an installed game by its name, or any as `module:name`; None: the newest that is installed.
+    """Return an installed game by its name, or any as `module:name`; None: the newest installed one.
 
     Raises:
-        SimcoreError: There is no such game.
+        SimcoreError: If there is no such game.
     """
     if name is None or ":" not in name:
         return find_game(name, say=str)
@@ -166,14 +167,14 @@ def game_of(name: str | None) -> Game:
 
 
 def robot_of(name: str | None, game: Game) -> RobotConfig:
-    """Return the game's own robot, what a function returns, or what a file describes on the game's own drivetrain.
+    """Return the game's robot, the result of a function, or the robot of a file on the game's drivetrain.
 
     Args:
         name: None; `module:function`; or the path of a `simcore.toml`.
-        game: Whose drivetrain a file's robot has.
+        game: Game whose drivetrain the robot of a file gets.
 
     Raises:
-        ConfigError: There is no such file or function, or it gives no robot.
+        ConfigError: If there is no such file or function, or it gives no robot.
     """
     own = game.robot()
     if name is None:
@@ -200,15 +201,16 @@ def robot_of(name: str | None, game: Game) -> RobotConfig:
 
 
 def _require_project(experiment: Experiment) -> None:
-    """Refuse what no run can be played with, as far as that shows without the robot's code.
+    """Raise an error if no run can be played, as far as that shows without the robot's code.
 
     Raises:
-        ConfigError: There is no robot.py, or a factor is one of scripted autos.
+        ConfigError: If there is no robot.py or a factor belongs to scripted autos.
     """
     folders = {str(experiment.project), *(str(v) for f in experiment.factors if f.name == PROJECT for v in f.values)}
     for folder in map(Path, sorted(folders)):
-        if not (folder / "robot.py").is_file():
-            raise ConfigError(f"project: there is no robot.py in {folder}; name the folder that it is in")
+        file = ROBOT_FILE if experiment.command else "robot.py"
+        if not (folder / file).is_file():
+            raise ConfigError(f"project: there is no {file} in {folder}; name the folder that it is in")
     for factor in experiment.factors:
         first = factor.name.partition(".")[0]
         if first == PROJECT:
@@ -226,11 +228,13 @@ def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None)
     """Play a run with a robot's own code, and return its metrics and digest.
 
     Raises:
-        SimcoreError: The robot's code has failed; the text says how.
-        VendorError: RobotPy is not installed.
+        SimcoreError: If the robot's code has failed; the message says how.
+        VendorError: If RobotPy is not installed.
     """
     try:
-        adapter = import_module("simcore.robotpy.project_run")
+        adapter = import_module(
+            "simcore.bridge.served_run" if experiment.command else "simcore.robotcode.sim.project_run"
+        )
     except ImportError as error:
         raise VendorError(f"robot projects need RobotPy: {install_command('robotpy')}") from error
     values = planned.values
@@ -250,6 +254,7 @@ def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None)
             },
             "metrics": experiment.metrics,
             "log": None if log is None else str(log.resolve()),
+            "command": experiment.command,
         }
     )
     return measured

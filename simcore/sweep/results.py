@@ -1,6 +1,6 @@
-"""Runs of a sweep and what they say: shares of success, percentiles, differences on common seeds.
+"""Results of a sweep: shares of success, percentiles, differences on common seeds.
 
-A success is a condition of columns: `score >= 30`, `hits == shots and brownouts == 0`.
+A success is a condition on columns: `score >= 30`, `hits == shots and brownouts == 0`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Row = Mapping[str, Any]
 
 TABLE_NAME = "results.csv"
 MOST_VALUES = 12
-"""Values of a factor that are told and shown each."""
+"""Largest number of factor values that are listed and drawn one by one."""
 _BEFORE, _AFTER = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
 _COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
     "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne, "<": operator.lt, ">": operator.gt,
@@ -60,7 +60,7 @@ class Condition:
     True
 
     Raises:
-        ConfigError: The text is none.
+        ConfigError: If the text is not a condition.
     """
 
     def __init__(self, text: str) -> None:
@@ -86,7 +86,7 @@ class Condition:
         return tuple(dict.fromkeys(sides))
 
     def holds(self, row: Row) -> bool:
-        """Return whether a run has come to its end, has been measured, and fulfils it."""
+        """Return whether a run has ended without an error, has these columns, and fulfills the condition."""
         if row["error"]:
             return False
         for name, sign, other in self._parts:
@@ -102,11 +102,11 @@ class Condition:
 class Results:
     """All runs of an experiment.
 
-    A run that ended with an error has no metrics: it is no success, and in no percentile.
+    A run that ended with an error has no metrics: it is not a success, and not in percentiles.
     """
 
     rows: Sequence[Row]
-    """A row a run, by number."""
+    """Rows of the runs, by number."""
     experiment: Experiment
     """Experiment that they belong to."""
 
@@ -120,19 +120,19 @@ class Results:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of all columns in their order: run, point, seed, factors, metrics, and how the run ended."""
+        """Names of all columns in order: run, point, seed, factors, metrics, and the end of the run."""
         found = dict.fromkeys(name for row in self.rows for name in row)
         outside = (*_BEFORE, *self.factors, *_AFTER)
         return (*_BEFORE, *self.factors, *(name for name in found if name not in outside), *_AFTER)
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """Names of what was varied."""
+        """Names of the factors."""
         return tuple(factor.name for factor in self.experiment.factors)
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """Names of the columns of numbers that runs have brought."""
+        """Names of the numeric columns that runs have measured."""
         found = []
         for name in self.columns[len(_BEFORE) + len(self.factors) : -len(_AFTER)]:
             values = [row[name] for row in self.rows if row.get(name) is not None]
@@ -142,28 +142,28 @@ class Results:
 
     @property
     def finished(self) -> list[Row]:
-        """The runs without an error."""
+        """Runs without an error."""
         return [row for row in self.rows if not row["error"]]
 
     @property
     def failures(self) -> list[Row]:
-        """The runs with one."""
+        """Runs with an error."""
         return [row for row in self.rows if row["error"]]
 
     def values(self, metric: str) -> FloatArray:
-        """Return a metric of the finished runs, not a number where it could not be measured, shape (n,).
+        """Return a metric of the finished runs, NaN where it was not measured, shape (n,).
 
         Args:
-            metric: A column; or a condition, which is 1 or 0.
+            metric: Name of a column; or a condition, with values 1 or 0.
 
         Raises:
-            ConfigError: It is text.
-            UnknownNameError: There is no such column.
+            ConfigError: If it is text.
+            UnknownNameError: If there is no such column.
         """
         if metric not in self.columns and any(sign in metric for sign in _COMPARISONS):
             condition = self._condition(metric)
             return np.array([float(condition.holds(row)) for row in self.finished])
-        if metric not in self.columns and self.finished:  # where all have failed nothing was measured
+        if metric not in self.columns and self.finished:  # if all runs failed, nothing was measured
             raise UnknownNameError("column", metric, self.columns)
         found = [row.get(metric) for row in self.finished]
         if any(isinstance(value, str) for value in found):
@@ -171,10 +171,10 @@ class Results:
         return np.array([math.nan if value is None else float(value) for value in found])
 
     def factor_values(self, factor: str) -> list[Any]:
-        """Return the different values of a factor: numbers by size, words in the order in which they were given.
+        """Return the different values of a factor: numbers in ascending order, words in their given order.
 
         Raises:
-            UnknownNameError: There is no such factor.
+            UnknownNameError: If there is no such factor.
         """
         if factor not in self.factors:
             raise UnknownNameError("factor", factor, self.factors)
@@ -191,22 +191,22 @@ class Results:
     # --- statistics -------------------------------------------------------------------------------------------------
 
     def succeeded(self, condition: str) -> npt.NDArray[np.bool_]:
-        """Return whether each run was a success, shape (n,); errors as `success`."""
+        """Return whether each run was a success, shape (n,); errors as for `success`."""
         asked = self._condition(condition)
         return np.array([asked.holds(row) for row in self.rows], bool)
 
     def success(self, condition: str) -> Share:
-        """Return how often a condition held, with Wilson's interval.
+        """Return the share of runs that fulfill a condition, with Wilson's interval.
 
         Raises:
-            ConfigError: It is no condition.
-            UnknownNameError: There is no such column.
+            ConfigError: If the text is not a condition.
+            UnknownNameError: If there is no such column.
         """
         held = self.succeeded(condition)
         return wilson_share(int(held.sum()), len(held))
 
     def success_by(self, factor: str, condition: str) -> dict[Any, Share]:
-        """Return the share of each value of a factor, in their order; errors as `success`, or no such factor."""
+        """Return the share of success for each value of a factor, in order; errors as for `success`."""
         held = self.succeeded(condition)
         found = {}
         for value in self.factor_values(factor):
@@ -215,24 +215,24 @@ class Results:
         return found
 
     def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES) -> list[float]:
-        """Return percentiles of a metric, NaN where no run has it; 50 is the median. Errors as `values`."""
+        """Return percentiles of a metric, NaN if no run has it; 50 is the median. Errors as for `values`."""
         return percentiles(self.values(metric), at)
 
     def paired(self, factor: str, first: float | str, second: float | str, metric: str) -> PairedDifference:
-        """Return what it changes to set a factor from one value to another, by runs of one seed.
+        """Return the effect of changing a factor from one value to another, on common seeds.
 
-        Pairs have the same seed and the same values of all other factors; pairs of one seed, which share its luck,
+        Pairs have equal seeds and equal values of all other factors; pairs of one seed, which are not independent,
         count as their mean.
 
         Args:
-            factor: Name of what differs.
-            first: Its value before.
-            second: Its value after.
-            metric: A column; of a condition the share of successes.
+            factor: Name of the factor.
+            first: Value before.
+            second: Value after.
+            metric: Name of a column, or a condition for its share of successes.
 
         Raises:
-            ConfigError: There are not two seeds with pairs.
-            UnknownNameError: There is no such factor, value or column.
+            ConfigError: If fewer than two seeds have pairs.
+            UnknownNameError: If there is no such factor, value or column.
         """
         known = self.factor_values(factor)
         for value in (first, second):
@@ -257,13 +257,13 @@ class Results:
         return paired_difference(before, after)
 
     def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
-        """Return what each value of a factor changes against its first one; clear ones first.
+        """Return the effect of each value of a factor against its first one, clear effects first.
 
         Args:
-            metric: A column or a condition.
+            metric: Name of a column, or a condition.
 
         Returns:
-            Factor, first value, value and difference; of factors with 2 to 12 values that have common seeds.
+            Factor, first value, value and difference; for factors with 2 to 12 values that have common seeds.
         """
         found = []
         for factor in self.factors:
@@ -279,7 +279,7 @@ class Results:
         """Write `results.csv` for tools such as pandas; missing folders are made.
 
         Raises:
-            OutputError: It cannot be written.
+            OutputError: If it cannot be written.
         """
         text = io.StringIO()
         writer = csv.DictWriter(text, self.columns, lineterminator="\n")

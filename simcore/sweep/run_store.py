@@ -1,7 +1,7 @@
-"""Rows of runs in an SQLite file, each written as it comes, so that a sweep can go on.
+"""Store of rows in an SQLite file, written one by one, so that a sweep can be continued.
 
-`PRAGMA user_version` has the version of the tables. `experiment` has what was played last; `runs` has a row a run, by a
-key of all that its result depends on.
+`PRAGMA user_version` has the version of the tables. `experiment` has the last experiment; `runs` has a row per run, by
+a key of everything that its result depends on.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["FILE_NAME", "VERSION", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
 VERSION = 2
-"""Of the tables."""
+"""Version of the tables."""
 _TABLES = (
     "CREATE TABLE experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL)",
     "CREATE TABLE runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL)",
@@ -30,31 +30,31 @@ _TABLES = (
 _COLUMNS: dict[str, type | tuple[type, ...]] = {
     "run": int, "point": int, "seed": int, "version": str, "error": str, "cpu_seconds": (int, float)
 }  # fmt: skip
-"""Those that every row has, with their types."""
+"""Columns that every row has, with their types."""
 _log = logging.getLogger(__name__)
-_AT_ONCE = 500  # names in one question; SQLite allows 999 in its oldest versions
-_BUSY = 30.0  # [s]; another sweep may be writing to the same file
+_AT_ONCE = 500  # keys per query; old versions of SQLite allow 999
+_BUSY = 30.0  # [s] to wait while another sweep writes to the file
 
 
 class RunStore:
-    """Rows by the keys of their runs, and the experiment that was played last.
+    """Rows by the keys of their runs, and the last experiment.
 
-    A disk that is full, or a file that cannot be written any more, stops no sweep: rows stay in memory, are tried again
-    with each further one, and a warning says so.
+    A full disk, or a file that becomes unwritable, stops no sweep: rows stay in memory and are tried again with each
+    new one, and a warning says so.
 
     Args:
-        folder: Of the file; made if it is not there.
-        must_exist: Refuse a folder without the file.
+        folder: Folder of the file; made if missing.
+        must_exist: Whether to raise an error for a folder without the file.
 
     Raises:
-        OutputError: It cannot be made, or is no store of this version.
+        OutputError: If it cannot be made or is not a store of this version.
     """
 
     def __init__(self, folder: Path, *, must_exist: bool = False) -> None:
         self.path = folder / FILE_NAME
         if must_exist and not self.path.is_file():
             raise OutputError(f"{folder}: there are no runs in it: no file {FILE_NAME}")
-        self._problem = ""  # why the last row could not be written
+        self._problem = ""  # reason why the last row could not be written
         self._unsaved: dict[str, tuple[str, str]] = {}
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -77,14 +77,14 @@ class RunStore:
             raise
 
     def close(self) -> None:
-        """Write what could not be written before, and close."""
+        """Write the rows that could not be written before, and close."""
         self._write()
         self._base.close()
         if self._unsaved:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Keep what is played, in place of what was played before."""
+        """Store the experiment, in place of the last one."""
         row = (json.dumps(experiment.to_json()),)
         try:
             self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", row)
@@ -92,11 +92,11 @@ class RunStore:
             raise self._unwritable(error) from error
 
     def experiment(self) -> Experiment:
-        """Return what was played last; a warning names programs outside of the current folder that this loads or runs.
+        """Return the last experiment; warn of programs outside the current folder that it loads or runs.
 
         Raises:
-            ConfigError: There is nothing, or it cannot be played any more.
-            OutputError: The file is damaged.
+            ConfigError: If there is none or it can no longer be played.
+            OutputError: If the file is damaged.
         """
         with self._reading():
             found = self._base.execute("SELECT description FROM experiment").fetchone()
@@ -108,15 +108,15 @@ class RunStore:
             return Experiment.from_json(data)
 
     def add(self, key: str, row: dict[str, Any]) -> None:
-        """Keep the row of a run; it replaces one of this key."""
+        """Store the row of a run, in place of an earlier one of its key."""
         self._unsaved[key] = (row["error"], json.dumps(row))
         self._write()
 
     def rows(self, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """Return those of these runs that are there and have not failed, by key.
+        """Return the stored rows of these runs that have not failed, by key.
 
         Raises:
-            OutputError: The file is damaged.
+            OutputError: If the file is damaged.
         """
         found: dict[str, dict[str, Any]] = {}
         with self._reading():
@@ -136,7 +136,7 @@ class RunStore:
     def _make(self) -> None:
         try:
             self._base.execute("BEGIN IMMEDIATE")
-            if not self._has_tables():  # else another sweep was first
+            if not self._has_tables():  # otherwise another sweep was first
                 for command in _TABLES:
                     self._base.execute(command)
             self._base.execute("COMMIT")
@@ -145,10 +145,10 @@ class RunStore:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Say in one sentence that what is read is not as this version writes it."""
+        """Convert errors of reading to one sentence about the file."""
         try:
             yield
-        except (ConfigError, UnknownNameError) as error:  # before its other base, ValueError
+        except (ConfigError, UnknownNameError) as error:  # before its second base, ValueError
             raise ConfigError(f"{self.path}: what was played cannot be played any more: {error}") from error
         except (sqlite3.Error, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
             raise OutputError(
@@ -179,10 +179,10 @@ class RunStore:
 
 
 def _checked(row: Any) -> dict[str, Any]:
-    """Return the row of a run if it is as this version writes it.
+    """Return the row of a run if it has this version's format.
 
     Raises:
-        ValueError: It is not.
+        ValueError: If it has not.
     """
     if not isinstance(row, dict):
         raise ValueError("a run is no row")

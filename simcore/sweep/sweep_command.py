@@ -1,4 +1,4 @@
-"""`simcore sweep`: play an auto many times, and say how often it does what it should."""
+"""`simcore sweep`: play an auto many times, and report its share of success."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
@@ -33,34 +32,40 @@ from simcore.sweep.run_store import RunStore
 from simcore.sweep.sweep_page import summary_text, sweep_page
 from simcore.sweep.workers import Crew
 from simcore.telemetry.sinks import write_text
+from simcore.world.engine_choice import add_engine_option
 
 __all__ = [
     "PAGE_NAME", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields", "play_aloud",
-    "progress", "run", "scatter_option", "sigterm_as_interrupt",
+    "progress", "run", "scatter_option", "sigterm_as_interrupt", "takes_command",
 ]  # fmt: skip
 
 PAGE_NAME = "page.html"
+takes_command = True
+"""Words behind `--` are the command of `--serve`."""
 _COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
 _WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 _WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
-_TIMEOUT = 600.0  # [s]; a whole match takes some tens
+_TIMEOUT = 600.0  # [s]; a whole match takes tens of seconds
 _MOST_SEEDS = 1_000_000
-_SAMPLES = 20  # of factors that are drawn, where nothing is said
+_SAMPLES = 20  # of drawn factors, by default
 _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options of the command."""
-    parser.allow_abbrev = False  # `--seed 7`, as of one run, would be `--seeds 7`
-    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
-    parser.add_argument("--project", type=Path, metavar="FOLDER", help="the folder of a robot.py, whose own code plays")
+    """Add the options of the command."""
+    parser.allow_abbrev = False  # `--seed 7`, as in a single run, would be `--seeds 7`
+    parser.add_argument("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
+    parser.add_argument("--auto", metavar="NAME", help="auto (default: the game's first, or the chooser's)")
+    parser.add_argument("--project", type=Path, metavar="FOLDER", help="folder of a robot.py, whose code plays")
     parser.add_argument(
-        "--robot", metavar="FILE.toml", help=f"another robot than the game's own: a {ROBOT_FILE}, or module:function"
+        "--serve", action="store_true", help="the project has a program in any language; its command follows behind --"
     )
     parser.add_argument(
-        "--seeds", type=_seeds, default=range(10), metavar="N", help="so many seeds, or 5:20, or 1,7,9 (default: 10)"
+        "--robot", metavar="FILE.toml", help=f"robot in place of the game's: a {ROBOT_FILE}, or module:function"
+    )
+    parser.add_argument(
+        "--seeds", type=_seeds, default=range(10), metavar="N", help="number of seeds, or 5:20, or 1,7,9 (default: 10)"
     )
     parser.add_argument(
         "--set",
@@ -69,45 +74,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=text_flag(parse_factor),
         metavar="FACTOR=VALUES",
-        help="vary something: robot.mass=45:60:5, robot.battery.initial_charge=0.3,1, auto=left,right, "
+        help="vary a factor: robot.mass=45:60:5, robot.battery.initial_charge=0.3,1, auto=left,right, "
         "robot.mass=normal(55,1); may be given again",
     )
     parser.add_argument(
         "--samples", type=_COUNT, metavar="N", help="draw N combinations of the factors (default: all of a grid)"
     )
     scatter_option(parser)
-    parser.add_argument("--success", default="", metavar="CONDITION", help="what a run should achieve: 'score >= 30'")
+    parser.add_argument("--success", default="", metavar="CONDITION", help="condition of a success: 'score >= 30'")
     parser.add_argument(
         "--metric",
         dest="metrics",
         action="append",
         default=[],
         metavar="NAME",
-        help="measure this only, or a function of your own, module:function; may be given again",
+        help="measure only this metric, or your own function, module:function; may be given again",
     )
     add_played_options(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="play on a Dask cluster, e.g. tcp://10.0.0.5:8786")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for rows and page (default: out/AUTO)")
-    parser.add_argument("--csv", action="store_true", help=f"write the table {TABLE_NAME}, too, e.g. for pandas")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder for rows and page (default: out/AUTO)")
+    parser.add_argument("--csv", action="store_true", help=f"also write the table {TABLE_NAME}, e.g. for pandas")
     parser.add_argument(
         "--repeat",
         type=_RUN,
         metavar="RUN",
-        help="play one run of --out again, with all that it says, and leave its log and page there",
+        help="play one run of --out again, with all its output, and write its log and page there",
     )
 
 
 def add_played_options(parser: argparse.ArgumentParser) -> None:
-    """Add options of how runs are played, by whom, and in how many processes."""
+    """Add the options for how runs are played, by whom, and in how many processes."""
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
     )
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
-    players = "who plays a whole match, ROLE[:LEVEL] with commas between; 'me' plays --auto"
-    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
     parser.add_argument(
-        "--option", dest="options", action="append", default=[], metavar="NAME", help="an option of the game that is on"
+        "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
+    )
+    players = "players of a whole match, ROLE[:LEVEL] separated by commas; 'me' plays --auto"
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="likewise")
+    parser.add_argument(
+        "--option", dest="options", action="append", default=[], metavar="NAME", help="option of the game to switch on"
     )
     add_engine_option(parser)
     parser.add_argument(
@@ -119,7 +126,7 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
 
 
 def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what these options say, by the fields of `Experiment`."""
+    """Return the values of these options by the fields of `Experiment`."""
     names = "game auto alliance red blue seconds options engine robot project timeout"
     return {name: getattr(options, name) for name in names.split()}
 
@@ -130,16 +137,16 @@ def scatter_option(parser: argparse.ArgumentParser) -> None:
         "--scatter",
         type=text_flag(Scatter.parse),
         metavar="SPREADS",
-        help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
-        "1,exit_speed=0.03 with one of them otherwise",
+        help="scatter of robot, pieces and shots from seed to seed: 1 for the default spreads, 0 for none, "
+        "1,exit_speed=0.03 to change one of them",
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Play; returns the exit status: 0 all runs are there, 1 some have failed, 130 interrupted.
+    """Play, and return the exit status: 0 all runs are complete, 1 some have failed, 130 interrupted.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: If the sweep is not possible.
     """
     if options.repeat is not None:
         return _repeat(options)
@@ -156,7 +163,7 @@ def run(options: argparse.Namespace) -> int:
             "simcore: interrupted; runs that are over are kept, and the same command goes on with them", file=sys.stderr
         )
         return 130
-    print(summary_text(results, options.success), flush=True)  # before files, for which the disk may be full
+    print(summary_text(results, options.success), flush=True)  # before files, because the disk may be full
     _print_replays(results, out)
     if options.csv:
         print(f"\n{results.save_table(out)}")
@@ -167,7 +174,7 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """End a sweep by SIGTERM as by Ctrl-C, and its workers with it."""
+    """Treat SIGTERM like Ctrl-C, so that a sweep ends with its workers."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -179,11 +186,16 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 def _experiment(options: argparse.Namespace) -> Experiment:
+    if options.serve != bool(options.behind):
+        raise ConfigError("--serve and a command behind -- belong together: --serve -- ./gradlew simulateJavaRelease")
+    if options.serve and options.project is None:
+        options.project = Path()
     if options.success:
         _require_columns(options.success, options)
     is_drawn = any(factor.distribution is not None for factor in options.factors)
     return Experiment(
         **experiment_fields(options),
+        command=tuple(options.behind),
         scatter=chosen_scatter(options),
         factors=tuple(options.factors),
         samples=options.samples or (_SAMPLES if is_drawn else 0),
@@ -193,10 +205,10 @@ def _experiment(options: argparse.Namespace) -> Experiment:
 
 
 def _require_columns(text: str, options: argparse.Namespace) -> None:
-    """Refuse before the first run a condition of columns that no run will have."""
+    """Raise an error before the first run for a condition on columns that no run will have."""
     condition = Condition(text)
     if any(":" in metric for metric in options.metrics):
-        return  # nobody knows what it will be called
+        return  # its name is not known yet
     known = {*(options.metrics or METRICS), *(factor.name for factor in options.factors), "seed"}
     for name in condition.names:
         if name not in known and not name.startswith("breakdown."):
@@ -204,7 +216,7 @@ def _require_columns(text: str, options: argparse.Namespace) -> None:
 
 
 def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
-    """Return the scatter asked for, else a project's own, else the default: without, seeds would differ in little."""
+    """Return the requested scatter, else the project's, else the default: without one, seeds would hardly differ."""
     if options.scatter is not None:
         found: Scatter = options.scatter
         return found
@@ -214,13 +226,13 @@ def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
 
 
 def _print_replays(results: Results, out: Path) -> None:
-    """Say how to see one run of each error alone; the summary has the errors."""
+    """Print how to repeat one run of each error; the summary has the errors."""
     for number in {row["error"]: row["run"] for row in reversed(results.failures)}.values():
         print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
 
 
 def _repeat(options: argparse.Namespace) -> int:
-    """Play one run of a store with all that it says, and draw it; an error comes with where it was raised."""
+    """Play one run of a store with all its output, and draw it; an error comes with its traceback."""
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
     with closing(RunStore(options.out, must_exist=True)) as store:
@@ -235,13 +247,13 @@ def _repeat(options: argparse.Namespace) -> int:
     try:
         for name, value in play_aloud(experiment, planned, log).items():
             print(f"    {name:24} {value}")
-    finally:  # of a run that fails, up to there
+    finally:  # also for a run that fails, up to there
         _draw(log)
     return 0
 
 
 def _draw(log: Path) -> None:
-    """Write the page of a log, and say where both are; or why there is no page, as the run's own error matters more."""
+    """Write the page of a log and print both paths, or why there is no page: the run's own error matters more."""
     if not log.is_file():  # the run failed before it began
         return
     try:
@@ -254,10 +266,10 @@ def _draw(log: Path) -> None:
 def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[str, Any]:
     """Play one run with a log; return its metrics and digest, and let errors pass through.
 
-    A robot project has a process, as no second program can run in this one.
+    A robot project has its own process, because this one can hold only one program.
 
     Raises:
-        SimcoreError: The run cannot be, or the robot's code has failed.
+        SimcoreError: If the run is not possible or the robot's code has failed.
     """
     if experiment.project is None:
         return play_values(experiment.common, planned, log)
@@ -270,7 +282,7 @@ def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[s
 
 @contextmanager
 def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
-    """Show a bar of so many runs on a terminal; yield a function for `on_row` of `sweep`."""
+    """Show a progress bar for a number of runs on a terminal; yield a function for `on_row` of `sweep`."""
     columns = (
         TextColumn("runs"),
         BarColumn(),
@@ -291,7 +303,7 @@ def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
 
 
 def _seeds(text: str) -> tuple[int, ...]:
-    """Read seeds as the command line writes them.
+    """Parse seeds of the command line.
 
     >>> _seeds("3"), _seeds("5:8"), _seeds("1,7")
     ((0, 1, 2), (5, 6, 7), (1, 7))

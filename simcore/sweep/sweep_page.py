@@ -1,4 +1,4 @@
-"""Results of a sweep as text for a terminal, and as a page that a browser draws."""
+"""Results of a sweep as text for a terminal, and as a page for a browser."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from simcore.match.registry import installed_games
-from simcore.show.report import chart, headline, report_page, series, table
+from simcore.show.report import chart, headline, report_page, series, share, table
 from simcore.sweep.results import MOST_VALUES, Condition, Results
 from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, percentiles
 from simcore.typing import FloatArray
@@ -24,21 +24,22 @@ _MOST_RUNS = 10
 _MOST_ERRORS = 20
 _MOST_DISTRIBUTIONS = 6
 _BINS = 24
+_SEEN = 1e-3
 _NAMES = {
     "score": "points", "distance_m": "way driven [m]", "min_battery_v": "lowest battery voltage [V]",
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
     "hit_share": "share of hits", "flying": "in the air at the end",
 }  # fmt: skip
-"""Readers' names of metrics whose names are those of columns."""
+"""Names of metrics for readers, where they differ from those of the columns."""
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 
 def summary_text(results: Results, condition: str = "") -> str:
-    """Return what a terminal shows: counts, what factors change, shares of success, percentiles.
+    """Return the text for a terminal: counts, effects of factors, shares of success, percentiles.
 
     Args:
-        results: Of a sweep.
-        condition: Of a success; empty: nothing is.
+        results: Results of a sweep.
+        condition: Condition of a success; empty: none.
     """
     lines = [_counts(results)]
     if condition:
@@ -67,28 +68,31 @@ def sweep_page(results: Results, condition: str, folder: Path) -> str:
     """Return the page of a sweep.
 
     Args:
-        results: Of it.
-        condition: Of a success; empty: nothing is.
-        folder: Of its store, for the command that repeats a run.
+        results: Results of the sweep.
+        condition: Condition of a success; empty: none.
+        folder: Folder of the store, for the command that repeats a run.
     """
     blocks = [_headline(results, condition)]
+    if condition and (found := results.success(condition)).n:
+        text = f"{found.value:.0%} of {found.n} runs, black: 95 % interval"
+        blocks.append(share(found.value, found.lower, found.upper, text))
     main = _main_metric(results, condition)
     for factor in results.factors:
         blocks += _responses(results, factor, condition, main)
+    blocks += [_distribution(metric, {"": results}) for metric in _spread_metrics(results)[:_MOST_DISTRIBUTIONS]]
     if rows := _percentile_rows(results):
         blocks.append(table(_HEADS, rows, "Metrics of all runs"))
-    blocks += [_distribution(metric, {"": results}) for metric in _varied_metrics(results)[:_MOST_DISTRIBUTIONS]]
     return report_page(_title(results), [*blocks, *_run_tables(results, main, folder)])
 
 
 def comparison_page(results: Results, metric: str, difference: PairedDifference, folder: Path) -> str:
-    """Return the page of two variants, the values of the first factor, both on each axis; arguments as `sweep_page`.
+    """Return the page of two variants, the values of the first factor, together on each axis.
 
     Args:
-        results: Of both.
-        metric: Column or condition that is compared.
-        difference: Of this metric.
-        folder: Of the store.
+        results: Results of both.
+        metric: Column or condition to compare.
+        difference: Difference of this metric.
+        folder: Folder of the store.
     """
     factor = results.factors[0]
     old, new = results.factor_values(factor)
@@ -100,18 +104,18 @@ def comparison_page(results: Results, metric: str, difference: PairedDifference,
     verdict = "A clear difference" if difference.is_clear else "No clear difference"
     blocks = [
         headline(f"{verdict}: {metric} {difference.mean:+.3g}", f"{metric}, {new} less {old}: {difference}"),
-        table((*_HEADS, "runs"), medians, f"{metric} of each"),
     ]
-    varied = dict.fromkeys([*(name for name in [metric] if name in results.metrics), *_varied_metrics(results)])
+    varied = dict.fromkeys([*(name for name in [metric] if name in results.metrics), *_spread_metrics(results)])
     blocks += [_distribution(name, sides) for name in [*varied][:_MOST_DISTRIBUTIONS]]
+    blocks.append(table((*_HEADS, "runs"), medians, f"{metric} of each"))
     return report_page(f"{old} against {new}", [*blocks, *_run_tables(results, "", folder)])
 
 
-# --- words --------------------------------------------------------------------------------------------------------
+# --- text ---------------------------------------------------------------------------------------------------------
 
 
 def number_text(value: float | str) -> str:
-    """Return a number with as many digits as a reader needs; words stay as they are.
+    """Return a number with as many digits as a reader needs; words are unchanged.
 
     >>> [number_text(value) for value in (0.30000000000000004, 32, 1234.567, -0.0, "left")]
     ['0.3', '32', '1235', '0', 'left']
@@ -122,7 +126,7 @@ def number_text(value: float | str) -> str:
 
 
 def _headline(results: Results, condition: str) -> Block:
-    """Say in one line how often it works; without a condition the median of the main metric."""
+    """Return the headline: the share of success, or without a condition the median of the main metric."""
     counts = _counts(results)
     if condition:
         share = results.success(condition)
@@ -167,9 +171,9 @@ def _name(metric: str) -> str:
 
 
 def _main_metric(results: Results, condition: str = "") -> str:
-    """Return the metric that is drawn over everything; empty: there is none.
+    """Return the metric that is drawn over the factors; empty for none.
 
-    The first of the condition, else the score, if they differ between runs, else the first that does.
+    It is the first of the condition, else the score, if it differs between runs, else the first that does.
     """
     first, varied = [*(Condition(condition).names if condition else ()), "score"], _varied_metrics(results)
     wanted = [*(name for name in first if name in varied), *varied, *first]
@@ -177,7 +181,7 @@ def _main_metric(results: Results, condition: str = "") -> str:
 
 
 def _varied_metrics(results: Results) -> list[str]:
-    """Return metrics that are not the same in all runs; of several with equal values in each run the first."""
+    """Return metrics that differ between runs; of several with equal values in each run, the first."""
     found: dict[tuple[Any, ...], str] = {}
     for name in results.metrics:
         values = tuple(row.get(name) for row in results.finished)
@@ -186,8 +190,19 @@ def _varied_metrics(results: Results) -> list[str]:
     return list(found.values())
 
 
+def _spread_metrics(results: Results) -> list[str]:
+    """Return metrics that differ between runs by what a reader would see: a thousandth of their size, and of 1."""
+    found = []
+    for name in _varied_metrics(results):
+        values = results.values(name)
+        values = values[np.isfinite(values)]
+        if len(values) and np.ptp(values) > _SEEN * max(1.0, float(np.abs(values).max())):
+            found.append(name)
+    return found
+
+
 def _percentile_rows(results: Results) -> list[list[Any]]:
-    kept = [name for name in (_main_metric(results), "score") if name in results.metrics]  # whether they vary or not
+    kept = [name for name in (_main_metric(results), "score") if name in results.metrics]  # even if they do not vary
     metrics = dict.fromkeys((*kept, *_varied_metrics(results)))
     return [[name, *results.percentiles(name, PERCENTILES)] for name in metrics]
 
@@ -196,7 +211,7 @@ def _percentile_rows(results: Results) -> list[list[Any]]:
 
 
 def _responses(results: Results, factor: str, condition: str, main: str) -> Iterator[Block]:
-    """Draw the share of successes and the main metric over a factor; each run by itself where it has many values."""
+    """Draw the share of successes and the main metric over a factor; one point per run if it has many values."""
     values = results.factor_values(factor)
     has_few = len(values) <= MOST_VALUES
     if condition and has_few:
@@ -224,7 +239,7 @@ def _over(title: str, factor: str, points: Sequence[tuple[Any, ...]], label: str
 
 
 def _distribution(metric: str, sides: dict[str, Results]) -> Block:
-    """Count runs by their value of a metric: of one side in bars, of two in steps on one axis."""
+    """Draw counts of runs by their value of a metric: bars for one side, steps on one axis for two."""
     values = {name: side.values(metric) for name, side in sides.items()}
     values = {name: found[np.isfinite(found)] for name, found in values.items()}
     edges = _bin_edges(np.concatenate([*values.values()]))
@@ -237,7 +252,7 @@ def _distribution(metric: str, sides: dict[str, Results]) -> Block:
 
 
 def _bin_edges(values: FloatArray) -> FloatArray:
-    """Return edges of bars: whole numbers in the middle of theirs, else some 24 equal ones."""
+    """Return edges of bars: whole numbers are in the middle of their bars, else some 24 equal ones."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     if np.array_equal(values, np.round(values)):
         step = max(1, math.ceil((high - low + 1) / _BINS))
@@ -249,7 +264,7 @@ def _bin_edges(values: FloatArray) -> FloatArray:
 
 
 def _run_tables(results: Results, main: str, folder: Path) -> Iterator[Block]:
-    """List runs with the lowest main metric, and those that failed."""
+    """List the runs with the lowest main metric, and failed runs."""
     heads = ("run", "seed", *results.factors)
     again = f"to see one: simcore sweep --out {shlex.quote(str(folder))} --repeat RUN"
     known = [row for row in results.finished if main and row.get(main) is not None]

@@ -1,4 +1,4 @@
-"""Figures of many runs with how sure they are: a share of successes, and a difference on common seeds."""
+"""Statistics of many runs with confidence intervals: a share of successes, and a difference on common seeds."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from simcore.typing import FloatArray
 __all__ = ["CONFIDENCE", "PERCENTILES", "PairedDifference", "Share", "paired_difference", "percentiles", "wilson_share"]
 
 CONFIDENCE = 0.95
-"""Of an interval, if nothing else is asked for."""
+"""Default confidence level of intervals."""
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0)
-_RESAMPLES, _AT_ONCE = 2000, 1_000_000  # and numbers that are drawn at once
+_RESAMPLES, _AT_ONCE = 2000, 1_000_000  # and numbers drawn at once
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """So many of so many, and between which true shares such a count is no surprise.
+    """Share of successes with its confidence interval.
 
     >>> print(wilson_share(38, 50))
     38 of 50 = 76 % (95 % interval 63 to 86 %)
     """
 
     k: int
-    """Runs, or whatever else was tried, with success."""
+    """Number of successes."""
     n: int
-    """All of them."""
+    """Number of trials."""
     lower: float
     """Lower end of the interval, 0 to 1."""
     upper: float
-    """Its upper end."""
+    """Upper end of the interval, 0 to 1."""
     confidence: float = CONFIDENCE
-    """How often such intervals hold the true share."""
+    """Confidence level: how often such intervals contain the true share."""
 
     @property
     def value(self) -> float:
-        """The share itself; not a number without runs."""
+        """Share itself; NaN without trials."""
         return self.k / self.n if self.n else math.nan
 
     @property
     def interval(self) -> str:
-        """The interval as people read it, `84 to 100 %`."""
+        """Interval for people, `84 to 100 %`."""
         return f"{100 * self.lower:.0f} to {100 * self.upper:.0f} %"
 
     def __str__(self) -> str:
@@ -56,19 +56,19 @@ class Share:
 
 
 def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
-    """Return a share with Wilson's score interval, which holds for few runs and for shares near 0 and 1, too.
+    """Return a share with Wilson's score interval, which is also valid for few runs and for shares near 0 and 1.
 
     >>> share = wilson_share(10, 10)
     >>> round(share.lower, 3), share.upper
     (0.722, 1.0)
 
     Args:
-        k: Runs with success.
-        n: All runs; of none nothing is known, and the interval is 0 to 1.
-        confidence: Of the interval.
+        k: Number of successes.
+        n: Number of runs; for 0 the interval is 0 to 1.
+        confidence: Confidence level of the interval.
 
     Raises:
-        ConfigError: Not 0 <= k <= n, or a confidence that is not between 0 and 1.
+        ConfigError: If not 0 <= k <= n, or the confidence is not between 0 and 1.
 
     Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209; L. Brown, T. Cai, A. DasGupta, Stat. Sci. 16 (2001) 101.
     """
@@ -82,14 +82,14 @@ def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
     middle = p + z * z / (2.0 * n)
     half = z * math.sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n))
     scale = 1.0 + z * z / n
-    # at the ends the formula gives 0 and 1 but for rounding
+    # at the ends the formula gives 0 and 1, apart from rounding
     return Share(
         k, n, 0.0 if k == 0 else (middle - half) / scale, 1.0 if k == n else (middle + half) / scale, confidence
     )
 
 
 def percentiles(values: FloatArray, at: Sequence[float] = PERCENTILES) -> list[float]:
-    """Return percentiles of the values that are numbers, NaN where none is; 50 is the median.
+    """Return percentiles of the finite values, NaN without any; 50 is the median.
 
     >>> percentiles([1.0, 2.0, math.nan, 3.0], (0, 50))
     [1.0, 2.0]
@@ -101,24 +101,24 @@ def percentiles(values: FloatArray, at: Sequence[float] = PERCENTILES) -> list[f
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedDifference:
-    """Change by a variant, run against run of one seed."""
+    """Effect of a variant, paired by seed."""
 
     n: int
-    """Seeds."""
+    """Number of seeds."""
     mean: float
-    """Of the second variant less the first."""
+    """Mean of the second variant minus the first."""
     lower: float
     """Lower end of the 95 % interval of the mean."""
     upper: float
-    """Its upper end."""
+    """Upper end of the 95 % interval of the mean."""
     more: int
-    """Seeds in which the second variant has the higher value."""
+    """Number of seeds in which the second variant has the higher value."""
     less: int
-    """Seeds in which it has the lower one."""
+    """Number of seeds in which it has the lower value."""
 
     @property
     def is_clear(self) -> bool:
-        """Whether the interval leaves out 0."""
+        """Whether the interval excludes 0."""
         return self.lower > 0.0 or self.upper < 0.0
 
     def __str__(self) -> str:
@@ -129,19 +129,19 @@ class PairedDifference:
 
 
 def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> PairedDifference:
-    """Return the mean difference of pairs, with its interval by the bootstrap: means of pairs drawn with repetition.
+    """Return the mean difference of pairs, with a bootstrap interval: means of pairs drawn with replacement.
 
-    The interval is widened to that of Student's t where differences are normal; of few seeds it is too narrow else.
+    The interval is widened to Student's t for normal differences; otherwise it is too narrow for few seeds.
 
     >>> print(paired_difference([1, 4, 2, 3], [2, 5, 3, 4]))
     +1 (95 % interval +1 to +1), 4 seeds: 4 more, 0 less, 0 equal
 
     Args:
-        first: Values of the first variant, one a seed, shape (n,).
-        second: Those of the second, of these seeds in this order.
+        first: Values of the first variant, one per seed, shape (n,).
+        second: Values of the second variant, for the seeds in this order.
 
     Raises:
-        ConfigError: Fewer than two pairs, or values that are not finite.
+        ConfigError: If there are fewer than two pairs or values are not finite.
 
     Source: T. Hesterberg, Am. Stat. 69 (2015) 371, "expanded" percentile interval.
     """
@@ -152,7 +152,7 @@ def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[floa
         raise ConfigError(f"a paired difference needs two rows of at least 2 values, got shapes {a.shape}, {b.shape}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ConfigError("a paired difference needs finite values")
-    # figures have three digits: what they do not show is no difference
+    # figures have three digits: smaller differences count as none
     differences = np.where(np.isclose(a, b, rtol=5e-4, atol=1e-6), 0.0, b - a)
     n, mean, rng = len(differences), float(differences.mean()), np.random.default_rng(0)
     rows = max(1, _AT_ONCE // n)

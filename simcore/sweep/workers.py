@@ -1,9 +1,9 @@
-"""Processes that play runs: those of this machine, or of a Dask cluster. All give equal rows, to the bit.
+"""Processes that play runs: on this machine, or on a Dask cluster. All give equal rows, to the bit.
 
-Each process is a pool of one by joblib's loky, so that whoever waits for a run knows whose process has died, and can
-end the one that takes too long. The process of a robot project plays one run; others are kept for the next one.
-On a cluster a Dask worker does the same on its machine. (`joblib.Parallel` is not used: with Dask it waits for ever for
-a task whose worker was lost, as no callback of its backend is told.)
+Each process is a joblib loky pool of one, so that the waiting thread knows whose process has died and can end one that
+takes too long. The process of a robot project plays one run; others are kept for further runs. On a cluster a Dask
+worker does this on its machine. (`joblib.Parallel` is not used: with Dask it waits forever for a task of a lost worker,
+because its backend's callbacks are not called.)
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from simcore.sweep.one_run import failed_row, play_run
 
 __all__ = ["Crew", "play_all"]
 
-_CONNECT = 10.0  # [s] in which a scheduler must answer and have a worker
-_LOOKS = 0.5  # [s] between two looks whether the parent lives
-_IDLE = 60.0  # [s] after which a process that nobody needs ends
-_LAST_WORDS = 300  # characters of what a dead process has said
+_CONNECT = 10.0  # [s] within which a scheduler with a worker must answer
+_LOOKS = 0.5  # [s] between two checks whether the parent is alive
+_IDLE = 60.0  # [s] after which an idle process ends
+_LAST_WORDS = 300  # characters of a dead process's output
 _FROM_START = {"PYTHONHASHSEED": "0", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""Environment of a process: sets of robot code have one order, and numpy starts no thread a core."""
+"""Environment of a process: sets in robot code have a fixed order, and numpy starts no thread per core."""
 
 Row = dict[str, Any]
 
@@ -48,18 +48,18 @@ Row = dict[str, Any]
 def play_all(
     experiment: Experiment, runs: Sequence[PlannedRun], *, workers: int | None = None, cluster: str | None = None
 ) -> Iterator[Row]:
-    """Play runs, and give each one's row as soon as it is there; closing the iterator ends the processes.
+    """Play runs, and yield each row as soon as it is ready; closing the iterator ends the processes.
 
     Args:
-        experiment: Whose runs they are.
-        runs: In the order in which they begin.
-        workers: Processes on this machine; None: one for each core; 0: none, this one plays (but for a project's runs).
-        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play in place of this machine.
+        experiment: Experiment of the runs.
+        runs: Runs in the order in which they begin.
+        workers: Processes on this machine; None: one for each core; 0: none, this one plays (except a project's runs).
+        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play instead of this machine.
 
     Raises:
-        ConfigError: The scheduler cannot be reached, or its workers have another simcore.
-        VendorError: Dask is not installed.
-        SimcoreError: The scheduler was lost.
+        ConfigError: If the scheduler cannot be reached or its workers have another simcore.
+        VendorError: If Dask is not installed.
+        SimcoreError: If the scheduler was lost.
     """
     common = experiment.common
     if workers == 0 and cluster is None and experiment.project is None:
@@ -87,25 +87,26 @@ def play_all(
 
 
 class Crew:
-    """Processes of this machine, as many as play at once.
+    """Processes of this machine, as many as runs are played at once.
 
     Args:
-        is_quiet: Keep what runs say from the terminal; of a process that dies its last words are in the row.
+        is_quiet: Whether to keep the runs' output from the terminal; the row of a process that dies has its last
+            output.
     """
 
     def __init__(self, *, is_quiet: bool = True) -> None:
         self._is_quiet = is_quiet
         self._lock = threading.Lock()
-        self._said: dict[ProcessPoolExecutor, str] = {}  # of each process the file with what it has said
+        self._outputs: dict[ProcessPoolExecutor, str] = {}  # file with the output of each process
         self._idle: list[ProcessPoolExecutor] = []
         self._is_closed = False
 
     def play(self, common: Experiment, planned: PlannedRun, log: Path | None = None) -> Row:
-        """Play a run in a process, and return its row; a second time if the process dies, which may be no fault of its.
+        """Play a run in a process and return its row; repeat it once if the process dies.
 
         Args:
-            common: What all runs of the experiment share.
-            planned: Which run.
+            common: Part that all runs of the experiment share.
+            planned: Run to play.
             log: File for its telemetry; None: none.
         """
         for is_last in (False, True):
@@ -128,9 +129,9 @@ class Crew:
         raise AssertionError
 
     def close(self) -> None:
-        """End all processes, also those that play."""
+        """End all processes, including busy ones."""
         self._is_closed = True
-        for process in list(self._said):
+        for process in list(self._outputs):
             self._end(process)
 
     def _take(self) -> ProcessPoolExecutor:
@@ -139,39 +140,39 @@ class Crew:
                 raise SimcoreError("the sweep is over")
             if self._idle:
                 return self._idle.pop()
-            said = ""
+            output = ""
             if self._is_quiet:
-                descriptor, said = tempfile.mkstemp(prefix="simcore-run-")
+                descriptor, output = tempfile.mkstemp(prefix="simcore-run-")
                 os.close(descriptor)
             # loky starts the process with the first task
             process = ProcessPoolExecutor(
-                1, timeout=_IDLE, initializer=_begin, initargs=(os.getpid(), said), env=_FROM_START
+                1, timeout=_IDLE, initializer=_begin, initargs=(os.getpid(), output), env=_FROM_START
             )
-            self._said[process] = said
+            self._outputs[process] = output
             return process
 
     def _end(self, process: ProcessPoolExecutor) -> None:
         process.shutdown(wait=True, kill_workers=True)
-        if said := self._said.pop(process, ""):
+        if output := self._outputs.pop(process, ""):
             with suppress(OSError):
-                os.unlink(said)
+                os.unlink(output)
 
     def _death(self, process: ProcessPoolExecutor, error: BaseException) -> str:
-        """Say how a process has died, with its last words."""
+        """Describe how a process died, with its last output."""
         found = re.search(r"exit codes of the workers are \{(.+?)\}", str(error))
         text = ""
         with suppress(OSError, KeyError):
-            text = Path(self._said[process]).read_text("utf-8", "replace")
-        at = text.rfind("Current thread ")  # of faulthandler's last dump, in which the place comes first
+            text = Path(self._outputs[process]).read_text("utf-8", "replace")
+        at = text.rfind("Current thread ")  # of faulthandler's last dump, which begins with the place
         words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
         return f"its process died{f' ({found[1]})' if found else ''}" + (f"; its last words: {words}" if words else "")
 
 
-# --- in the process of a run ----------------------------------------------------------------------------------------
+# --- inside the process of a run ------------------------------------------------------------------------------------
 
 
-def _begin(parent: int, said: str) -> None:
-    """Leave Ctrl-C to the parent, end soon after it, however it ends (not on Windows), and say all into a file."""
+def _begin(parent: int, output: str) -> None:
+    """Ignore Ctrl-C, end soon after the parent (not on Windows), and write all output to a file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     never = threading.Event()
 
@@ -182,19 +183,19 @@ def _begin(parent: int, said: str) -> None:
 
     if os.name == "posix":
         threading.Thread(target=watch, name="end with parent", daemon=True).start()
-    if said:
-        words, nothing = os.open(said, os.O_WRONLY | os.O_APPEND), os.open(os.devnull, os.O_RDONLY)
+    if output:
+        words, nothing = os.open(output, os.O_WRONLY | os.O_APPEND), os.open(os.devnull, os.O_RDONLY)
         for descriptor, target in ((0, nothing), (1, words), (2, words)):
             os.dup2(target, descriptor)
     faulthandler.enable()
 
 
 def _prepare(is_project: bool) -> None:
-    """Import what plays, which is no part of a run's time."""
-    import_module("simcore.robotpy.project_run" if is_project else "simcore.match.runner")
+    """Import the modules that play, outside a run's time."""
+    import_module("simcore.robotcode.sim.project_run" if is_project else "simcore.match.runner")
 
 
-# --- who asks for processes -----------------------------------------------------------------------------------------
+# --- sources of processes -------------------------------------------------------------------------------------------
 
 Submit = Callable[[Experiment, PlannedRun], "Future[Row]"]
 
@@ -210,13 +211,13 @@ def _threads(count: int) -> Iterator[tuple[Submit, int]]:
 
 
 _crew = Crew()
-"""Of a worker of a cluster."""
+"""Processes of a cluster's worker."""
 
 
 def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> Row:
     if version != code_version():
         return failed_row(planned, f"a worker has simcore {code_version()}, the sweep was started with {version}")
-    multiprocessing.current_process().daemon = False  # Dask's workers are, and such may start no process
+    multiprocessing.current_process().daemon = False  # Dask's workers are daemons, which may start no process
     return _crew.play(common, planned)
 
 
@@ -225,17 +226,17 @@ def _dask(address: str) -> Iterator[tuple[Submit, int]]:
     """Connect to a scheduler.
 
     Raises:
-        ConfigError: None answers, or its workers have another simcore.
-        VendorError: Dask is not installed.
+        ConfigError: If none answers or its workers have another simcore.
+        VendorError: If Dask is not installed.
     """
     try:
         distributed = import_module("distributed")
     except ImportError as error:
         raise VendorError(f"a cluster needs Dask: {install_command('cluster')}") from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is said below
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # losses are reported below
     try:
         client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError) as error:  # a TimeoutError is an OSError
+    except (OSError, ValueError) as error:  # TimeoutError is an OSError
         raise _no_scheduler(address) from error
     with client:
         try:

@@ -1,1 +1,1 @@
-"""Doubles and assertions for tests, public."""
+"""Public doubles and assertions for tests."""

@@ -1,4 +1,4 @@
-"""Benches for tests: a drivetrain alone on an endless carpet, and a chassis that forces move."""
+"""Test benches: a drivetrain alone on an endless carpet, and a chassis that forces move."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from simcore.geometry.rotation import Vector, cross, from_yaw, rotate, rotate_back
 from simcore.loop.robot_state import STEP
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution
 from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.units import GRAVITY
+from simcore.world.rotation import Vector, cross, from_yaw, rotate, rotate_back
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["DriveBench", "LoneChassis", "hold"]
 
 
 class DriveBench:
-    """A robot that is nothing but a drivetrain, on an endless carpet, level or sloped up along the field's x axis.
+    """A robot that consists of a drivetrain only, on an endless carpet, level or rising along the field's x axis.
 
     Args:
-        drive: Any drivetrain.
-        slope: Of the ground, up along x [rad].
+        drive: Drivetrain to test.
+        slope: Slope of the ground, up along x [rad].
     """
 
     def __init__(self, drive: WheeledDrive[Any], *, slope: float = 0.0) -> None:
@@ -41,20 +41,20 @@ class DriveBench:
         """Acceleration of the center of mass in the last step [m/s^2]."""
 
     def reset(self, *, yaw: float = 0.0, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Put the robot at the origin, with a velocity in field axes."""
+        """Place the robot at the origin, with a velocity in field axes."""
         self.world.set_pose(self.chassis.row, (0.0, 0.0, 0.0), from_yaw(yaw))
         self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
         self.chassis.read()
         self.time = 0.0
 
     def lift(self) -> None:
-        """Take the robot off the carpet, and its weight from it."""
+        """Lift the robot off the carpet and cancel its weight."""
         mass = self.chassis.distribution.mass
         self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
         self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
 
     def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Advance by h [s] with an outside force (x, y [N], torque [N m]) on the center of mass."""
+        """Advance by h [s] with an external force (x, y [N], torque [N m]) on the center of mass."""
         weight = self.chassis.distribution.mass * GRAVITY
         if self.slope or any(force):
             along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope))
@@ -66,11 +66,11 @@ class DriveBench:
         self.time += h
 
     def hold(self, h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
-        """Hold the robot at a velocity over ground for h [s]; returns how much its tires would have changed it.
+        """Hold the robot at a velocity over ground for h [s] and return the velocity change that its tires would cause.
 
         Args:
-            h: [s]
-            velocity: Of its center of mass, robot axes [m/s, m/s, rad/s].
+            h: Duration [s].
+            velocity: Velocity of its center of mass, robot axes [m/s, m/s, rad/s].
             in_air: Whether its wheels are off the carpet.
         """
         self.reset()
@@ -89,7 +89,7 @@ class DriveBench:
         return changes[0], changes[1], changes[2]
 
     def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
-        """Advance by a time in steps of h [s], calling `each` after every one."""
+        """Advance by a time in steps of h [s], calling `each` after every step."""
         for _ in range(round(seconds / h)):
             self.step(h)
             if each is not None:
@@ -97,12 +97,12 @@ class DriveBench:
 
     @property
     def x(self) -> float:
-        """Of the center of mass [m]."""
+        """Position of the center of mass along x [m]."""
         return self.chassis.pos[0] + rotate(self.chassis.quat, self.chassis.distribution.center)[0]
 
     @property
     def y(self) -> float:
-        """Of the center of mass [m]."""
+        """Position of the center of mass along y [m]."""
         return self.chassis.pos[1] + rotate(self.chassis.quat, self.chassis.distribution.center)[1]
 
     @property
@@ -112,12 +112,12 @@ class DriveBench:
 
     @property
     def vx(self) -> float:
-        """Of the center of mass [m/s]."""
+        """Velocity of the center of mass along x [m/s]."""
         return self.chassis.vel[0]
 
     @property
     def vy(self) -> float:
-        """Of the center of mass [m/s]."""
+        """Velocity of the center of mass along y [m/s]."""
         return self.chassis.vel[1]
 
     @property
@@ -127,31 +127,31 @@ class DriveBench:
 
     @property
     def speed(self) -> float:
-        """Over ground [m/s]."""
+        """Speed over ground [m/s]."""
         return math.hypot(self.vx, self.vy)
 
     @property
     def loads(self) -> list[float]:
-        """Normal loads in the last step [N]."""
+        """Normal loads of the wheels in the last step [N]."""
         return self.drive.normal_loads
 
     @property
     def kinetic_energy(self) -> float:
-        """Of the chassis, without its wheels [J]."""
+        """Kinetic energy of the chassis, without its wheels [J]."""
         mass, _, (_, _, yaw_inertia) = self.chassis.distribution
         return 0.5 * mass * (self.vx**2 + self.vy**2) + 0.5 * yaw_inertia * self.omega**2
 
 
 def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
-    """Do as `DriveBench.hold` with a bench of its own."""
+    """Run `DriveBench.hold` on a new bench."""
     return DriveBench(drive).hold(h, velocity, in_air=in_air)
 
 
 class LoneChassis:
-    """A chassis without a drivetrain, as a robot of `Motion`: forces of no more than its grip let it follow a velocity.
+    """A chassis without a drivetrain, as a robot of `Motion`; forces within its grip make it follow a velocity.
 
     Args:
-        chassis: In a world.
+        chassis: Chassis in a world.
     """
 
     def __init__(self, chassis: ChassisSimulation) -> None:
@@ -163,7 +163,7 @@ class LoneChassis:
         self._wanted = (vx, vy, omega)
 
     def step_devices(self, h: float) -> None:
-        """Push toward the velocity with at most mu m g, on the carpet."""
+        """Push toward the velocity with at most mu m g, if it is on the carpet."""
         chassis = self.chassis
         chassis.read()
         if self._wanted is None:

@@ -1,4 +1,4 @@
-"""Doubles for what simcore is handed, to use in tests."""
+"""Test doubles for simcore's inputs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["ManualClock", "MemorySink"]
 
 
 class ManualClock:
-    """A clock that moves only when told, to hand over where a supplier of time is asked for.
+    """Clock that moves only by `advance`, for use as a supplier of time.
 
     >>> clock = ManualClock()
     >>> clock.advance(0.02)
@@ -22,14 +22,14 @@ class ManualClock:
         self.time = time
 
     def __call__(self) -> float:
-        """The time now [s]."""
+        """Return the present time [s]."""
         return self.time
 
     def advance(self, seconds: float) -> None:
-        """Let time pass [s].
+        """Advance the time [s].
 
         Raises:
-            ConfigError: A negative or non-finite amount.
+            ConfigError: If the amount is negative or not finite.
         """
         require("ManualClock", "seconds", seconds, Quantity("s", 0.0, 1e6))
         self.time += seconds

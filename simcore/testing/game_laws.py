@@ -1,4 +1,4 @@
-"""Laws that every game keeps, as functions that a game's tests call: each plays and raises AssertionError if broken."""
+"""Laws that every game keeps: functions for a game's tests that play it and raise AssertionError if a law is broken."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from simcore.match.game import Game, PlayedMatch, Rules
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.scoring import Alliance
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
+from simcore.world.shapes import Sphere
 
 __all__ = [
     "check_conserved",
@@ -27,8 +27,8 @@ __all__ = [
     "check_repeatable",
 ]
 
-_NEAR = 0.02  # [m]; how far mirrored paths may part: sums round differently, and contacts make more of it
-_SUNK = 0.03  # [m]; how deep a piece may dip into the carpet when it lands
+_NEAR = 0.02  # [m]; largest distance of mirrored paths: sums round differently, and contacts amplify it
+_SUNK = 0.03  # [m]; depth to which a piece may dip into the carpet when it lands
 
 
 def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = "blue", seed: int = 0) -> AutoRun:
@@ -36,19 +36,19 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 
 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Pieces are neither lost nor made: after every tick all of them are somewhere."""
+    """Check that pieces are conserved: after every tick all of them are somewhere."""
 
-    def look(match: Match) -> None:
+    def check(match: Match) -> None:
         count = match.count
         assert count.is_conserved, f"{game.name}, tick {match.ticks}: {count}"
         held = len([slot for robot in match.robots for slot in robot.held])
         assert held == count.held, f"{game.name}, tick {match.ticks}: robots hold {held} pieces, {count.held} are held"
 
-    play_auto(game, auto, seconds=seconds, on_tick=look).match.close()
+    play_auto(game, auto, seconds=seconds, on_tick=check).match.close()
 
 
 def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """The same seed gives the same match to the last bit, also after a reset."""
+    """Check that two runs of one seed are equal to the last bit."""
     digests = []
     for _ in range(2):
         run = _play(game, auto, seconds=seconds)
@@ -58,13 +58,13 @@ def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> 
 
 
 def check_questions(game: Game, auto: str, *, seconds: float | None = None, times: int = 100) -> None:
-    """Asking the rules changes nothing: a match of which pictures are drawn is the one that nobody watches.
+    """Check that queries of the rules change nothing: a watched match equals an unwatched one.
 
     Args:
-        game: Of which every question to the rules is asked.
-        auto: Which is played.
-        seconds: How long; None: until the auto is over.
-        times: How often each question is asked in each tick.
+        game: Game whose rules are queried.
+        auto: Auto to play.
+        seconds: Simulated time to play [s]; None: until the auto is over.
+        times: Number of repetitions of each query in each tick.
     """
 
     def ask(match: Match) -> None:
@@ -83,7 +83,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Red is blue under the game's symmetry: the same path, the same score."""
+    """Check that red is blue under the game's symmetry: equal path and equal score."""
     blue = _play(game, auto, seconds=seconds, alliance="blue")
     red = _play(game, auto, seconds=seconds, alliance="red")
     blue.match.close()
@@ -104,10 +104,10 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
 
 
 def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Nothing is under the carpet or outside of the field, at any tick."""
+    """Check that no piece is under the carpet or outside the field, at any tick."""
     length, width = game.field.size
 
-    def look(match: Match) -> None:
+    def check(match: Match) -> None:
         for number, supply in enumerate(game.pieces):
             slots = match.pieces.on_field(supply.kind.name)
             pos = match.pieces.state.pos[slots]
@@ -116,21 +116,21 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
             low = float((pos[:, 2] - _rest_heights(match, supply.kind, slots)).min())
             assert low > -_SUNK, f"{game.name}, tick {match.ticks}: a {supply.kind.name} is {-low:.3f} m too low"
             inside = (pos[:, 0] > 0.0) & (pos[:, 0] < length) & (pos[:, 1] > 0.0) & (pos[:, 1] < width)
-            high = pos[:, 2] > 1.0  # what is shot over the wall comes back by hand
+            high = pos[:, 2] > 1.0  # a piece shot over the wall comes back by hand
             assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
 
-    play_auto(game, auto, seconds=seconds, on_tick=look).match.close()
+    play_auto(game, auto, seconds=seconds, on_tick=check).match.close()
 
 
 def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
-    """Heights that pieces of a kind have on the carpet as they are turned [m], shape (n,)."""
+    """Compute heights of pieces of a kind at rest on the carpet in their attitudes [m], shape (n,)."""
     if isinstance(kind.shape, Sphere):
         return np.full(len(slots), kind.rest_height)
     return np.array([kind.rest_height_at((x, y, z, w)) for w, x, y, z in match.pieces.attitudes(slots).tolist()])
 
 
 def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """What is placed lies in its place, in no more than its number, and what came and went adds up to it."""
+    """Check that placed pieces lie in their places, within capacity, and that events add up to their number."""
     events: Counter[str] = Counter()
 
     def counted(match: PlayedMatch) -> Rules:
@@ -148,7 +148,7 @@ def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None
         rules.placed, rules.removed = note_placed, note_removed  # type: ignore[method-assign]
         return rules
 
-    def look(match: Match) -> None:
+    def check(match: Match) -> None:
         for place in game.places:
             where = f"{game.name}, tick {match.ticks}, {place.name}"
             slots = match.pieces.places.slots(place.name)
@@ -158,4 +158,4 @@ def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None
             )
             assert len(slots) == events[place.name], f"{where}: {len(slots)} pieces, by events {events[place.name]}"
 
-    play_auto(dataclasses.replace(game, rules=counted), auto, seconds=seconds, on_tick=look).match.close()
+    play_auto(dataclasses.replace(game, rules=counted), auto, seconds=seconds, on_tick=check).match.close()

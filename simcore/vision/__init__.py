@@ -1,1 +1,1 @@
-"""Cameras: what a Limelight would see from where the robot truly is, and what it would say about it."""
+"""Cameras: the view of a Limelight or PhotonVision camera from the robot's true pose, and its published results."""

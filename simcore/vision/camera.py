@@ -1,7 +1,7 @@
-"""Cameras: their types, mounts and pipelines, and where a point of the field is in a picture.
+"""Cameras: types, mounts, pipelines, and the projection of field points into a picture.
 
-A camera's own axes are WPILib's (x out of the lens, y left, z up); a picture's are u to the right and v down. Between
-them stands the optical frame (x right, y down, z out of the lens), in which the mathematics is shortest.
+Camera axes are WPILib's (x out of the lens, y left, z up); picture axes are u to the right and v down. The optical
+frame (x right, y down, z out of the lens) stands between them; projection is simplest in it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, matrix, multiply, rotate
 from simcore.quantities import (
     COUNT,
     DEGREES,
@@ -31,6 +30,7 @@ from simcore.quantities import (
     require_fields,
 )
 from simcore.typing import FloatArray
+from simcore.world.rotation import Quaternion, Vector, from_rpy, matrix, multiply, rotate
 
 __all__ = [
     "FULL_CROP",
@@ -55,39 +55,39 @@ __all__ = [
 
 
 FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
+"""Full crop window: x0, x1, y0, y1; 1 is the right and the upper edge."""
 OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
-"""Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
+"""Rotation from camera axes (x ahead, y left, z up) to optical axes (x right, y down, z ahead)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
-    """A sensor behind a lens, of any maker: no distortion, its principal point in the middle of the picture."""
+    """A sensor with a lens, of any maker: no distortion, principal point in the center of the picture."""
 
     name: str
     width: int
-    """Of the picture [px]."""
+    """Width of the picture [px]."""
     height: int
-    """Of the picture [px]."""
+    """Height of the picture [px]."""
     horizontal_fov_deg: float
     vertical_fov_deg: float
     frame_rate: float
-    """Frames that are worked through in a second [1/s]."""
+    """Processed frames per second [1/s]."""
     capture_latency: float
-    """From exposure to the start of the pipeline [s]; published as `cl`."""
+    """Time from exposure to the start of the pipeline [s]; published as `cl`."""
     pipeline_latency: float
-    """What the pipeline takes [s]; published as `tl`."""
+    """Duration of the pipeline [s]; published as `tl`."""
     has_imu: bool = False
-    """Whether IMU modes 1 to 4 do anything."""
+    """Whether IMU modes 1 to 4 have an effect."""
     imu_drift_deg: float = 0.5
-    """How far the yaw of its IMU wanders in 30 s, one standard deviation [deg]. Estimate, +-50 %."""
+    """Yaw drift of its IMU in 30 s, one standard deviation [deg]. Estimate, +-50 %."""
     corner_noise: float = 0.085
-    """Standard deviation of a tag corner in each direction, from frame to frame [px]. The types below have 0.115 mrad:
-    what a Limelight showed on a robot that stood (log of a 2024 robot, `docs/cameras.md`), as it fits best."""
+    """Frame-to-frame standard deviation of a tag corner in each direction [px]. The presets have 0.115 mrad, fitted to
+    a Limelight on a robot that stood still (log of a 2024 robot, `docs/cameras.md`)."""
     focal_length: tuple[float, float] = field(init=False)
-    """Of the pinhole, across and down [px]."""
+    """Focal lengths of the pinhole model, across and down [px]."""
     principal_point: tuple[float, float] = field(init=False)
-    """Where the optical axis meets the picture, from its upper left corner [px]."""
+    """Intersection of the optical axis with the picture, from its upper left corner [px]."""
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
@@ -114,17 +114,17 @@ LIMELIGHTS: dict[str, LimelightType] = {
     kind.name: kind
     for kind in (
         # OV5647 behind a rolling shutter. FOV: docs.limelightvision.io (teams' constants also have 63.3 x 49.7).
-        # Latency: the JSON example of the same pages (LL2/3 class). Rate: of the Java system simcore began from.
+        # Latency: the JSON example on the same pages (LL2/3 class). Rate: the Java system that simcore began from.
         LimelightType(
             name="LL3", width=640, height=480, horizontal_fov_deg=62.5, vertical_fov_deg=48.9,
             frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206, corner_noise=0.06,
         ),
-        # FOV and 50 frames a second at 640 x 480: docs.limelightvision.io. Latency: estimate, +-50 %.
+        # FOV and 50 frames/s at 640 x 480: docs.limelightvision.io. Latency: estimate, +-50 %.
         LimelightType(
             name="LL3A", width=640, height=480, horizontal_fov_deg=54.5, vertical_fov_deg=42.0,
             frame_rate=50.0, capture_latency=0.020, pipeline_latency=0.015, corner_noise=0.07,
         ),
-        # OV9281, global shutter. FOV: constants in teams' code, as the modes of 1280 x 800. Latency: estimate, +-50 %.
+        # OV9281, global shutter. FOV: constants in teams' code, for the 1280 x 800 modes. Latency: estimate, +-50 %.
         LimelightType(
             name="LL3G", width=1280, height=800, horizontal_fov_deg=82.0, vertical_fov_deg=56.2,
             frame_rate=45.0, capture_latency=0.015, pipeline_latency=0.012,
@@ -135,14 +135,14 @@ LIMELIGHTS: dict[str, LimelightType] = {
         ),
     )
 }  # fmt: skip
-"""By name."""
+"""Presets by name."""
 
 
 def limelight_type(name: str) -> LimelightType:
-    """A preset by name: LL3, LL3A, LL3G, LL4.
+    """Return a preset by name: LL3, LL3A, LL3G, LL4.
 
     Raises:
-        UnknownNameError: With the nearest names.
+        UnknownNameError: If there is no such type; it lists the nearest names.
 
     >>> round(limelight_type("LL4").focal_length[0])
     736
@@ -159,25 +159,25 @@ PHOTON_LENS = LimelightType(
     # Focal lengths: SimCameraProperties.OV9281_1280_720 of photonlibpy 2026.3, 940.7 x 940.0 px.
     horizontal_fov_deg=68.5,
     vertical_fov_deg=41.9,
-    # Rate and latency: estimates for an Orange Pi 5, +-50 %; photonlibpy's 15 frames/s and 60 ms are a Raspberry Pi's.
+    # Rate and latency: estimates for an Orange Pi 5, +-50 %; photonlibpy's 15 frames/s, 60 ms: a Raspberry Pi's.
     frame_rate=30.0,
     capture_latency=0.0,
     pipeline_latency=0.030,
     corner_noise=0.11,
 )
-"""What a PhotonVision camera has if nobody says otherwise; it tells one latency, from exposure to publishing."""
+"""Default lens of a PhotonVision camera; its pipeline latency is the time from exposure to publishing."""
 
 
 def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
-    """Field of view up and down of a lens with square pixels [deg].
+    """Compute the vertical field of view of a lens with square pixels [deg].
 
     Args:
-        horizontal_deg: Field of view across [deg].
-        width: Of the picture [px].
-        height: Of the picture [px].
+        horizontal_deg: Horizontal field of view [deg].
+        width: Width of the picture [px].
+        height: Height of the picture [px].
 
     Raises:
-        ConfigError: No such lens.
+        ConfigError: If no lens has these numbers.
 
     >>> round(vertical_fov_deg(90.0, 1280, 720), 1)
     58.7
@@ -192,19 +192,19 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraMount:
-    """Where a camera sits: WPILib's `robot_to_camera`. Its x axis looks out of the lens, y left, z up."""
+    """Pose of a camera on the robot: WPILib's `robot_to_camera`. Its x axis points out of the lens, y left, z up."""
 
     x: float = 0.0
-    """Ahead of the robot's center [m]."""
+    """Distance ahead of the robot's center [m]."""
     y: float = 0.0
-    """To the left [m]."""
+    """Distance to the left of the robot's center [m]."""
     z: float = 0.0
-    """Above the carpet [m]."""
+    """Height above the carpet [m]."""
     roll_deg: float = 0.0
     pitch_deg: float = 0.0
-    """Nose down is positive, as in WPILib: a camera that looks up has a negative pitch."""
+    """Pitch, nose down positive as in WPILib [deg]: a camera that looks up has a negative pitch."""
     yaw_deg: float = 0.0
-    """Counter-clockwise: 180 looks back."""
+    """Yaw, counter-clockwise [deg]: 180 looks back."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -219,33 +219,33 @@ class CameraMount:
 
     @property
     def position(self) -> Vector:
-        """Robot frame [m]."""
+        """Position in the robot frame [m]."""
         return self.x, self.y, self.z
 
     @property
     def rotation(self) -> Quaternion:
-        """From camera axes to robot axes."""
+        """Rotation from camera axes to robot axes."""
         return from_rpy(math.radians(self.roll_deg), math.radians(self.pitch_deg), math.radians(self.yaw_deg))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraBias:
-    """How far a camera and the tags are from what robot code believes, for a whole match: standard deviations.
+    """Standard deviations of the constant errors between true poses and those that robot code believes.
 
-    The match's seed draws them, tags' places once for all cameras. `CameraBias.none()` has none.
+    The match's seed draws the errors, those of the tags once for all cameras. `CameraBias.none()` has no errors.
     """
 
     tag_position: float = 0.002
-    """Of each tag, along each axis of the field [m]. Estimate, a factor of 3 either way, as all of these: such that a
-    robot that stands sees its pose move by 2 cm from one tag to two (58 mm were measured, on one robot)."""
+    """Position error of each tag along each field axis [m]. Estimate, within a factor of 3 like all of these: it makes
+    the pose of a robot at rest move by 2 cm from one tag to two (58 mm were measured, on one robot)."""
     tag_angle_deg: float = 0.3
-    """Of each tag, about each axis [deg]."""
+    """Angle error of each tag about each axis [deg]."""
     mount_position: float = 0.002
-    """Of the camera on the robot, along each axis [m]: what is left once a team has measured its distances with it."""
+    """Position error of the camera on the robot along each axis [m]: what calibration with its own distances leaves."""
     mount_angle_deg: float = 0.1
-    """The same, about each of its axes [deg]."""
+    """Angle error of the camera about each of its axes [deg]."""
     focal_length: float = 0.003
-    """Of the calibrated focal length [-]."""
+    """Relative error of the calibrated focal length [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -259,26 +259,26 @@ class CameraBias:
 
     @classmethod
     def none(cls) -> CameraBias:
-        """Everything is where robot code believes."""
+        """Return a bias without errors."""
         return cls(tag_position=0.0, tag_angle_deg=0.0, mount_position=0.0, mount_angle_deg=0.0, focal_length=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagPipeline:
-    """Looks for AprilTags."""
+    """Pipeline that finds AprilTags."""
 
     kind: Literal["tags"] = "tags"
     json: bool = False
     """Whether each frame is also published as `json`; off on a new Limelight, too."""
     downscale: float = 1.0
-    """The picture is searched at this fraction of its size: fewer pixels on a tag, so it is seen less far."""
+    """Downscale factor of the searched picture: fewer pixels per tag, so tags are read at shorter range."""
     min_side: float = 12.0
-    """Shortest edge of a tag that can still be read [px of the searched picture]: 1.5 px for each of its 8 cells.
+    """Shortest readable edge of a tag [px of the searched picture]: 1.5 px for each of its 8 cells.
     Estimate, +-30 %."""
     max_angle_deg: float = 75.0
-    """Between a tag's normal and the way to the camera; beyond, its cells run into each other. Estimate."""
+    """Largest readable angle between a tag's normal and the line to the camera; beyond it, cells merge. Estimate."""
     id_filters: tuple[int, ...] = ()
-    """Tags to use; empty: all."""
+    """Ids of the tags to use; empty: all."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -292,19 +292,19 @@ class TagPipeline:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PiecePipeline:
-    """Looks for game pieces, as a neural detector does."""
+    """Pipeline that finds game pieces, like a neural detector."""
 
     kind: Literal["pieces"] = "pieces"
     json: bool = False
     """Whether each frame is also published as `json`."""
     piece_class: str = ""
-    """Pieces of this class only; empty: of all. Where pieces have no class it is the name of each detection."""
+    """Class of pieces to find; empty: all. Where pieces have no class, it is the name of each detection."""
     near: float = 0.1
-    """Near plane, along the optical axis [m]."""
+    """Distance of the near plane along the optical axis [m]."""
     far: float = 4.0
-    """Far plane, along the optical axis [m]."""
+    """Distance of the far plane along the optical axis [m]."""
     min_visible: float = 0.4
-    """Part of a piece that must be uncovered [-]. Estimate."""
+    """Visible share of a piece that a detection needs [-]. Estimate."""
     box_noise: float = 1.0
     """Standard deviation of each edge of a detection's box [px]. Estimate."""
 
@@ -319,21 +319,22 @@ Pipeline = TagPipeline | PiecePipeline
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig:
-    """One camera on one robot."""
+    """Config of one camera on one robot."""
 
     name: str = "limelight"
-    """Its NetworkTables table: what robot code calls it."""
+    """Name of its NetworkTables table, as robot code knows it."""
     maker: Literal["limelight", "photonvision"] = "limelight"
-    """Which protocol it speaks. One of PhotonVision gets its port from `simcore.photonvision`."""
+    """Protocol of the camera. A PhotonVision camera gets its port from `simcore.robotcode.makers.photonvision`."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
-    """Where it is, but for its bias; robot code can tell it something else by `camerapose_robotspace_set`."""
+    """Pose on the robot, apart from the bias; robot code can tell the camera another one by
+    `camerapose_robotspace_set`."""
     pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
-    """By number, from 0; at most 10."""
+    """Pipelines by number, from 0; at most 10."""
     frame_rate: float | None = None
-    """Instead of the type's [1/s]."""
+    """Frame rate that replaces the type's [1/s]."""
     bias: CameraBias = field(default_factory=CameraBias)
-    """How exactly it and the tags sit where they should."""
+    """Errors of the camera's and the tags' poses."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"camera {self.name!r}", frame_rate=FRAME_RATE)
@@ -344,38 +345,38 @@ class CameraConfig:
 
     @property
     def rate(self) -> float:
-        """Frames a second [1/s]."""
+        """Frames per second [1/s]."""
         return self.frame_rate if self.frame_rate is not None else self.type.frame_rate
 
 
 def camera_pose(
     robot_pos: Vector, robot_quat: Quaternion, mount_pos: Vector, mount_quat: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Place [m] and attitude of a camera in the field frame."""
+    """Compute position [m] and attitude of a camera in the field frame."""
     dx, dy, dz = rotate(robot_quat, mount_pos)
     pos = (robot_pos[0] + dx, robot_pos[1] + dy, robot_pos[2] + dz)
     return pos, multiply(robot_quat, mount_quat)
 
 
 def optical_rotation(quat: Quaternion) -> FloatArray:
-    """Rotation R from field to optical axes, shape (3, 3): `p_optical = R @ (p_field - camera)`."""
+    """Compute the rotation R from field to optical axes, shape (3, 3): `p_optical = R @ (p_field - camera)`."""
     return OPTICAL @ matrix(quat).T
 
 
 def project(
     points: FloatArray, pos: Vector, rotation: FloatArray, lens: LimelightType
 ) -> tuple[FloatArray, FloatArray]:
-    """Pixels of points in the field.
+    """Project points of the field into the picture.
 
     Args:
-        points: Field frame [m], shape (n, 3).
-        pos: Of the camera, field frame [m].
-        rotation: From `optical_rotation`.
-        lens: Focal lengths and principal point.
+        points: Points, field frame [m], shape (n, 3).
+        pos: Position of the camera, field frame [m].
+        rotation: Rotation from field to optical axes, from `optical_rotation`.
+        lens: Type with focal lengths and principal point.
 
     Returns:
         Pixels (u, v), shape (n, 2), and depths along the optical axis [m], shape (n,). A point behind the camera has a
-        depth <= 0 and a pixel without meaning.
+        depth <= 0 and a meaningless pixel.
     """
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
     p = (points - pos) @ rotation.T
@@ -385,14 +386,14 @@ def project(
 
 
 def quad_area(corners: FloatArray) -> FloatArray:
-    """Signed areas of quadrilaterals (n, 4, 2) [px^2]; positive is counter-clockwise as one sees them."""
+    """Compute signed areas of quadrilaterals (n, 4, 2) [px^2]; counter-clockwise as seen is positive."""
     a, b = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     area: FloatArray = 0.5 * (a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1])
     return area
 
 
 def crop_pixels(crop: tuple[float, float, float, float], lens: LimelightType) -> tuple[float, float, float, float]:
-    """Least u, most u, least v, most v of a crop window [px]."""
+    """Compute the lowest u, highest u, lowest v and highest v of a crop window [px]."""
     x0, x1, y0, y1 = crop
     return (
         0.5 * (x0 + 1.0) * lens.width,

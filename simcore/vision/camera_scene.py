@@ -1,4 +1,4 @@
-"""What stands on the field around a camera, and which game pieces the camera finds there."""
+"""Surroundings of a camera, and the game pieces that the camera finds in them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.vision.camera import LimelightType, PiecePipeline, crop_pixels
 from simcore.vision.camera_frame import PieceSighting
+from simcore.world.rotation import Vector
 
 __all__ = ["MOST_DETECTIONS", "CameraScene", "SightLines", "find_pieces", "hidden_by_spheres"]
 
@@ -19,58 +19,58 @@ _NOTHING: FloatArray = np.zeros((0, 3))
 
 
 MOST_DETECTIONS = 32
-"""Entries of a raw array at most; farther pieces are left out."""
-_CANDIDATES = 40  # nearest pieces that are looked at closely
+"""Largest number of entries in a raw array; farther pieces are left out."""
+_CANDIDATES = 40  # nearest pieces that are tested for occlusion
 _RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
-"""Where it is tested whether a piece is covered, right and down in radii: its middle and four places around it."""
+"""Points of a piece that are tested for occlusion, right and down in radii: its center and four points around it."""
 _NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
-"""Which of some pieces, sorted by distance, can hide which point: (points of piece i, piece j) for j < i."""
+"""Pairs (points of piece i, piece j) with j < i, where j can hide the point; pieces are sorted by distance."""
 
 
 class SightLines(Protocol):
-    """Rays against the field and its robots."""
+    """Ray test against the field and its robots."""
 
     def blocked(self, robot: int, start: Vector, ends: Sequence[Sequence[float]]) -> list[bool]:
-        """Which of the straight lines from `start` to `ends` meet the field or another robot.
+        """Return which of the straight lines from `start` to `ends` meet the field or another robot.
 
         Args:
-            robot: The one that carries the camera; its own body is transparent.
-            start: The camera, field frame [m].
-            ends: What it looks at, field frame [m]: n points.
+            robot: Number of the robot that carries the camera; its own body is transparent.
+            start: Position of the camera, field frame [m].
+            ends: End points, field frame [m]: n points.
         """
         ...
 
 
 @dataclass(slots=True)
 class CameraScene:
-    """The field at one moment."""
+    """Pieces and obstacles on the field at one moment."""
 
     pieces: FloatArray = field(default_factory=lambda: _NOTHING)
     """Centers of all pieces, field frame [m], shape (n, 3)."""
     is_there: BoolArray | None = None
-    """Which of them are on the field, to be seen, shape (n,); None: all."""
+    """Whether each piece is visible on the field, shape (n,); None: all are."""
     radii: FloatArray = field(default_factory=lambda: np.zeros(0))
-    """Radius of the sphere that stands for each piece [m], shape (n,)."""
+    """Radius of the sphere that represents each piece [m], shape (n,)."""
     class_names: Sequence[str] = ()
-    """What a detector calls each type of piece, by class id; empty: pieces have no class."""
+    """Detector's class names of the piece types, by class id; empty: pieces have no class."""
     class_ids: IntArray | None = None
-    """Row in `class_names` of each piece, shape (n,); None: all are of the first."""
+    """Row in `class_names` of each piece, shape (n,); None: all are of the first class."""
     sight: SightLines | None = None
-    """None: nothing but pieces is in the way."""
+    """Ray test against field and robots; None: only pieces can be in the way."""
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> BoolArray:
-    """Which lines of sight pass through a piece.
+    """Return which lines of sight pass through a piece.
 
     Args:
-        start: The camera [m].
-        points: What it looks at [m], shape (n, 3).
-        scene: With the pieces, which are balls.
+        start: Position of the camera [m].
+        points: End points of the lines [m], shape (n, 3).
+        scene: Scene with the pieces, which are balls.
 
     Returns:
-        Shape (n,).
+        Whether each point is hidden, shape (n,).
     """
-    # A ball that lies below all lines of sight hides nothing: those are most of them, and it is one comparison.
+    # A ball below all lines of sight hides nothing: that is most of them, and costs one comparison.
     z, radii = scene.pieces[:, 2], scene.radii
     is_near: BoolArray = z > min(start[2], float(points[:, 2].min(initial=np.inf))) - radii
     if scene.is_there is not None:
@@ -79,7 +79,7 @@ def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> 
         return np.zeros(len(points), dtype=bool)
     ray, ball, radii = points - start, scene.pieces[is_near] - start, radii[is_near]
     length2 = np.einsum("ij,ij->i", ray, ray)
-    along = (ray @ ball.T) / length2[:, None]  # fraction of the line at which it is nearest to the ball
+    along = (ray @ ball.T) / length2[:, None]  # fraction of the line at its closest point to the ball
     at = np.clip(along, 0.0, 1.0)
     gap2 = np.einsum("ij,ij->i", ball, ball)[None, :] - (2.0 * along - at) * at * length2[:, None]
     hidden: BoolArray = (gap2 < radii * radii).any(axis=1)
@@ -96,17 +96,17 @@ def find_pieces(
     crop: tuple[float, float, float, float],
     rng: np.random.Generator,
 ) -> tuple[PieceSighting, ...]:
-    """Detections of one frame, the nearest first.
+    """Return the detections of one frame, the nearest first.
 
     Args:
-        scene: Pieces, and what may cover them.
-        robot: The one that carries the camera.
-        pos: Of the camera, field frame [m].
-        rotation: From `optical_rotation`.
-        lens: The picture.
-        pipeline: Near and far plane, class.
-        crop: The part of the picture that is searched.
-        rng: For the noise of the boxes.
+        scene: Pieces and obstacles.
+        robot: Number of the robot that carries the camera.
+        pos: Position of the camera, field frame [m].
+        rotation: Rotation from field to optical axes, from `optical_rotation`.
+        lens: Type of the camera.
+        pipeline: Pipeline with near and far plane and class.
+        crop: Part of the picture that is searched.
+        rng: Generator for the noise of the boxes.
     """
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
     ahead = scene.pieces @ rotation[2]  # depths first: most pieces are behind or too far
@@ -129,7 +129,7 @@ def find_pieces(
         return ()
     radii = scene.radii[slots]
     kept = np.nonzero(_visible_part(p, distance, radii) >= pipeline.min_visible)[0]
-    if scene.sight is not None and len(kept):  # rays cost most: only to what is left
+    if scene.sight is not None and len(kept):  # rays cost most: cast them last
         near_side = p[kept] * (1.0 - radii[kept] / distance[kept])[:, None]
         blocked = scene.sight.blocked(robot, pos, (near_side @ rotation + pos).tolist())
         kept = kept[~np.array(blocked)]
@@ -152,24 +152,24 @@ def find_pieces(
 
 
 def _is_of_class(scene: CameraScene, name: str) -> BoolArray:
-    """Which pieces are of a class, shape (n,)."""
+    """Return which pieces are of a class, shape (n,)."""
     ids = np.zeros(len(scene.pieces), dtype=np.int64) if scene.class_ids is None else scene.class_ids
     is_of_it: BoolArray = np.array([known == name for known in scene.class_names])[ids]
     return is_of_it
 
 
 def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> FloatArray:
-    """Which part of each piece other pieces leave uncovered [-], shape (n,); in the optical frame, nearest first."""
+    """Compute the share of each piece that other pieces leave visible [-], shape (n,); optical frame, nearest first."""
     n = len(p)
     x, y, z = (p / distance[:, None]).T
     level = np.maximum(np.hypot(x, z), 1e-9)
     zero = np.zeros(n)
-    across = np.array((z / level, zero, -x / level))  # level in the picture, square to the view
-    down = np.array((-x * y / level, level, -y * z / level))  # square to both
+    across = np.array((z / level, zero, -x / level))  # horizontal in the picture, perpendicular to the view
+    down = np.array((-x * y / level, level, -y * z / level))  # perpendicular to both
     rim = _RIM[:, :1] * across.T[:, None, :] + _RIM[:, 1:] * down.T[:, None, :]
     points = p[:, None, :] + radii[:, None, None] * rim
     points = points.reshape(-1, 3)
-    # A ball hides a point if the line there passes it by less than its radius, and it is nearer.
+    # A ball hides a point if it is nearer and the line of sight passes within its radius.
     along = points @ p.T
     reach2 = np.einsum("ij,ij->i", points, points)
     close = along * along > (distance * distance - radii * radii)[None, :] * reach2[:, None]

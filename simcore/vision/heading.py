@@ -1,4 +1,4 @@
-"""Where a robot was when a frame was exposed, and the heading that MegaTag 2 uses: sent by the robot or of an IMU."""
+"""Robot pose at the time of an exposure, and the heading that MegaTag 2 uses: sent by the robot or from an IMU."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, interpolate, matrix, rotate_back, rpy
 from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.vision.camera_frame import ImuReading
+from simcore.world.rotation import Quaternion, Vector, from_rpy, interpolate, matrix, rotate_back, rpy
 
 __all__ = ["AngleHistory", "HeadingSource", "PoseHistory"]
 
 _Value = TypeVar("_Value")
 
-_TELEPORT = 30.0  # [m/s]; faster than any robot: it was set to another place, and was nowhere in between
+_TELEPORT = 30.0  # [m/s]; faster than any robot: it was placed elsewhere, with no motion in between
 
 
 _EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
-_IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
+_IMU_RATE = 1000.0  # [1/s]; the assist filter runs at the IMU's rate
 
 
 class _History(Generic[_Value]):
-    """Values by time, in its order, with what lies between two of them."""
+    """Time-ordered samples with interpolation between them."""
 
     __slots__ = ("_between", "_span", "_times", "_values")
 
@@ -42,7 +42,7 @@ class _History(Generic[_Value]):
         return len(self._times)
 
     def clear(self) -> None:
-        """Forget all."""
+        """Forget all samples."""
         self._times.clear()
         self._values.clear()
 
@@ -50,11 +50,11 @@ class _History(Generic[_Value]):
         times = self._times
         times.append(time)
         self._values.append(value)
-        if len(times) > 64 and times[32] < time - self._span:  # dropped in lots: cheaper than one each tick
+        if len(times) > 64 and times[32] < time - self._span:  # dropped in batches: cheaper than one per tick
             del times[:32], self._values[:32]
 
     def _look_up(self, time: float) -> _Value | None:
-        """Value at a time [s]; before the first and after the last one: that one; None without any."""
+        """Return the value at a time [s], held before the first and after the last sample; None without samples."""
         times, values = self._times, self._values
         k = bisect_right(times, time)
         if not times or k == len(times):
@@ -65,7 +65,7 @@ class _History(Generic[_Value]):
 
 
 class PoseHistory(_History[tuple[Vector, Quaternion]]):
-    """Poses by time; between two of them the place moves straight and the attitude turns evenly.
+    """Poses over time; between two samples the position moves straight and the attitude turns at a constant rate.
 
     >>> history = PoseHistory()
     >>> history.add(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -81,7 +81,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
-        """Note where the robot is now; a jump in space or backwards in time starts over."""
+        """Add the present pose; a jump in space or backwards in time clears the history."""
         if self._times:
             step = time - self._times[-1]
             if step <= 0.0 or math.dist(pos, self._values[-1][0]) > _TELEPORT * step:
@@ -89,10 +89,10 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         self._append(time, (pos, quat))
 
     def at(self, time: float) -> tuple[Vector, Quaternion]:
-        """Pose at a time [s]; before the first and after the last one: that one.
+        """Return the pose at a time [s], held before the first and after the last sample.
 
         Raises:
-            ConfigError: Nothing was added yet.
+            ConfigError: If nothing has been added yet.
         """
         found = self._look_up(time)
         if found is None:
@@ -101,7 +101,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
 
 
 class AngleHistory(_History[Vector]):
-    """Yaw, pitch and roll [rad] by time; linear in between, so they must not wrap."""
+    """Yaw, pitch and roll [rad] over time, linearly interpolated, so they must not wrap."""
 
     __slots__ = ()
 
@@ -110,14 +110,14 @@ class AngleHistory(_History[Vector]):
         super().__init__(_lerp, span)
 
     def add(self, time: float, angles: Vector) -> None:
-        """Note a reading; one from before the last is dropped, one of the same time replaces it."""
+        """Add a reading; one older than the last is dropped, one of equal time replaces it."""
         if self._times and time == self._times[-1]:
             self._values[-1] = angles
         elif not self._times or time > self._times[-1]:
             self._append(time, angles)
 
     def at(self, time: float) -> Vector | None:
-        """Reading at a time [s], held before the first and after the last; None if there is none."""
+        """Return the reading at a time [s], held before the first and after the last; None without readings."""
         return self._look_up(time)
 
 
@@ -128,15 +128,15 @@ def _lerp(a: Vector, b: Vector, s: float) -> Vector:
 class HeadingSource:
     """Yaw, pitch and roll at any time of the last two seconds.
 
-    Modes, of cameras with an IMU: 0 what the robot sends; 1 the same, and the IMU is set to it; 2 the IMU alone;
-    3 the IMU, drawn to MegaTag 1; 4 the IMU, drawn to what the robot sends. Without an IMU it is always mode 0.
+    Modes, for cameras with an IMU: 0 robot's heading; 1 robot's heading, which also seeds the IMU; 2 IMU alone; 3 IMU
+    corrected by MegaTag 1; 4 IMU corrected by the robot's heading. Without an IMU the mode is always 0.
 
-    The IMU's yaw is zero when it is switched on, whichever way the robot looks. It follows the robot with a slow drift.
+    The IMU's yaw is zero at power-on, whichever way the robot faces. It follows the robot with a slow drift.
 
     Args:
-        has_imu: Whether there is one.
-        drift_deg: How far its yaw wanders in 30 s, one standard deviation [deg].
-        rng: For the drift.
+        has_imu: Whether the camera has an IMU.
+        drift_deg: Yaw drift of the IMU in 30 s, one standard deviation [deg].
+        rng: Generator for the drift.
     """
 
     def __init__(self, *, has_imu: bool, drift_deg: float, rng: np.random.Generator) -> None:
@@ -144,9 +144,9 @@ class HeadingSource:
         self._walk = math.radians(drift_deg) / math.sqrt(30.0)
         self._rng = rng
         self.mode = _EXTERNAL
-        """0 to 4; without an IMU it is ignored."""
+        """IMU mode, 0 to 4; ignored without an IMU."""
         self.assist = 0.001
-        """Weight of the correction in each of the IMU's 1000 samples a second, in modes 3 and 4 [-]."""
+        """Weight of the correction in each of the IMU's 1000 samples per second, in modes 3 and 4 [-]."""
         self._sent = AngleHistory()
         self._internal = AngleHistory()
         self._yaw = 0.0
@@ -156,7 +156,7 @@ class HeadingSource:
         self._gravity = (0.0, 0.0, 1.0)
 
     def tell(self, time: float, orientation: Sequence[float]) -> None:
-        """What the robot sent: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
+        """Take the robot's orientation: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
         yaw = math.radians(orientation[0])
         last = self._sent.at(math.inf)
         if last is not None:
@@ -187,17 +187,17 @@ class HeadingSource:
         self._internal.add(time, (self._yaw, pitch, roll))
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
-        """Mode 3: a frame gave a heading [deg]; `since` the one before [s]."""
+        """Correct the IMU by a MegaTag 1 heading [deg] in mode 3; `since` is the time since the frame before [s]."""
         if self._has_imu and self.mode == _MT1_ASSIST:
             self._draw_to(math.radians(yaw_deg), since)
 
     def attitude(self, time: float) -> FloatArray:
-        """From robot to field axes at a time [s], shape (3, 3)."""
+        """Return the rotation from robot to field axes at a time [s], shape (3, 3)."""
         yaw, pitch, roll = self._at(time)
         return matrix(from_rpy(roll, pitch, yaw))
 
     def reading(self) -> ImuReading | None:
-        """Reading of the IMU now; None without one."""
+        """Return the IMU's present reading; None without an IMU."""
         if not self._has_imu or self._true is None:
             return None
         yaw, _, _ = self._at(self._time)
@@ -212,11 +212,11 @@ class HeadingSource:
         )
 
     def _at(self, time: float) -> Vector:
-        """Yaw, pitch, roll [rad]. A robot that never sent a heading looks along x, as far as the camera knows."""
+        """Return yaw, pitch, roll [rad]; zeros while the robot has sent no heading."""
         is_internal = self._has_imu and self.mode >= _INTERNAL
         return (self._internal if is_internal else self._sent).at(time) or (0.0, 0.0, 0.0)
 
     def _draw_to(self, yaw: float, dt: float) -> None:
-        """As many steps of a complementary filter as the IMU makes in dt [s]."""
+        """Run the complementary filter for the IMU's samples of dt [s]."""
         share = 1.0 - (1.0 - self.assist) ** (_IMU_RATE * dt)
         self._yaw += share * math.remainder(yaw - self._yaw, math.tau)

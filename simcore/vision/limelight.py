@@ -1,4 +1,4 @@
-"""One camera in time: it exposes frames at its own rate, works on them, and publishes them when they are ready."""
+"""One camera over time: it exposes frames at its rate, processes them and publishes them after its latency."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import nearest
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rotation
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
@@ -22,31 +21,32 @@ from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, Ca
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, find_tags
+from simcore.world.rotation import Quaternion, Vector, from_rpy
 
 __all__ = ["CameraPort", "CameraRequest", "LimelightSim"]
 
 _log = logging.getLogger(__name__)
 
 _ORIENTATION = "robot_orientation_set"
-_LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
+_LONGEST_GAP = 1.0  # [s]; after a longer gap the missed frames are skipped
 
 
 @dataclass(slots=True)
 class CameraRequest:
-    """What robot code wrote on an input topic."""
+    """A value that robot code wrote to an input topic."""
 
     topic: str
     values: tuple[float, ...] | None
-    """None: something that is no number."""
+    """Numbers of the request; None: it is not a number."""
     time: float | None = None
-    """When it was sent, simulated [s]; None: just now."""
+    """Simulated time at which it was sent [s]; None: now."""
 
 
 class CameraPort(Protocol):
-    """What a camera speaks to robot code through."""
+    """Connection between a camera and robot code."""
 
     def read(self) -> Sequence[CameraRequest]:
-        """Requests since the last call, oldest first."""
+        """Return the requests since the last call, oldest first."""
         ...
 
     def publish(self, frame: Frame) -> None:
@@ -58,27 +58,35 @@ class CameraPort(Protocol):
         ...
 
 
+class CameraNetwork(Protocol):
+    """Network on which cameras meet robot code, e.g. `CameraTables` on NetworkTables."""
+
+    def port(self, config: CameraConfig, field_size: tuple[float, float]) -> CameraPort:
+        """Open the port of a camera on a field of this length and width [m]."""
+        ...
+
+
 @dataclass(slots=True, eq=False)
 class _Exposure:
-    """A frame that is being worked on."""
+    """A frame in processing."""
 
     number: int
     time: float
     pipeline: int
     eye: Vector
-    """Where the camera truly was, field frame [m]."""
+    """True position of the camera, field frame [m]."""
     rotation: FloatArray
-    """From field to its optical axes, shape (3, 3)."""
+    """Rotation from field to optical axes, shape (3, 3)."""
     rows: list[int] = field(default_factory=list)
-    """Of the tags, in the layout."""
+    """Rows of the tags in the layout."""
     pixels: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)))
-    """Of their corners, shape (k, 4, 2)."""
+    """Pixels of the tags' corners, shape (k, 4, 2)."""
     pieces: tuple[PieceSighting, ...] = ()
 
 
 @dataclass(slots=True)
-class _Complaints:
-    """Each bad request is logged once."""
+class _RequestLog:
+    """Log of bad requests; each kind is logged once."""
 
     camera: str
     known: set[tuple[str, str]] = field(default_factory=set)
@@ -92,7 +100,7 @@ class _Complaints:
             _log.warning("%s: %s at %.2f s: %s; it is ignored", self.camera, topic, time, problem)
 
     def note(self, topic: str) -> None:
-        """Say once that a topic that robot code writes changes nothing."""
+        """Log once that a topic that robot code writes changes nothing."""
         if (topic, "") in self.known:
             return
         self.known.add((topic, ""))
@@ -106,16 +114,16 @@ class _Complaints:
 
 
 class LimelightSim:
-    """A camera on a robot.
+    """Simulation of a camera on a robot.
 
     Args:
-        config: What it is.
-        layout: The tags of the field, where robot code believes them.
-        rng: For its noise, its bias, and for when its first frame is exposed.
+        config: Config of the camera.
+        layout: Tags of the field at the poses that robot code believes.
+        rng: Generator for its noise, its bias, and the time of its first exposure.
         robot: Number of the robot that carries it.
-        ports: Where it publishes and listens.
-        tag_errors: Where the tags truly are, in standard deviations of the config's bias: turn and way of each,
-            shape (n, 6); the same for all cameras of a match. None: it draws its own.
+        ports: Ports on which it publishes and listens.
+        tag_errors: Errors of the tags' poses, in standard deviations of the config's bias: rotation and translation of
+            each, shape (n, 6); equal for all cameras of a match. None: the camera draws its own.
     """
 
     def __init__(
@@ -132,12 +140,12 @@ class LimelightSim:
         self.layout = layout
         self.robot = robot
         self.is_off = False
-        """Whether it looks at nothing: its frames are empty then, and cost nothing."""
+        """Whether processing is switched off: frames are then empty and cost nothing."""
         self.ports = list(ports)
         self.settings = CameraSettings.of(config)
         self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
         self.last: Frame | None = None
-        """The frame that was published last."""
+        """Frame that was published last."""
         self._rng = rng
         self._latency = config.type.capture_latency + config.type.pipeline_latency
         self._period = 1.0 / config.rate
@@ -146,7 +154,7 @@ class LimelightSim:
         self._number = 0
         self._megatag1_at: float | None = None
         self._working: deque[_Exposure] = deque()
-        self._complaints = _Complaints(config.name)
+        self._request_log = _RequestLog(config.name)
         self._believed = Mounting.of(*self.settings.believed_mount)
         self._wanted: frozenset[int] | None = None
         self._settings_seen = -1
@@ -165,35 +173,35 @@ class LimelightSim:
 
     @property
     def bad_requests(self) -> int:
-        """How many requests made no sense so far."""
-        return self._complaints.count
+        """Number of refused requests so far."""
+        return self._request_log.count
 
     # --- requests -----------------------------------------------------------------------------------------------
 
     def listen(self, time: float) -> None:
-        """Take what robot code wrote by now [s]."""
+        """Read the requests that robot code has written by now [s]."""
         for port in self.ports:
             for request in port.read():
                 self.request(request, time)
 
     def request(self, request: CameraRequest, time: float) -> None:
-        """Take one request at a time [s]; one that makes no sense changes nothing."""
+        """Apply one request at a time [s]; an invalid one changes nothing."""
         topic, values = request.topic, request.values
         if topic not in INPUTS and topic != _ORIENTATION:
-            self._complaints.note(topic)
+            self._request_log.note(topic)
         elif values is None:
-            self._complaints.add(topic, "needs numbers", time)
+            self._request_log.add(topic, "needs numbers", time)
         elif topic == _ORIENTATION:
             if len(values) != 6:
-                self._complaints.add(topic, f"needs 6 numbers, got {len(values)}", time)
+                self._request_log.add(topic, f"needs 6 numbers, got {len(values)}", time)
             elif not all(map(math.isfinite, values)):
-                self._complaints.add(topic, f"needs finite numbers, got {list(values)}", time)
+                self._request_log.add(topic, f"needs finite numbers, got {list(values)}", time)
             else:
                 self.heading.tell(time if request.time is None else request.time, values)
         else:
             problem = self.settings.apply(topic, values)
             if problem is not None:
-                self._complaints.add(topic, problem, time)
+                self._request_log.add(topic, problem, time)
 
     # --- frames -------------------------------------------------------------------------------------------------
 
@@ -201,12 +209,12 @@ class LimelightSim:
         """Expose the frames that are due by now, and publish those that are ready.
 
         Args:
-            time: Now, simulated [s].
-            history: Poses of the robot that carries it.
-            scene: The field now.
+            time: Present simulated time [s].
+            history: Poses of the robot that carries the camera.
+            scene: Present state of the field.
 
         Returns:
-            What was published, oldest first.
+            Published frames, oldest first.
         """
         self.heading.mode, self.heading.assist = self.settings.imu_mode, self.settings.imu_assist
         if self.config.type.has_imu:
@@ -220,7 +228,7 @@ class LimelightSim:
         while self._next <= time:
             if self._skip > 0:
                 self._skip -= 1
-            elif self._next + self._period > time:  # of two within a tick robot code would see the newer one only
+            elif self._next + self._period > time:  # robot code would see only the newer of two within a tick
                 working.append(self._expose(self._next, history, scene))
                 self._skip = self.settings.throttle
             self._number += 1
@@ -234,11 +242,11 @@ class LimelightSim:
         return published
 
     def pose_at(self, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
-        """Where the camera truly is when the robot is there, field frame [m]."""
+        """Compute the true field pose of the camera [m] for a robot pose."""
         return camera_pose(pos, quat, *self._mount)
 
     def move_to(self, mount: CameraMount) -> None:
-        """Sit somewhere else on the robot from the next frame on, and know it as exactly as before."""
+        """Move the camera on the robot from the next frame on, with the same mounting error."""
         self._mount = camera_pose(mount.position, mount.rotation, *self._mount_bias)
         self.settings.mount = limelight_mount(mount)
         self.settings.version += 1
@@ -249,7 +257,7 @@ class LimelightSim:
             port.close()
 
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
-        """What is in the picture, with noise; where things are now is less than a tick from where they were."""
+        """Take the picture, with noise; the scene is less than a tick newer than the exposure."""
         pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, pos, rotation)
@@ -270,7 +278,7 @@ class LimelightSim:
             )
             if rows:
                 free = self._occlusion.uncovered(rows, pos, scene, time)
-                noise = lens.corner_noise * self._rng.standard_normal(pixels.shape)  # also of what is covered
+                noise = lens.corner_noise * self._rng.standard_normal(pixels.shape)  # drawn for hidden tags as well
                 center = np.array(lens.principal_point)
                 exposure.rows = [row for row, is_free in zip(rows, free, strict=True) if is_free]
                 exposure.pixels = (center + self._focal_factor * (pixels - center) + noise)[free]
@@ -281,7 +289,7 @@ class LimelightSim:
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Solve it: by now the robot has sent the heading that it had then."""
+        """Solve the frame: by now the robot has sent its heading for that time."""
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]
@@ -329,7 +337,7 @@ class LimelightSim:
         )
 
     def _follow_settings(self) -> None:
-        """What follows from the settings, worked out once after each change."""
+        """Update what depends on the settings, once after each change."""
         settings = self.settings
         if self._settings_seen == settings.version:
             return

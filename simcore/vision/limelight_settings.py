@@ -1,4 +1,4 @@
-"""Settings of a camera that robot code can change, checked: an invalid request changes nothing, with a reason."""
+"""Settings of a camera that robot code can change; an invalid request changes nothing and gives a reason."""
 
 from __future__ import annotations
 
@@ -6,54 +6,54 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy
 from simcore.vision.camera import FULL_CROP, CameraConfig, CameraMount
+from simcore.world.rotation import Quaternion, Vector, from_rpy
 
 __all__ = ["INPUTS", "NOT_MODELED", "NO_EFFECT", "CameraSettings", "limelight_mount"]
 
-_DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # of `fiducial_downscale_set`; 0 is that of the pipeline
+_DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # by index in `fiducial_downscale_set`; 0 is the pipeline's own value
 
 Values = Sequence[float]
 
 
 @dataclass(slots=True)
 class CameraSettings:
-    """The present state of one camera's settings. `apply` is the only way to change it."""
+    """Present settings of one camera. `apply` is the only way to change them."""
 
     config: CameraConfig
     pipeline: int = 0
     priority_id: int = -1
-    """Tag whose angles are published if it is seen; -1: the largest."""
+    """Id of the tag whose angles are published if it is seen; -1: the largest."""
     crop: tuple[float, float, float, float] = FULL_CROP
     id_filters: tuple[int, ...] | None = None
     """Tags to use; None: those of the pipeline."""
     downscale: float = 0.0
-    """0: that of the pipeline."""
+    """Downscale factor; 0: that of the pipeline."""
     throttle: int = 0
-    """Frames that are skipped after each that is worked through."""
+    """Frames that are skipped after each processed one."""
     is_driver_camera: bool = False
-    """Whether pictures go to the driver and nothing is looked for."""
+    """Whether pictures go to the driver and are not processed."""
     imu_mode: int = 0
     imu_assist: float = 0.001
     mount: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
+    """Configured camera pose on the robot: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
     version: int = field(default=0)
-    """Counts changes."""
+    """Number of changes so far."""
 
     @classmethod
     def of(cls, config: CameraConfig) -> CameraSettings:
-        """As the camera starts: it knows where it sits."""
+        """Return the settings at power-on: the camera knows its mount."""
         return cls(config, mount=limelight_mount(config.mount))
 
     def apply(self, topic: str, values: Values) -> str | None:
-        """One request.
+        """Apply one request.
 
         Args:
-            topic: One of `INPUTS`.
-            values: Its numbers; a lone number is a sequence of one.
+            topic: Name of the topic, one of `INPUTS`.
+            values: Numbers of the request; a lone number is a sequence of one.
 
         Returns:
-            None if it was taken, else what is wrong with it; then nothing has changed.
+            None if it was accepted, else the reason for refusing it; then nothing has changed.
         """
         if not all(math.isfinite(v) for v in values):
             return f"needs finite numbers, got {list(values)}"
@@ -73,7 +73,7 @@ class CameraSettings:
 
     @property
     def believed_mount(self) -> tuple[Vector, Quaternion]:
-        """Place [m] and attitude (camera to robot axes) on the robot, as the camera believes."""
+        """Configured position [m] and attitude (camera to robot axes) of the camera on the robot."""
         ahead, right, up, roll, pitch, yaw = self.mount
         turn = from_rpy(math.radians(roll), -math.radians(pitch), math.radians(yaw))
         return (ahead, -right, up), turn
@@ -81,17 +81,17 @@ class CameraSettings:
 
 @dataclass(frozen=True, slots=True)
 class _Setting:
-    """What a topic sets."""
+    """Setting behind one topic."""
 
     name: str
-    """Of the field of `CameraSettings`."""
+    """Name of the field of `CameraSettings`."""
     length: int | None
-    """How many numbers it needs; None: any."""
+    """Count of numbers that it needs; None: any."""
     needs: str
-    """What they must be, in words."""
+    """Description of valid numbers."""
     is_valid: Callable[[Values], bool]
     of: Callable[[Values], object]
-    """The field's value, of valid numbers."""
+    """Conversion of valid numbers to the field's value."""
 
 
 def _is_whole(values: Values, least: float, most: float = math.inf) -> bool:
@@ -126,7 +126,7 @@ INPUTS = {
     ),
     "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
-"""Topics that change a setting. `robot_orientation_set` is none: the camera keeps its history."""
+"""Topics that change a setting. `robot_orientation_set` is not here: the camera keeps its history."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",
@@ -136,12 +136,12 @@ NO_EFFECT = {
     "capture_rewind": "nothing is recorded",
     "llrobot": "a Python pipeline would read it, and there is none",
 }
-"""Topics that a Limelight reads and that change nothing that robot code can read back; with the reason."""
+"""Topics that a Limelight reads and that change nothing that robot code can read back, with the reason."""
 
 NOT_MODELED = ("fiducial_offset_set", "keystone_set")
-"""Topics that a Limelight reads and that would change what it publishes, if they were modeled."""
+"""Topics that a Limelight reads and that would change its output if they were modeled."""
 
 
 def limelight_mount(mount: CameraMount) -> tuple[float, float, float, float, float, float]:
-    """A mount in a Limelight's robot space: ahead, right, up [m]; roll, pitch, yaw [deg], looking up is positive."""
+    """Convert a mount to Limelight robot space: ahead, right, up [m]; roll, pitch (up positive), yaw [deg]."""
     return mount.x, -mount.y, mount.z, mount.roll_deg, -mount.pitch_deg, mount.yaw_deg

@@ -1,12 +1,12 @@
-"""From the corners of tags to poses: of each tag, and the robot's as MegaTag 1 (picture alone) and 2 (heading known).
+"""Poses from tag corners: of each tag, and of the robot by MegaTag 1 (picture alone) and 2 (known heading).
 
-What a solver would find is the true pose, moved by the errors of the corners through the linearized projection. With
-the Jacobian J (8 x 6) of a tag's corners by its pose, an error e of the corners moves the least-squares pose by
-(J^T J)^-1 J^T e, with the covariance s^2 (J^T J)^-1 for a noise of s in each direction. Source: R. Hartley,
-A. Zisserman, "Multiple View Geometry in Computer Vision", sections 5.2 and A6.
+A solver's result is modeled as the true pose plus the corner errors propagated through the linearized projection.
+With the Jacobian J (8 x 6) of a tag's corners by its pose, corner errors e move the least-squares pose by
+(J^T J)^-1 J^T e, with covariance s^2 (J^T J)^-1 for noise s in each direction. Source: R. Hartley, A. Zisserman,
+"Multiple View Geometry in Computer Vision", sections 5.2 and A6.
 
 Corners are in ideal coordinates here: pixels from the principal point over the focal length. A change of a tag's pose
-is a turn w about its middle and a step v, both in optical axes: what was at m + a is then at m + a + w x a + v.
+is a rotation w about its center and a translation v, in optical axes: a point at m + a moves to m + a + w x a + v.
 """
 
 from __future__ import annotations
@@ -17,45 +17,45 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.typing import FloatArray, IntArray
 from simcore.vision.camera import OPTICAL, LimelightType, quad_area
 from simcore.vision.camera_frame import PoseEstimate, StdDevs, TagPose, TagSighting, as_pixels
 from simcore.vision.tag_layout import TagLayout, cross_matrices, rotation_matrices
+from simcore.world.rotation import Quaternion, Vector, matrix
 
 __all__ = ["Mounting", "TagPicture", "flip_pose", "solve_tags"]
 
-_NEAR = 0.01  # [m]; of a tag right before the lens the flipped pose can have corners behind it
-_EXACT = 1e-20  # [-]; square of what rounding leaves of corners without noise
+_NEAR = 0.01  # [m]; close to the lens, the flipped pose of a tag can have corners behind it
+_EXACT = 1e-20  # [-]; square of the rounding error of corners without noise
 _IDENTITY: FloatArray = np.eye(3)
-_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # of a square in its own plane
+_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # of a square in its plane
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mounting:
-    """Where a camera believes to sit."""
+    """Configured pose of a camera on the robot."""
 
     position: FloatArray
-    """Robot frame [m], shape (3,)."""
+    """Position in the robot frame [m], shape (3,)."""
     to_optical: FloatArray
-    """From robot to optical axes, shape (3, 3)."""
+    """Rotation from robot to optical axes, shape (3, 3)."""
 
     @classmethod
     def of(cls, position: Vector, rotation: Quaternion) -> Mounting:
-        """From the place [m] and attitude (camera to robot axes) on the robot."""
+        """Make it from position [m] and attitude (camera to robot axes) on the robot."""
         return cls(np.array(position), OPTICAL @ matrix(rotation).T)
 
 
 def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
-    """The other attitude in which each tag looks nearly the same: its normal mirrored by the line of sight.
+    """Compute the second attitude in which each tag looks nearly equal: its normal mirrored about the line of sight.
 
-    That is half a turn about the line of sight, after half a turn in the tag's own plane. In weak perspective both
-    pictures are equal. Source: D. Oberkampf, D. DeMenthon, L. Davis, "Iterative Pose Estimation Using Coplanar Feature
-    Points", CVIU 63 (1996).
+    That is half a turn in the tag's plane, then half a turn about the line of sight. In weak perspective both pictures
+    are equal. Source: D. Oberkampf, D. DeMenthon, L. Davis, "Iterative Pose Estimation Using Coplanar Feature Points",
+    CVIU 63 (1996).
 
     Args:
-        rotations: From squares' axes (right, up, out of the face) to optical axes, shape (k, 3, 3).
-        places: Their middles, optical frame [m], shape (k, 3).
+        rotations: Rotations from tag face axes (right, up, out of the face) to optical axes, shape (k, 3, 3).
+        places: Centers of the tags, optical frame [m], shape (k, 3).
     """
     sight = places / _lengths(places)[:, None]
     mirrored: FloatArray = (2.0 * sight[:, :, None] * sight[:, None, :] - _IDENTITY) @ rotations @ _HALF_TURN
@@ -65,17 +65,17 @@ def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
 def solve_tags(
     rotations: FloatArray, places: FloatArray, seen: FloatArray, size: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """One step of least squares (Gauss-Newton) for the pose of each tag by itself.
+    """Make one least-squares step (Gauss-Newton) for the pose of each tag alone.
 
     Args:
-        rotations: Start of each, from its square's axes to optical axes, shape (..., 3, 3).
-        places: The same: its middle, optical frame [m], shape (..., 3).
-        seen: Its corners in ideal coordinates [-], shape (..., 4, 2).
-        size: Edge of a tag [m].
+        rotations: Initial rotation of each tag, from face axes to optical axes, shape (..., 3, 3).
+        places: Initial center of each tag, optical frame [m], shape (..., 3).
+        seen: Detected corners in ideal coordinates [-], shape (..., 4, 2).
+        size: Edge length of a tag [m].
 
     Returns:
-        J^T J, shape (..., 6, 6); J^T e, shape (..., 6); the steps, turn [rad] and way [m], shape (..., 6); and the sum
-        of squared distances between corners that each leaves [-], shape (...).
+        J^T J, shape (..., 6, 6); J^T e, shape (..., 6); the steps, rotation [rad] and translation [m], shape (..., 6);
+        and the remaining sum of squared distances between corners [-], shape (...).
     """
     half = 0.5 * size
     square = np.array([(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)])
@@ -83,7 +83,7 @@ def solve_tags(
     corners = arms + places[..., None, :]
     inverse = 1.0 / np.maximum(corners[..., 2:], _NEAR)
     ideal = corners[..., :2] * inverse
-    # d(x / z) is (1, 0, -x / z) / z times the step of a corner, v - a x w.
+    # d(x / z) is (1, 0, -x / z) / z times the displacement of a corner, v - a x w.
     by_step = np.zeros((*ideal.shape, 3))
     by_step[..., 0, 0] = by_step[..., 1, 1] = inverse[..., 0]
     by_step[..., 2] = -ideal * inverse
@@ -98,22 +98,22 @@ def solve_tags(
 
 
 class TagPicture:
-    """The tags of one frame, and what follows from them.
+    """Tags of one frame, and the poses derived from them.
 
-    Of a tag by itself two poses explain the corners about as well: the true one and the one of `flip_pose`. The better
-    fit of both is its pose, so that noise flips small and frontal tags. Its ambiguity is the ratio of both errors, as
+    For a single tag two poses explain the corners about equally well: the true one and that of `flip_pose`. The tag
+    takes the better fit, so noise flips small and frontal tags. Its ambiguity is the ratio of both errors, as
     PhotonVision's documentation defines it ("3D Tracking").
 
     Args:
-        layout: All tags where robot code and camera believe them.
-        true_layout: All tags where they are.
-        offsets: Of these from those: a turn [rad] and a way [m], field axes, shape (n, 6).
-        rows: Which ones are seen, k >= 1.
-        pixels: Their corners as detected [px], shape (k, 4, 2).
-        eye: Where the camera truly is, field frame [m].
-        rotation: From field to its optical axes, shape (3, 3).
-        lens: The picture as the camera believes it.
-        mounting: Where the camera believes to sit.
+        layout: All tags at the poses that robot code and camera believe.
+        true_layout: All tags at their true poses.
+        offsets: True poses relative to believed ones: rotation [rad] and translation [m], field axes, shape (n, 6).
+        rows: Rows of the visible tags, k >= 1.
+        pixels: Detected corners of the visible tags [px], shape (k, 4, 2).
+        eye: True position of the camera, field frame [m].
+        rotation: Rotation from field to true optical axes, shape (3, 3).
+        lens: Type of the camera with the focal length that it believes.
+        mounting: Configured pose of the camera.
     """
 
     def __init__(
@@ -138,7 +138,7 @@ class TagPicture:
         self._places = (true_layout.centers[self._rows] - self._eye) @ rotation.T
         start = np.array((true, flip_pose(true, self._places)))
         normal, right, step, left = solve_tags(start, self._places, self._seen, layout.size)
-        # A tilt by a shortens a tag by a^2 / 2, whatever it is turned: noise s hides it up to sqrt(2 s z / h).
+        # A tilt by a shortens a tag by a^2 / 2, in any direction: noise s hides it up to sqrt(2 s z / h).
         hidden = 4.0 * self._noise / layout.size * self._places[:, 2]
         turned = (step[..., :3] ** 2).sum(axis=-1)
         step[..., :3] *= np.sqrt(hidden / (hidden + turned + _EXACT))[..., None]
@@ -148,7 +148,7 @@ class TagPicture:
         self._found = (self._places + step[..., 3:])[order]
         least, most = left[order]
         doubt = np.sqrt((least + _EXACT) / (most + _EXACT))
-        # The normal equations of the camera: its turn w and step s, in optical axes, move a tag by -w and m x w - s.
+        # Normal equations of the camera: its rotation w and step s, optical axes, move a tag by -w and m x w - s.
         by_camera = np.zeros((len(better), 6, 6))
         by_camera[:, :3, :3] = by_camera[:, 3:, 3:] = -_IDENTITY
         by_camera[:, 3:, :3] = cross_matrices(self._places)
@@ -160,7 +160,7 @@ class TagPicture:
         if len(better) == 1 and self._noise > 0.0:
             self._normal[:3, :3] += self._noise**2 / hidden[0] * _IDENTITY
         self.tags = self._sightings(pixels, lens, doubt)
-        """Each tag by itself."""
+        """Sightings of the tags, each solved alone."""
         self._statistics = _statistics(layout, self._rows, self.tags)
 
     def _sightings(self, pixels: FloatArray, lens: LimelightType, doubt: FloatArray) -> tuple[TagSighting, ...]:
@@ -181,7 +181,7 @@ class TagPicture:
         )  # fmt: skip
 
     def megatag1(self) -> PoseEstimate:
-        """Pose from the picture alone: of one tag the better of its two poses, of several their least squares."""
+        """Estimate the pose from the picture alone: the better pose of a single tag, least squares for several."""
         covariance = np.linalg.inv(self._normal)
         if len(self._rows) == 1:
             row = self._rows[0]
@@ -192,7 +192,7 @@ class TagPicture:
             rotation = rotation_matrices(-step[:3]) @ self._rotation
             eye = self._eye + step[3:] @ rotation
         to_optical, position = self._mounting.to_optical, self._mounting.position
-        # Robot: x, y, z by s + lever x w in field axes; roll and pitch about its own axes, yaw about the field's.
+        # Robot: x, y, z from s + lever x w in field axes; roll and pitch about its own axes, yaw about the field's.
         lever = cross_matrices(to_optical @ position)
         back = rotation.T
         by_camera = np.zeros((6, 6))
@@ -203,16 +203,16 @@ class TagPicture:
         return self._estimate(eye, back @ to_optical, deviations)
 
     def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
-        """Place from the picture by linear least squares, with the attitude from the robot or from the camera's IMU.
+        """Estimate the position by linear least squares, with the attitude from the robot or the camera's IMU.
 
-        With t = -R c, a corner X says t_x - x t_z = x p_z - p_x for p = R X, and the same of y; over its depth that is
-        a distance in the picture.
+        With t = -R c, a corner X gives t_x - x t_z = x p_z - p_x for p = R X, likewise for y; divided by the depth,
+        this is a distance in the picture.
 
         Args:
-            attitude: From robot to field axes, shape (3, 3). A wrong one gives a wrong place.
+            attitude: Rotation from robot to field axes, shape (3, 3). A wrong one gives a wrong position.
 
         Returns:
-            None if the tags would be behind the camera, which happens with a very wrong attitude.
+            Estimate, or None if the tags would be behind the camera, which happens with a very wrong attitude.
         """
         rotation = self._mounting.to_optical @ attitude.T
         points = (self._layout.corners[self._rows] @ rotation.T).reshape(-1, 3)
@@ -251,7 +251,7 @@ def _lengths(vectors: FloatArray) -> FloatArray:
 
 
 def _statistics(layout: TagLayout, rows: IntArray, tags: Sequence[TagSighting]) -> tuple[int, float, float, float]:
-    """Count of tags, largest distance between two [m], average distance [m] and area [%]."""
+    """Compute the count of tags, their largest mutual distance [m], average distance [m] and average area [%]."""
     centers, n = layout.centers[rows], len(tags)
     span = _lengths((centers[:, None, :] - centers).reshape(-1, 3)).max()
     return n, float(span), sum(t.camera_distance for t in tags) / n, sum(t.area_percent for t in tags) / n

@@ -1,4 +1,4 @@
-"""A headset on a robot that tracks its own motion, as QuestNav's does: it knows where it is since it was told once."""
+"""A headset that tracks the robot's motion, like QuestNav's: it reports poses relative to the last pose reset."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply, rotate, rotate_back, rpy
 from simcore.quantities import FRAME_RATE, NOISE_DEGREES, ROBOT_HEIGHT, require_fields
 from simcore.vision.camera import CameraMount, camera_pose
 from simcore.vision.heading import PoseHistory
+from simcore.world.rotation import Quaternion, Vector, from_rpy, multiply, rotate, rotate_back, rpy
 
 __all__ = ["HeadsetPort", "PoseReset", "QuestConfig", "QuestFrame", "QuestHeadset"]
 
-_LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
+_LONGEST_GAP = 1.0  # [s]; after a longer gap the missed frames are skipped
 _BATTERY_LIFE = 7200.0  # [s]; estimate, +-30 %: a Quest 3S with its displays off
-_STILL = 0.05  # [m]; a robot that is so near to where it was has not moved
-_PLAUSIBLE = 1.0  # [m]; a headset farther from the robot's center than this is on no legal robot
+_STILL = 0.05  # [m]; a robot this close to its last place has not moved
+_PLAUSIBLE = 1.0  # [m]; no legal robot has a headset farther from its center
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,16 +30,16 @@ class QuestConfig:
     """
 
     mount: CameraMount | None = None
-    """Where it sits; None: as robot code's first pose reset implies, see `QuestHeadset.reset`."""
+    """Pose on the robot; None: derived from robot code's first pose reset, see `QuestHeadset.reset`."""
     frame_rate: float = 100.0
-    """Poses a second [1/s], as QuestNav's documentation says."""
+    """Poses per second [1/s], as QuestNav's documentation says."""
     position_noise: float = 0.002
-    """Of each pose, in each direction, standard deviation [m]."""
+    """Position noise of each pose, in each direction, standard deviation [m]."""
     angle_noise_deg: float = 0.05
     position_drift: float = 0.02
-    """How far x and y wander in 150 s, standard deviation [m]."""
+    """Drift of x and y in 150 s, standard deviation [m]."""
     yaw_drift_deg: float = 1.0
-    """How far yaw wanders in 150 s, standard deviation [deg]."""
+    """Drift of yaw in 150 s, standard deviation [deg]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -54,34 +54,34 @@ class QuestConfig:
 
 @dataclass(slots=True)
 class QuestFrame:
-    """One pose."""
+    """One published pose."""
 
     number: int
-    """Counts up by one."""
+    """Number of the frame, counting up by one."""
     time: float
-    """When it was taken, and sent: the headset predicts its pose to the present. Simulated [s]."""
+    """Simulated time of the pose and of its sending [s]: the headset predicts its pose to the present."""
     position: Vector
-    """Of the headset, in the frame that it was last told; before, in that of its start [m]."""
+    """Position of the headset in the frame of the last reset; before any reset, in the frame of its start [m]."""
     attitude: Quaternion
 
 
 @dataclass(slots=True)
 class PoseReset:
-    """Robot code tells the headset where it is."""
+    """A pose that robot code sets on the headset."""
 
     position: Vector
     attitude: Quaternion
 
 
 class HeadsetPort(Protocol):
-    """What a headset speaks to robot code through."""
+    """Connection between a headset and robot code."""
 
     def read(self) -> Sequence[PoseReset]:
-        """Pose resets since the last call, oldest first."""
+        """Return the pose resets since the last call, oldest first."""
         ...
 
     def publish(self, frames: Sequence[QuestFrame], battery_percent: int) -> None:
-        """Send poses, oldest first, and how the headset does."""
+        """Send poses, oldest first, and the battery level."""
         ...
 
     def close(self) -> None:
@@ -90,13 +90,13 @@ class HeadsetPort(Protocol):
 
 
 class QuestHeadset:
-    """Tracks a robot's motion.
+    """Simulation of a headset on a robot.
 
     Args:
-        config: What it is.
-        rng: For its noise and drift.
+        config: Config of the headset.
+        rng: Generator for its noise and drift.
         robot: Number of the robot that carries it.
-        ports: Where it publishes and listens.
+        ports: Ports on which it publishes and listens.
     """
 
     def __init__(
@@ -111,19 +111,19 @@ class QuestHeadset:
         self.robot = robot
         self.ports = list(ports)
         self.mount = config.mount
-        """Where it sits, as far as anybody has said."""
-        self._assumed = CameraMount()  # as long as nobody has said
+        """Pose on the robot, from the config or derived from a reset; None while unknown."""
+        self._assumed = CameraMount()  # while `mount` is unknown
         self.last: QuestFrame | None = None
         self.resets = 0
-        """How often robot code has told it where it is."""
+        """Number of pose resets so far."""
         self._rng = rng
         self._period = 1.0 / config.frame_rate
         self._next = float(rng.uniform(0.0, self._period))
         self._number = 0
         self._frame: tuple[Vector, Quaternion] | None = None  # from field to the frame it reports in
-        self._waiting: list[PoseReset] = []  # for the first pose of the robot
-        self._last_reset: tuple[PoseReset, Vector] | None = None  # and where the robot then stood
-        self._has_derived_mount = False  # of that reset
+        self._waiting: list[PoseReset] = []  # until the robot's first pose
+        self._last_reset: tuple[PoseReset, Vector] | None = None  # with the robot's position at that time
+        self._has_derived_mount = False  # from that reset
         self._drift = np.zeros(3)  # x, y [m], yaw [rad] since the last reset
         # A random walk grows with the square root of time.
         walk = math.sqrt(self._period / 150.0)
@@ -131,57 +131,57 @@ class QuestHeadset:
         self._step = walk * np.array(drift)
 
     def listen(self, time: float, history: PoseHistory) -> None:
-        """Take pose resets that robot code has sent by now [s]."""
+        """Read the pose resets that robot code has sent by now [s]."""
         for port in self.ports:
             self._waiting += port.read()
         self._take_resets(time, history)
 
     def _take_resets(self, time: float, history: PoseHistory) -> None:
-        """Take the resets that have waited, as soon as it is known where the robot stands."""
+        """Apply the waiting resets as soon as the robot's pose is known."""
         if len(history):
             waiting, self._waiting = self._waiting, []
             for reset in waiting:
                 self.reset(reset, *history.at(time))
 
-    def reset(self, told: PoseReset, robot_pos: Vector, robot_quat: Quaternion) -> None:
-        """Take what robot code says as the truth; from here on poses are relative to it.
+    def reset(self, believed: PoseReset, robot_pos: Vector, robot_quat: Quaternion) -> None:
+        """Set the present pose of the headset on the field; later poses are relative to it.
 
-        Without a mount in its config the headset takes the one that makes the told pose true, if that is on a robot:
-        robot code works it out from where it believes the robot to be and where it has mounted the headset. If it is
-        not, the headset is taken for in the middle of the robot, turned as told, until a reset does better.
+        Without a mount in its config the headset derives one that makes the reset true, if it fits on a robot: robot
+        code computes the reset from the robot pose and the mount that it believes. If it does not fit, the headset is
+        assumed at the center of the robot, rotated as the reset says, until a later reset fits.
 
         Args:
-            told: Pose of the headset on the field, as robot code believes.
-            robot_pos: Where the robot truly is [m].
-            robot_quat: Its attitude.
+            believed: Pose of the headset on the field, as robot code believes.
+            robot_pos: True position of the robot [m].
+            robot_quat: True attitude of the robot.
         """
         self.resets += 1
-        self._last_reset = told, robot_pos
+        self._last_reset = believed, robot_pos
         self._has_derived_mount = False
         if self.mount is None:
-            apart = [told.position[k] - robot_pos[k] for k in range(3)]
+            apart = [believed.position[k] - robot_pos[k] for k in range(3)]
             x, y, z = rotate_back(robot_quat, apart)
             inverse = (-robot_quat[0], -robot_quat[1], -robot_quat[2], robot_quat[3])
-            roll, pitch, yaw = (math.degrees(angle) for angle in rpy(multiply(inverse, told.attitude)))
+            roll, pitch, yaw = (math.degrees(angle) for angle in rpy(multiply(inverse, believed.attitude)))
             if math.hypot(x, y, z) <= _PLAUSIBLE:
                 self.mount = CameraMount(x=x, y=y, z=z, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
                 self._has_derived_mount = True
-            else:  # robot code errs about the place; how the headset is turned it probably knows
+            else:  # robot code has the wrong position, but probably the right rotation
                 height = z if abs(z) <= _PLAUSIBLE else 0.0
                 self._assumed = CameraMount(z=height, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
         self._drift[:] = 0.0
-        self._frame = _frame_to(told.position, told.attitude, *self._pose(robot_pos, robot_quat))
+        self._frame = _frame_to(believed.position, believed.attitude, *self._pose(robot_pos, robot_quat))
 
     def move_start(self, old_pos: Vector, robot_pos: Vector, robot_quat: Quaternion) -> None:
-        """Let the robot have stood elsewhere when it was last told its pose, if it has not moved since.
+        """Apply the last reset again at the robot's new pose, if the robot has not moved since that reset.
 
-        For a match that puts a robot where its auto begins after robot code has set poses for that place. Where the
-        robot has moved since the last reset, the headset reports the way on which it is carried.
+        A match uses it when it puts a robot at the start of its auto after robot code has set poses for that place. If
+        the robot has moved since the reset, the headset reports the move.
 
         Args:
-            old_pos: Where the robot was until now [m].
-            robot_pos: Where it is now [m].
-            robot_quat: Its attitude there.
+            old_pos: Position of the robot until now [m].
+            robot_pos: Present position of the robot [m].
+            robot_quat: Present attitude of the robot.
         """
         if self._last_reset is not None and math.dist(old_pos, self._last_reset[1]) < _STILL:
             if self._has_derived_mount:
@@ -193,8 +193,8 @@ class QuestHeadset:
         """Take the poses that are due by now, and publish them.
 
         Args:
-            time: Now, simulated [s].
-            history: Of the robot that carries it.
+            time: Present simulated time [s].
+            history: Poses of the robot that carries the headset.
         """
         if time - self._next > _LONGEST_GAP:
             self._next += math.floor((time - self._next) / self._period) * self._period
@@ -221,7 +221,7 @@ class QuestHeadset:
 
     def _take(self, time: float, robot_pos: Vector, robot_quat: Quaternion) -> QuestFrame:
         pos, quat = self._pose(robot_pos, robot_quat)
-        if self._frame is None:  # nobody has told it where it is: its own start is its origin
+        if self._frame is None:  # no reset yet: its start is the origin
             self._frame = _frame_to((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), pos, quat)
         origin, turn = self._frame
         x, y, z = rotate(turn, pos)
@@ -243,9 +243,11 @@ class QuestHeadset:
         )
 
 
-def _frame_to(told_pos: Vector, told_quat: Quaternion, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
-    """The transform that takes a pose of the field to what it was told to be."""
+def _frame_to(
+    believed_pos: Vector, believed_quat: Quaternion, pos: Vector, quat: Quaternion
+) -> tuple[Vector, Quaternion]:
+    """Compute the transform from field poses to the frame of the reset."""
     x, y, z, w = quat
-    turn = multiply(told_quat, (-x, -y, -z, w))
+    turn = multiply(believed_quat, (-x, -y, -z, w))
     rx, ry, rz = rotate(turn, pos)
-    return (told_pos[0] - rx, told_pos[1] - ry, told_pos[2] - rz), turn
+    return (believed_pos[0] - rx, believed_pos[1] - ry, believed_pos[2] - rz), turn

@@ -1,4 +1,4 @@
-"""Where the AprilTags are: the official layouts, or any layout in WPILib's JSON."""
+"""AprilTag layouts: the official ones that come with WPILib, or any file in WPILib's JSON format."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, Quantity, require, require_row, shown
 from simcore.typing import FloatArray, IntArray
 from simcore.units import inches, plain_sum
+from simcore.world.rotation import Quaternion, Vector, matrix
 
 __all__ = [
     "OFFICIAL_LAYOUTS",
@@ -40,7 +40,7 @@ _IDENTITY: FloatArray = np.eye(3)
 _CROSS: FloatArray = np.array(
     [(0, 0, 0, 0, 0, -1, 0, 1, 0), (0, 0, 1, 0, 0, 0, -1, 0, 0), (0, -1, 0, 1, 0, 0, 0, 0, 0)], dtype=float
 )
-"""Of each unit vector the matrix of its vector product, row by row."""
+"""Matrix of the vector product for each unit vector, flattened row by row, shape (3, 9)."""
 
 OFFICIAL_LAYOUTS = {
     "2026-welded": "k2026RebuiltWelded",
@@ -48,27 +48,27 @@ OFFICIAL_LAYOUTS = {
     "2025-welded": "k2025ReefscapeWelded",
     "2025-andymark": "k2025ReefscapeAndyMark",
 }
-"""Our names of layouts that come with WPILib."""
+"""Short names for the layouts that come with WPILib."""
 
 
 @dataclass(frozen=True, eq=False)
 class TagLayout:
-    """All tags of a field, a row a tag; made by `of`. A tag's x axis points out of its face, z up."""
+    """All tags of a field, one row per tag; made by `of`. A tag's x axis points out of its face, z up."""
 
     ids: IntArray
-    """Shape (n,)."""
+    """Tag ids, ascending, shape (n,)."""
     centers: FloatArray
-    """Field frame [m], shape (n, 3)."""
+    """Centers, field frame [m], shape (n, 3)."""
     rotations: FloatArray
-    """From tag to field axes, shape (n, 3, 3)."""
+    """Rotations from tag axes to field axes, shape (n, 3, 3)."""
     corners: FloatArray
-    """Field frame [m], shape (n, 4, 3): lower left, lower right, upper right, upper left, as one faces the tag."""
+    """Corners, field frame [m], shape (n, 4, 3): lower left, lower right, upper right, upper left, facing the tag."""
     field_size: tuple[float, float]
     size: float
     normals: FloatArray
-    """Out of each tag's face, shape (n, 3)."""
+    """Normals out of the tags' faces, shape (n, 3)."""
     square_axes: FloatArray
-    """From field axes to a square's (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
+    """Rotations from field axes to tag face axes (x right when facing it, y up, z out of the face), shape (n, 3, 3)."""
 
     @classmethod
     def of(
@@ -77,12 +77,12 @@ class TagLayout:
         """Build a layout.
 
         Args:
-            tags: Id, center in the field frame [m] and attitude of each.
-            field_size: Length and width [m].
+            tags: Id, center in the field frame [m] and attitude of each tag.
+            field_size: Length and width of the field [m].
             size: Edge of the black square [m].
 
         Raises:
-            ConfigError: An id comes twice, or a number cannot be what it should be.
+            ConfigError: If an id occurs twice or a number is out of range.
         """
         owner = "tag layout"
         require(owner, "size", size, _TAG_SIZE)
@@ -114,29 +114,29 @@ class TagLayout:
         return cls(*arrays[:4], field_size, size, *arrays[4:])
 
     def displaced(self, offsets: FloatArray) -> TagLayout:
-        """The same tags elsewhere.
+        """Return the layout with each tag moved.
 
         Args:
-            offsets: A turn about each one's middle [rad] and a way [m], field axes, shape (n, 6).
+            offsets: Rotation vector about each tag's center [rad] and translation [m], field axes, shape (n, 6).
         """
         rotations = rotation_matrices(offsets[:, :3]) @ self.rotations
         return self._placed(self.ids, self.centers + offsets[:, 3:], rotations, self.field_size, self.size)
 
     @property
     def id_list(self) -> list[int]:
-        """`ids` as a list: a tag's row is its index."""
+        """Ids as a list: a tag's row is its index."""
         numbers: list[int] = self.ids.tolist()
         return numbers
 
 
 def cross_matrices(vectors: FloatArray) -> FloatArray:
-    """Matrices C with C w = v x w, shapes (..., 3) and (..., 3, 3)."""
+    """Compute matrices C with C w = v x w, shapes (..., 3) and (..., 3, 3)."""
     matrices: FloatArray = (vectors @ _CROSS).reshape(*vectors.shape, 3)
     return matrices
 
 
 def rotation_matrices(vectors: FloatArray) -> FloatArray:
-    """Rotations by rotation vectors [rad] (Rodrigues), shapes (..., 3) and (..., 3, 3)."""
+    """Compute rotation matrices from rotation vectors [rad] (Rodrigues), shapes (..., 3) and (..., 3, 3)."""
     across = cross_matrices(vectors)
     angle2 = np.maximum((vectors * vectors).sum(axis=-1), 1e-18)[..., None, None]
     angle = np.sqrt(angle2)
@@ -159,10 +159,10 @@ def _unit(quat: Quaternion) -> Quaternion:
 
 
 def official_layout(name: str) -> TagLayout:
-    """A layout that comes with WPILib, by our name or WPILib's (`k2026RebuiltWelded`).
+    """Return a layout that comes with WPILib, by our name or WPILib's (`k2026RebuiltWelded`).
 
     Raises:
-        UnknownNameError: With the nearest names.
+        UnknownNameError: If there is no such layout; it lists the nearest names.
     """
     known = _official_rows()
     layout = known.get(OFFICIAL_LAYOUTS.get(name, name))
@@ -175,16 +175,16 @@ def official_layout(name: str) -> TagLayout:
 
 @cache
 def _official_rows() -> dict[str, Any]:
-    """What `scripts/make_tag_layouts.py` has written."""
+    """Read the file that `scripts/make_tag_layouts.py` writes."""
     data: dict[str, Any] = json.loads(Path(__file__).with_name("tag_layouts.json").read_text(encoding="utf-8"))
     return data
 
 
 def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
-    """A layout from a file in WPILib's JSON format.
+    """Load a layout from a file in WPILib's JSON format.
 
     Raises:
-        ConfigError: It is missing or broken; the message names the file.
+        ConfigError: If the file is missing or broken; the message names it.
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Which tags a camera can read: in the picture, large enough, turned towards it, and with nothing in between."""
+"""Visible tags: those in the picture, large enough, turned towards the camera and not occluded."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.typing import BoolArray, FloatArray
 from simcore.vision.camera import FULL_CROP, LimelightType, crop_pixels, project
 from simcore.vision.camera_scene import CameraScene, SightLines, hidden_by_spheres
 from simcore.vision.tag_layout import TagLayout
+from simcore.world.rotation import Vector
 
 __all__ = ["Occlusion", "find_tags"]
 
-_NEAREST = 0.1  # [m]; a tag whose middle is closer to the lens is not in focus
+_NEAREST = 0.1  # [m]; a tag whose center is closer to the lens is out of focus
 _CLEAR = 0.05
-"""Lines of sight end so far before the tag's face [m]: the mesh of what carries it stands up to 14 mm proud, at some
-corners up to 39 mm (measured on the field of 2026)."""
+"""Gap between the end of a line of sight and the tag's face [m]: the mesh of the tag's support stands up to 14 mm
+proud of the tag, at some corners up to 39 mm (measured on the field of 2026)."""
 _EDGE_POINTS: FloatArray = np.array(
     [(x, y, 1) for x, y in ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0))], dtype=float
 )
-"""Where a tag must be uncovered, in halves of its edge: 8.3 cm apart, so that no piece of 15 cm slips between."""
-_RAYS = (0, 2, 4, 6, 8)  # of these points: corners and middle
-_MOVED = 0.3  # [m]; what the fastest obstacle does in `_STALE`
+"""Points of a tag that must be visible, in half edges: 8.3 cm apart, so that no piece of 15 cm fits between."""
+_RAYS = (0, 2, 4, 6, 8)  # indices into `_EDGE_POINTS` that get a ray: corners and center
+_MOVED = 0.3  # [m]; distance that the fastest obstacle covers in `_STALE`
 _STALE = 0.1  # [s]
 
 
@@ -39,20 +39,20 @@ def find_tags(
     crop: tuple[float, float, float, float] = FULL_CROP,
     wanted: Collection[int] | None = None,
 ) -> tuple[list[int], FloatArray]:
-    """Tags that a camera would read if nothing stood in the way.
+    """Find the tags that a camera would read without occlusion.
 
     Args:
-        layout: All tags, where they truly are.
-        lens: The picture.
-        pos: Of the camera, field frame [m].
-        rotation: From `optical_rotation`.
-        min_side: Shortest edge in the picture [px].
-        max_angle_deg: Between a tag's normal and the way to the camera.
-        crop: The part of the picture that is searched.
-        wanted: Ids of tags that count; None: all.
+        layout: All tags, at their true poses.
+        lens: Type of the camera.
+        pos: Position of the camera, field frame [m].
+        rotation: Rotation from field to optical axes, from `optical_rotation`.
+        min_side: Shortest readable edge in the picture [px].
+        max_angle_deg: Largest readable angle between a tag's normal and the line to the camera.
+        crop: Part of the picture that is searched.
+        wanted: Ids of the tags to find; None: all.
 
     Returns:
-        Their rows in the layout, and the pixels (u, v) of the four corners of each, shape (k, 4, 2).
+        Rows in the layout, and pixels (u, v) of the four corners of each tag, shape (k, 4, 2).
     """
     way = layout.centers - pos
     lean = math.cos(math.radians(max_angle_deg)) * np.sqrt((way * way).sum(axis=1))
@@ -71,13 +71,13 @@ def find_tags(
 
 
 class Occlusion:
-    """Whether something stands between one camera and each tag.
+    """Occlusion test between one camera and the tags.
 
-    Pieces are tested as balls at nine points of a tag, in every frame. The field and robots are tested by rays to its
-    corners and its middle, every 0.1 s or 30 cm, all rays of a frame in one call: they cost most, 3 us each.
+    Pieces are tested as balls against nine points of a tag, in every frame. The field and robots are tested by rays to
+    the corners and the center, every 0.1 s or 30 cm, all rays of a frame in one call: they cost most, 3 us each.
 
     Args:
-        layout: The tags.
+        layout: Tags of the field.
         robot: Number of the robot that carries the camera.
     """
 
@@ -89,13 +89,13 @@ class Occlusion:
         self._known: dict[int, tuple[float, Vector, bool]] = {}
 
     def uncovered(self, rows: Sequence[int], pos: Vector, scene: CameraScene, time: float) -> BoolArray:
-        """Which of some tags have nothing between them and the camera, shape (k,).
+        """Return which of the given tags have a clear line of sight to the camera, shape (k,).
 
         Args:
-            rows: Of the tags in the layout.
-            pos: Of the camera, field frame [m].
-            scene: What can stand in the way.
-            time: Now [s].
+            rows: Rows of the tags in the layout.
+            pos: Position of the camera, field frame [m].
+            scene: Possible obstacles.
+            time: Present time [s].
         """
         free: BoolArray = np.ones(len(rows), dtype=bool)
         if scene.sight is not None:
@@ -106,7 +106,7 @@ class Occlusion:
         return free
 
     def _refresh(self, rows: Sequence[int], pos: Vector, sight: SightLines, time: float) -> None:
-        """Cast rays to the tags of which nothing is known from about here and now."""
+        """Cast rays to the tags whose last result is too old or from too far away."""
         stale = []
         for row in rows:
             last = self._known.get(row)

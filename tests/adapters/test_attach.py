@@ -96,11 +96,11 @@ def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
     assert "_simulationInit and _simulationPeriodic (they may be empty)" in sentence
 
 
-def test_hooks_that_nothing_calls_are_said(project_of):
+def test_uncalled_hooks_are_reported(project_of):
     pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
     run = project_of(BARE)
     for begin, words in (
-        ("self.init = 1", "robot program has not come through robotInit in 9 s: the program is at robot.py:"),
+        ("self.init = 1", "robot program has not finished robotInit in 9 s: the program is at robot.py:"),
         ("self._simulationInit()", "the loop of Robot never calls _simulationPeriodic; it is at "),
     ):
         (run.folder / "robot.py").write_text(BARE.format(hooks=HOOKS, begin=begin, loop=""))
@@ -108,7 +108,7 @@ def test_hooks_that_nothing_calls_are_said(project_of):
         assert code == 1 and words in said, said
 
 
-def test_a_robot_without_a_drivetrain_fails_with_that_alone(project_of):
+def test_a_robot_without_a_drivetrain_fails_for_that_reason_alone(project_of):
     pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     pytest.importorskip("pyfrc", reason="MagicBot of 2027 ends with an error of its own, which hides this one")
     run = project_of(
@@ -143,7 +143,7 @@ def test_alone(control, robot):
     with control.run_robot():
         control.step_timing(seconds=0.5, autonomous=False, enabled=True)
         assert robot.calls > 10
-    from simcore.robotpy.robot_physics import latest_physics
+    from simcore.robotcode.sim.robot_physics import latest_physics
     assert latest_physics() is None
 """
     )

@@ -15,9 +15,9 @@ def said(scenario):
     [
         ("no drivetrain", ("no drivetrain found: the program builds none of", "a [drivetrain] table in simcore.toml")),
         ("two drivetrains", ("got 2: ['SwerveDrivetrain', 'SwerveDrivetrain']",)),
-        ("two modules", ("stands on 3 modules or more (most have 4), got 2",)),
+        ("two modules", ("has 3 modules or more (most have 4), got 2",)),
         ("no wheel radius", ("module 2: CTRE constants need a finite wheel_radius, got nan",)),
-        ("too early", ("import simcore.phoenix6.swerve at the top of physics.py",)),
+        ("too early", ("`from simcore import swerve_config` at the top of physics.py",)),
         ("fewer modules", ("4 modules in the drivetrain", "3 in the model")),
         ("one motor twice", ("module 3 drive_motor: TalonFX 11 is already module 0 drive_motor",)),
         ("unknown device", ("[[mechanism]] 'roller': the robot program builds no TalonFX 30; it builds TalonFX [1,",)),
@@ -36,7 +36,7 @@ def test_a_mistake_is_one_clear_error(said, mistake, words):
         assert text in said[mistake]
 
 
-def test_one_id_on_two_buses_is_said_aloud(said):
+def test_one_id_on_two_buses_is_reported(said):
     assert said["two buses"].startswith(
         "ConfigError: TalonFX 31 and TalonFX canivore:31, on two CAN buses, are one device in CTRE's own simulation"
     )
@@ -46,11 +46,11 @@ def test_one_id_on_two_buses_is_said_aloud(said):
 def test_another_years_phoenix_is_refused_in_one_sentence(said):
     old, new, missing, good = said["versions"]
     for text, got in ((old, "25.4.0"), (new, "27.0.0")):
-        assert text.startswith("VendorError: simcore.phoenix6 needs Phoenix 6 of 2026 (26.x, tested with 26.3.0), ")
+        assert text.startswith("VendorError: simcore needs Phoenix 6 of 2026 (26.x, tested with 26.3.0), ")
         assert f"got {got}: pip install" in text
     assert "Phoenix 6, which is not installed: pip install" in missing
     assert good == "no error"
 
 
-def test_a_taken_port_is_known(said):
+def test_a_taken_port_is_detected(said):
     assert said["taken"] and not said["free"]

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 STARTING = Path(__file__).parent / "robots" / "starting"
 
 
-def test_robot_and_pieces_are_where_an_auto_begins(project_of):
+def test_robot_and_pieces_are_at_the_start_of_an_auto(project_of):
     """At 1 m/s a tick is 2 cm: belief may be so far behind the truth. The program takes 1 s to start; pyfrc alone would
     give it 2 s, of which a busy computer takes the rest.
     """
@@ -85,7 +85,7 @@ def test_another_alliance_while_disabled_begins_the_next_auto_on_its_own_side(si
         sim.disable(seconds=0.5)
 
 
-def test_pieces_are_back_for_an_auto_after_others_have_played(sim):
+def test_pieces_are_reset_for_a_later_auto(sim):
     sim.start()
     control, fuel = sim.physics.control, sim.pieces.on_field
     control.spawn("Fuel", [(8.0, 1.0)])

@@ -28,7 +28,7 @@ CHANGES = (
 """A follower that opposes, an id that is not there, a start in the hub, a muzzle far out, a motor left over."""
 
 
-def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(project_of):
+def test_differences_between_program_and_file_are_wrong(project_of):
     """What is right is as well: its pivot starts at its upper stop and reads 0.25 turns there, as its program says."""
     run = project_of(ROBOTS / "described")
     folder = run.folder
@@ -42,7 +42,7 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(pr
     wrong = re.findall("^wrong: (.*)$", said, re.MULTILINE)
     assert wrong[:-1] == [
         "wheels: TalonFX 32 opposes its leader in the program, but not in the file: look at opposed",
-        "feeder: beside its drivetrain the program builds no TalonFX 43; it builds [31, 32, 33, 34, 35]",
+        "feeder: besides its drivetrain the program builds no TalonFX 43; it builds [31, 32, 33, 34, 35]",
         wrong[2],
     ], said
     assert wrong[2].startswith("simcore.toml [start]: the robot starts inside of a field element, at (4.60, 4.00) m; (")
@@ -60,13 +60,13 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(pr
     assert blocks[0]["text"] == "4 wrong" and [row[0] for row in blocks[1]["rows"]].count("wrong") == 4
 
 
-def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path, monkeypatch, capsys):
+def test_an_unread_program_and_an_invalid_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = (ROBOTS / "described" / "simcore.toml").read_text()
     Path("simcore.toml").write_text(text)
     assert main(["check", "--game", "rebuilt"]) == 0
     said = capsys.readouterr().out
-    assert "robot program not looked at (there is no robot.py); as simcore.toml says" in said
+    assert "robot program not read (there is no robot.py); as simcore.toml says" in said
     assert "note: the drivetrain is a guess: four modules" in said and Path("out/robot.html").exists()
     Path("simcore.toml").write_text(text.replace("mass = 48.5", "mass = 107"))
     assert main(["check"]) == 1

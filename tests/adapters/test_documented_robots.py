@@ -31,7 +31,7 @@ import math
 from wpimath.geometry import Pose2d
 
 
-def test_the_robot_truly_ends_where_the_trajectory_does(sim):
+def test_the_true_pose_ends_where_the_trajectory_does(sim):
     sim.alliance("red")
     sim.autonomous(seconds={SECONDS + 0.5})
     start, end = (Pose2d(16.54 - x, 8.07 - y, math.pi + turn) for x, y, turn in (

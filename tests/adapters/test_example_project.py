@@ -39,7 +39,7 @@ def project(request, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("absent", [(), ("pathplannerlib",)], ids=["complete", "without PathPlanner"])
-def test_what_a_deploy_copies_starts_without_the_simulation(scenario, absent):
+def test_the_deployed_files_start_without_the_simulation(scenario, absent):
     """simcore, its games and pyfrc are not on a robot. PathPlanner may be missing: then the robot says so."""
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     if not absent:
@@ -53,7 +53,7 @@ def test_what_a_deploy_copies_starts_without_the_simulation(scenario, absent):
 
 
 @pytest.mark.slow
-def test_what_a_deploy_copies_of_a_described_robot_starts_too(scenario):
+def test_the_deployed_files_of_a_described_robot_start_too(scenario):
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     done = scenario("deployed", str(DESCRIBED))
     assert done["loaded"] == [] and set(done["autos"]) == {"two coral", "nothing"}
@@ -79,7 +79,7 @@ def test_a_described_robot_scores_two_coral(project, python, whole):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", sorted((ROOT / "examples").glob("*/tests")), ids=lambda path: path.parent.name)
-def test_pytest_finds_the_tests_of_an_example_where_it_lies(folder, python):
+def test_pytest_finds_the_tests_of_an_example_in_place(folder, python):
     """The checkout around it has settings of its own, which leave the examples out."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
         pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")

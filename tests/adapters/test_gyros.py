@@ -35,7 +35,7 @@ def rows(scenario):
 
 
 @pytest.mark.parametrize("name", [*NAVX, *ADIS, "ADXRS450_Gyro", "AnalogGyro"])
-def test_a_gyro_shows_the_turn_with_its_makers_sign_and_again_after_a_reset(rows, name):
+def test_a_gyro_has_its_makers_sign_also_after_a_reset(rows, name):
     shown = rows(name)["rows"]
     sign = -1.0 if name in CLOCKWISE else 1.0
     for moment, angle in (("start", 0.0), ("4 s", 4.0), ("reset", 0.0), ("1 s later", 1.0)):

@@ -55,7 +55,7 @@ class Robot(wpilib.TimedRobot):
 """Goes by a headset that looks to the left, which it tells where it is."""
 
 
-def test_a_headset_that_is_told_in_the_auto_s_first_loop_starts_where_the_auto_does(project_of):
+def test_a_headset_reset_in_the_autos_first_loop_starts_with_the_auto(project_of):
     """The robot is carried after the headset has heard where it is: it was there all the time."""
     code, said = project_of(HEADSET.format(init=""))(
         HELPERS
@@ -77,7 +77,7 @@ def test_it(sim):
     assert code == 0, said
 
 
-def test_a_headset_that_is_told_before_the_first_tick_has_heard_it(project_of):
+def test_a_headset_reset_before_the_first_tick_takes_effect(project_of):
     code, said = project_of(HEADSET.format(init="self.tell(Pose2d())"))(
         HELPERS
         + """
@@ -134,7 +134,7 @@ class Robot(wpilib.TimedRobot):
 """Sets its pose while disabled: in robotInit, on a change of the chooser, or never; its auto only drives ahead."""
 
 
-def test_a_pose_that_was_set_while_disabled_is_where_the_auto_begins(project_of):
+def test_a_pose_set_while_disabled_is_the_autos_start(project_of):
     code, said = project_of(SEEDING)(
         HELPERS
         + """
@@ -161,11 +161,11 @@ def test_nothing_set(sim, caplog):
     assert "believes to be at (0." in said and "stands at (2." in said and "m and" in said, said
 
 
-def test_the_last_one_counts_and_teleop_moves_nobody(sim, caplog):
+def test_the_last_reset_counts_and_teleop_moves_no_robot(sim, caplog):
     caplog.set_level(logging.INFO, "simcore")
     sim.start()
     before = sim.pose
-    from simcore.robotpy.driver_controls import choose_auto
+    from simcore.robotcode.sim.driver_controls import choose_auto
     for name in ("left", "right"):
         choose_auto(name)
         sim.run(0.1)
@@ -174,7 +174,7 @@ def test_the_last_one_counts_and_teleop_moves_nobody(sim, caplog):
     assert not warnings(caplog)
 
 
-def test_a_place_that_was_given_stays_and_one_warning_says_so(sim, caplog):
+def test_a_given_place_stays_with_one_warning(sim, caplog):
     sim.start()
     sim.place(6.0, 1.0, 0.5)
     sim.autonomous("right", seconds=1.0)
@@ -185,7 +185,7 @@ def test_a_place_that_was_given_stays_and_one_warning_says_so(sim, caplog):
     assert code == 0, said
 
 
-def test_a_pose_that_was_set_in_robotinit_counts_too(project_of):
+def test_a_pose_set_in_robotinit_counts_too(project_of):
     code, said = project_of(SEEDING)(
         HELPERS
         + """
@@ -198,7 +198,7 @@ def test_it(sim, caplog):
     assert code == 0, said
 
 
-def test_wpilib_s_odometry_is_belief_as_well(project_of):
+def test_wpilibs_odometry_is_an_estimate_too(project_of):
     """A kit-bot without CTRE: what it sets while disabled, and what it believes."""
     code, said = project_of(ROBOTS / "tank")(
         HELPERS
@@ -249,7 +249,7 @@ def test_a_second_one(sim):
 """
 
 
-def test_devices_of_the_modules_live_in_tests(project_of, tmp_path):
+def test_devices_of_modules_exist_in_every_test(project_of, tmp_path):
     """Built at the top of robot.py, in a class body and in a module: with a path or not."""
     digests = tmp_path / "digests"
     run = project_of(ROBOTS / "early")
@@ -302,7 +302,7 @@ class Robot(wpilib.TimedRobot):
 """Builds its drivetrain twice, in robot.py and in its container, which is the one that drives."""
 
 
-def test_a_drivetrain_that_is_built_twice_is_one(project_of):
+def test_a_drivetrain_built_twice_counts_once(project_of):
     code, said = project_of(TWICE)(
         """
 import logging
@@ -325,7 +325,7 @@ def test_it(sim, caplog):
     assert code == 0, said
 
 
-def test_odometry_leads_by_what_wheels_slip_and_by_nothing_else(project_of):
+def test_odometry_leads_by_wheel_slip_alone(project_of):
     """Pushed sideways from rest, with all wheels still across the way: 40 A are less than tires carry, 90 A are more.
 
     While a wheel turns its drive is scaled by the cosine of what it lacks, so without slip odometry is right from the
@@ -383,7 +383,7 @@ class Robot(wpilib.TimedRobot):
 """Motors whose attributes say what they turn, in the ways in which teams write them."""
 
 
-def test_init_names_mechanisms_as_robot_code_does(project_of):
+def test_init_names_mechanisms_as_in_robot_code(project_of):
     run = project_of(NAMED)
     code, said = run("", command=("-m", "simcore", "init", "."))
     assert code == 0, said

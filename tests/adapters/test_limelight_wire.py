@@ -13,20 +13,20 @@ import time
 import numpy as np
 import pytest
 
-from simcore.geometry.rotation import from_yaw
+from simcore.robotcode.networktables.limelight_table import TOPICS
+from simcore.robotcode.networktables.network_clock import NetworkClock
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.limelight_table import TOPICS
-from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tag_layout import official_layout
+from simcore.world.rotation import from_yaw
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables_sink import start_local_server  # noqa: E402
-from simcore.vision.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.networktables_sink import start_local_server  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(
@@ -115,7 +115,7 @@ def told():
     return got, camera, [frame for frame in frames if frame.pipeline == 0], start
 
 
-def test_every_topic_is_there_with_its_type_and_a_value(told):
+def test_every_topic_has_its_type_and_a_value(told):
     got, _, _, _ = told
     for name, kind in TOPICS.items():
         assert got["types"][f"/limelight-wire/{name}"] == kind, name
@@ -158,7 +158,7 @@ def test_poses_of_all_origins_are_the_robots(told):
     assert blue[6] == pytest.approx(values["tl"] + values["cl"]) == pytest.approx(20.0)
 
 
-def test_stamp_less_latency_is_when_the_frame_was_taken(told):
+def test_stamp_minus_latency_is_the_exposure_time(told):
     """In the client, too: its clock is the server's, as far as it knows."""
     got, _, frames, start = told
     taken = [start + frame.time for frame in frames]
@@ -181,8 +181,9 @@ def test_target_spaces_fit_together(told):
     assert (pitch, roll) == pytest.approx((0.0, 0.0), abs=4.0)
     ahead = (tag[0] - PLACE[0]) * math.cos(YAW) + (tag[1] - PLACE[1]) * math.sin(YAW)
     assert values["targetpose_robotspace"][2] == pytest.approx(ahead, abs=0.1)
-    assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"])
-    assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"])
+    # Each within the noise of a frame: a busy computer reads them from two.
+    assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
+    assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
     assert values["camerapose_robotspace"] == pytest.approx([0.1, 0.2, 0.5, 0.0, 15.0, 0.0])
 
 
@@ -210,7 +211,7 @@ def test_json_says_the_same(told):
     assert len(data["stdev_mt1"]) == len(data["stdev_mt2"]) == 6
 
 
-def test_bad_requests_changed_nothing_and_a_good_one_switched_the_pipeline(told):
+def test_bad_requests_change_nothing_and_a_good_one_switches_the_pipeline(told):
     got, camera, _, _ = told
     assert got["after"] == {"getpipe": 1, "type": "pipe_neuraldetector"}
     assert camera.bad_requests == 2
@@ -242,7 +243,7 @@ def look(camera, seconds, scene=None, start=0.0):
         camera.update(t, history, scene or CameraScene())
 
 
-def test_without_tags_there_are_zeros_and_frames_go_on(local):
+def test_without_tags_frames_continue_with_zeros(local):
     """Zeros with a tag count of 0, a beating heart, and a stamp a frame: a reader sees that it is alive."""
     away = CameraConfig(name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=90.0))
     camera = camera_on(local, away)
@@ -279,7 +280,7 @@ def test_detections_on_the_wire(local):
 
 @pytest.mark.parametrize("kind", ["setDouble", "setInteger"])
 @pytest.mark.parametrize("is_early", [False, True])
-def test_numbers_are_taken_as_doubles_or_integers_also_from_before_the_camera(local, kind, is_early):
+def test_requests_are_read_as_doubles_or_integers_also_from_before_the_camera(local, kind, is_early):
     """Robot code often sets a pipeline in its constructor, before the simulated camera exists."""
     camera = None if is_early else camera_on(local, CONFIG)
     getattr(local.getEntry("/limelight-wire/pipeline"), kind)(1)

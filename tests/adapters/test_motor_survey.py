@@ -31,7 +31,7 @@ def row(controller, leader, gearing, name, followers=(), opposed=()):
             "opposed": [*opposed], "gearing": gearing}  # fmt: skip
 
 
-def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
+def test_motor_groups_and_gears_are_found_without_the_drivetrain(project):
     found = survey(project / "robot.py")
     motors = found["motors"]
     assert (found["ports"], found["cameras"]) == ([], []) and "error" not in found
@@ -48,7 +48,7 @@ def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(
     assert sorted(p.name for p in project.iterdir() if p.name != "__pycache__") == ["measures.py", "robot.py"]
 
 
-def test_what_is_on_ports_is_found_with_its_class(project):
+def test_devices_on_ports_are_found_with_their_class(project):
     shutil.copy(ROBOTS / "ports" / "robot.py", project)
     answer = survey(project / "robot.py")
     motors, ports = answer["motors"], answer["ports"]
@@ -70,7 +70,7 @@ def test_what_is_on_ports_is_found_with_its_class(project):
     } <= found
 
 
-def test_cameras_are_found_with_the_place_that_the_program_tells(project, capsys):
+def test_cameras_are_found_with_the_programs_mounting(project, capsys):
     """Limelights and a headset by the tables that are asked for, PhotonCameras by their names."""
     shutil.copy(ROBOTS / "sighted" / "robot.py", project)
     shutil.copy(ROBOTS / "shared" / "questnav.py", project)
@@ -97,7 +97,7 @@ def test_a_program_that_cannot_start_says_why(project):
     assert survey(project / "robot.py")["error"] == said
 
 
-def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project):
+def test_motors_built_before_a_failure_are_found_too(project):
     text = (project / "robot.py").read_text()
     (project / "robot.py").write_text(
         text.replace(
@@ -109,7 +109,7 @@ def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project)
     assert [motor["leader"] for motor in found["motors"]] == [31, 34, 35, 36, 37]
 
 
-def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
+def test_a_silent_motor_does_not_hide_the_others(project):
     text = (project / "robot.py").read_text()
     lost = "        self.roller.configurator.refresh = lambda *a: signals.StatusCode.RX_TIMEOUT\n"
     text = text.replace("    def run_all(self)", lost + "\n    def run_all(self)", 1)

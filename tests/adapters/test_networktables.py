@@ -19,7 +19,7 @@ from simcore.telemetry.snapshot import STRUCT_SCHEMAS, Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables_sink import NetworkTablesSink, start_local_server  # noqa: E402
+from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink, start_local_server  # noqa: E402
 
 FUEL = np.column_stack((np.arange(504.0), np.full(504, 2.5), np.full(504, 0.075), np.ones(504), np.zeros((504, 3))))
 
@@ -157,7 +157,7 @@ def test_server_listens_on_this_computer_only(instance: Any) -> None:
         socket.create_connection(("127.0.0.2", port), timeout=1.0).close()
 
 
-def test_taken_port_is_said(instance: Any) -> None:
+def test_a_taken_port_is_reported(instance: Any) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

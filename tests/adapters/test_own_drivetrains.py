@@ -447,7 +447,7 @@ def check_legs(name: str, facts: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", CLEAN)
-def test_it_goes_where_the_sticks_say_and_knows_it_also_by_what_init_writes(name, own, request):
+def test_it_follows_the_sticks_with_true_odometry_also_from_the_file_of_init(name, own, request):
     sampled(name, request)
     run = own(CLEAN[name])
     facts = drive(run, legs_of(name))
@@ -467,7 +467,7 @@ def test_it_goes_where_the_sticks_say_and_knows_it_also_by_what_init_writes(name
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_an_odometry_that_does_not_hold_is_told_with_its_cause(name, own, request):
+def test_wrong_odometry_is_reported_with_its_cause(name, own, request):
     if name != next(iter(FAULTS)) and not request.config.getoption("--whole"):
         pytest.skip("not in the sample: --whole runs all of them")
     source, keys, cause = FAULTS[name]
@@ -477,7 +477,7 @@ def test_an_odometry_that_does_not_hold_is_told_with_its_cause(name, own, reques
     assert len(told) == 1 and cause in told[0], said
 
 
-def test_an_io_layer_builds_its_motors_where_the_file_says_that_it_is_real(own):
+def test_an_io_layer_builds_its_motors_where_the_file_sets_real(own):
     run = own(IO_LAYERS)
     code, said = run(COURSE.format(legs="HOLONOMIC"))
     assert code == 1 and "real = true" in said, said
@@ -490,7 +490,7 @@ AUTO = """
 import math
 
 
-def test_its_auto_ends_where_it_believes_and_scores(sim):
+def test_its_auto_ends_at_its_estimate_and_scores(sim):
     worst = 0.0
     sim.autonomous(seconds=0.1)
     for _ in range(95):
@@ -536,7 +536,7 @@ def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(own):
     assert code == 0
 
 
-def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_what_to_write(own):
+def test_without_a_drivetrain_there_is_no_field_and_tests_name_the_table_to_write(own):
     run = own(
         "import wpilib\n\nclass Robot(wpilib.TimedRobot):\n    def robotPeriodic(self):\n"
         "        print('loop', wpilib.Timer.getFPGATimestamp() > 1.0, flush=True)\n"
@@ -562,7 +562,7 @@ def test_absolute_encoders_that_are_read_as_volts_steer(own):
     check_legs("read as volts", drive(run))
 
 
-def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(own):
+def test_a_tank_without_a_drive_class_is_found_by_motor_names(own):
     """Not by those of a lift; conversion factors that count turns of the wheel, 1 / 10, are its gearing."""
     run = own(
         "import rev\nimport wpilib\n\nSPARK = rev.SparkLowLevel.MotorType.kBrushless\n\n\n"
@@ -579,7 +579,7 @@ def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(o
     assert "left = [3]" in text and "right = [4]" in text
 
 
-def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(own):
+def test_modules_with_cached_readings_are_found(own):
     """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
     run, sentence = own(SWERVE), " say the same positions whatever their sensors read"
     asked = "        return SwerveModulePosition(self.drive.getEncoder().getPosition(), self.angle())\n"

@@ -10,7 +10,13 @@ import pytest
 
 geometry = pytest.importorskip("wpimath.geometry")
 
-from simcore.photonvision.photon_program import PhotonProgram, SeenEstimator, lens_of, mounts, pipeline_of  # noqa: E402  # noqa: E402
+from simcore.robotcode.makers.photonvision.photon_program import (  # noqa: E402  # noqa: E402
+    PhotonProgram,
+    SeenEstimator,
+    lens_of,
+    mounts,
+    pipeline_of,
+)
 from simcore.vision.camera import PHOTON_LENS  # noqa: E402
 
 
@@ -55,7 +61,7 @@ def test_estimators_belong_to_cameras_in_the_order_of_building(built, expected):
     assert all(found.is_guess for found in mounts(program).values())
 
 
-def test_use_shows_whose_an_estimator_is():
+def test_use_shows_the_camera_of_an_estimator():
     """In the order of building b would get the first one."""
     program = program_of("a", "b", 0.2, 0.1)
     first, second = program.estimators
@@ -82,7 +88,7 @@ def test_the_next_robot_in_the_process_has_its_own_cameras():
     assert places(program) == pytest.approx({"top": 0.1}) and not program.fed
 
 
-def test_a_vision_system_sim_knows_better_than_an_estimator():
+def test_a_vision_system_sim_wins_over_an_estimator():
     program = program_of("a", 0.1, "b", 0.2)
     program.transforms["a"] = transform(0.3, yaw_deg=90.0)
     found = mounts(program)
@@ -100,7 +106,7 @@ def properties(**settings):
     )
 
 
-def test_a_camera_is_what_its_properties_say():
+def test_a_camera_has_the_lens_of_its_properties():
     program = program_of("a")
     assert lens_of(program, "a") is PHOTON_LENS
     program.simulated["a"] = SimpleNamespace(
@@ -114,7 +120,7 @@ def test_a_camera_is_what_its_properties_say():
     assert lens.corner_noise == pytest.approx(math.sqrt(0.125))
 
 
-def test_what_properties_leave_perfect_is_as_real_as_elsewhere():
+def test_perfect_properties_get_default_errors():
     program = program_of("a")
     program.simulated["a"] = SimpleNamespace(prop=properties())
     lens = lens_of(program, "a")

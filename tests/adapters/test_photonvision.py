@@ -27,8 +27,9 @@ from wpimath.geometry import (  # noqa: E402
 )
 from wpimath.kinematics import SwerveDrive4Kinematics, SwerveModulePosition  # noqa: E402
 
-from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision.photon_port import PhotonCameraPort, pipeline_result  # noqa: E402
+from simcore.robotcode.makers.photonvision.photon_port import PhotonCameraPort, pipeline_result  # noqa: E402
+from simcore.robotcode.networktables.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     CameraBias,
     CameraConfig,
@@ -43,10 +44,9 @@ from simcore.vision.camera import (  # noqa: E402  # noqa: E402
 from simcore.vision.camera_scene import CameraScene  # noqa: E402
 from simcore.vision.heading import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
-from simcore.vision.limelight_table import LimelightTable  # noqa: E402
-from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.tag_layout import official_layout  # noqa: E402
 from simcore.vision.tag_visibility import find_tags  # noqa: E402
+from simcore.world.rotation import from_rpy, from_yaw  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(
@@ -82,7 +82,7 @@ def theirs():
     return camera, targets
 
 
-def test_their_simulation_sees_the_same_tags_from_200_poses(theirs):
+def test_photonlibs_simulation_sees_the_same_tags_from_200_poses(theirs):
     """Without occlusion on our side, as there is none on theirs. What is left is explained tag by tag: they ask for
     100 px^2 of area, we for edges of 12 px and an angle below 75 degrees."""
     camera, targets = theirs
@@ -115,7 +115,7 @@ def test_their_simulation_sees_the_same_tags_from_200_poses(theirs):
     assert both > 300
 
 
-def test_their_field_of_view_has_a_known_bug():
+def test_photonlibs_field_of_view_has_a_known_bug():
     """atan(2 x) where 2 atan(x) is meant: when this fails, it is mended, and docs/cameras.md can say so."""
     properties = SimCameraProperties()
     properties.setCalibrationFromFOV(1280, 800, Rotation2d.fromDegrees(90.0))
@@ -124,7 +124,7 @@ def test_their_field_of_view_has_a_known_bug():
     assert wide == pytest.approx(80.6, abs=0.1)
 
 
-def test_a_photon_camera_reads_our_frames():
+def test_a_photon_camera_reads_simcores_frames():
     """Tags, both poses, the multi-tag pose and the time at which the frame was taken."""
     clock = NetworkClock(offset=0.0)
     quiet = CameraConfig(
@@ -162,7 +162,7 @@ def test_a_photon_camera_reads_our_frames():
     port.close()
 
 
-def test_what_a_photon_camera_asks_for_takes_effect():
+def test_requests_of_a_photon_camera_take_effect():
     """Another pipeline, driver mode, a limit of 10 frames a second of 30; and one warning about pictures."""
     config = replace(
         CONFIG, name="photon-asked", type=limelight_type("LL3"), pipelines=(TagPipeline(), PiecePipeline())
@@ -207,7 +207,7 @@ def test_what_a_photon_camera_asks_for_takes_effect():
     port.close()
 
 
-def test_each_frame_of_a_robot_that_stands_is_new_and_an_estimator_converges():
+def test_each_frame_of_a_resting_robot_is_new_and_an_estimator_converges():
     """Without any noise all frames say the same, and NetworkTables drops equal values unless it is told not to."""
     quiet = CameraConfig(
         name="photon-still",

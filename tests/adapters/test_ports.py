@@ -17,7 +17,7 @@ A, X = 1, 3
 TICK = 0.02
 
 
-def test_every_port_does_what_the_file_says(sim, caplog):
+def test_every_port_follows_the_file(sim, caplog):
     caplog.set_level("INFO", "simcore")
     robot, plant = sim.robot, sim.robot_sim.mechanisms
     stick = sim.joystick(0)

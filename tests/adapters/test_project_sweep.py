@@ -35,7 +35,7 @@ def check_match(match):
     return [match.seed, match.scatter.spin, robot.config.body.mass, match.pieces.types[0].mass, *robot.chassis.pose]
 
 
-def test_what_a_sweep_varies_reaches_the_match_of_a_project(monkeypatch):
+def test_sweep_factors_reach_the_match_of_a_project(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     experiment = Experiment(
         project=PROJECT, auto="depot", seconds=0.02, metrics=("score", "test_project_sweep:check_match")

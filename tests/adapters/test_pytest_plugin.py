@@ -8,7 +8,7 @@ import pytest
 from page_reader import PageReader
 
 from simcore.quantities import text_flag
-from simcore.robotpy import pytest_plugin
+from simcore.robotcode.sim import pytest_plugin
 
 pytestmark = pytest.mark.slow
 
@@ -29,7 +29,7 @@ def test_again(sim):
 """
 
 
-def test_a_whole_auto_repeats_to_the_last_bit_and_leaves_nothing(project):
+def test_an_auto_repeats_bit_for_bit_and_leaves_no_files(project):
     before = files(project.folder)
     code, said = project(AUTO, "-rP")
     assert code == 0, said
@@ -64,7 +64,7 @@ def test_auto(sim):
     assert {row[0] for row in waits[:20]} == {0.0} and len({row[0] for row in waits[-20:]}) == 1
     assert 3.9 < waits[-1][0] < 4.1 and rows[-1][1] == "transition" and 23.4 < rows[-1][0] < 23.6, rows[-1]
 
-def test_the_field_hears_tests_but_no_dashboard(sim):
+def test_the_field_obeys_tests_but_no_dashboard(sim):
     import ntcore
     sim.start()
     network = ntcore.NetworkTableInstance.getDefault()
@@ -87,7 +87,7 @@ def test_old(control, robot):
     assert code == 0 and "3 passed" in said, said
 
 
-def test_what_goes_wrong_is_said(project):
+def test_failures_are_reported(project):
     """Log and page of a failed test; unknown autos; conditions; the robot's own exceptions; the sticks."""
     code, said = project(
         """
@@ -164,7 +164,7 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
-def test_without_physics_it_attaches_and_what_cannot_start_ends_with_a_sentence(project):
+def test_without_physics_it_attaches_and_a_failed_start_ends_with_a_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)  # attached as by --simcore
@@ -180,7 +180,7 @@ def test_without_physics_it_attaches_and_what_cannot_start_ends_with_a_sentence(
     assert code != 0 and "must be simulated or real" in said, said
 
 
-def test_a_program_that_hangs_is_ended_with_its_line(project):
+def test_a_hanging_program_ends_with_its_line(project):
     (project.folder / "pytest.ini").write_text("[pytest]\nsimcore_hang = 4\n")
     code, said = project(
         """
@@ -196,7 +196,7 @@ def test_hangs(sim):
     assert "to its end in 4 s: the program is at test_robot.py:6 in <lambda>" in said, said[-3000:]
 
 
-def test_plain_pytest_says_which_command_runs_a_robot_test(project):
+def test_plain_pytest_names_the_command_for_robot_tests(project):
     code, said = project(
         "def test_it(sim):\n    sim.start()\n\ndef test_other():\n    pass\n", command=("-m", "pytest")
     )
@@ -204,7 +204,7 @@ def test_plain_pytest_says_which_command_runs_a_robot_test(project):
     assert "a robot test needs a process of its own" in said and "as in `python -m robotpy test -- -k test_it`" in said
 
 
-def test_an_error_shows_lines_of_tests_and_programs_and_not_those_between(request):
+def test_an_error_shows_only_lines_of_tests_and_programs(request):
     """Of a function that simcore calls; `text_flag` passes other errors than its own on."""
 
     def program(text):

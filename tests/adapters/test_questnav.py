@@ -12,18 +12,18 @@ import pytest
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 pytest.importorskip("wpimath.geometry")
 
-from simcore.geometry.rotation import from_rpy  # noqa: E402
-from simcore.vision.camera import CameraMount, camera_pose  # noqa: E402
-from simcore.vision.heading import PoseHistory  # noqa: E402
-from simcore.vision.network_clock import NetworkClock  # noqa: E402
-from simcore.vision.quest_headset import PoseReset, QuestConfig, QuestFrame, QuestHeadset  # noqa: E402
-from simcore.vision.questnav_table import (  # noqa: E402
+from simcore.robotcode.networktables.network_clock import NetworkClock  # noqa: E402
+from simcore.robotcode.networktables.questnav_table import (  # noqa: E402
     QuestNavTable,
     device_message,
     frame_message,
     read_command,
     response_message,
 )
+from simcore.vision.camera import CameraMount, camera_pose  # noqa: E402
+from simcore.vision.heading import PoseHistory  # noqa: E402
+from simcore.vision.quest_headset import PoseReset, QuestConfig, QuestFrame, QuestHeadset  # noqa: E402
+from simcore.world.rotation import from_rpy  # noqa: E402
 
 MOUNT = CameraMount(x=-0.2, y=0.1, z=0.6, yaw_deg=180.0)
 QUIET = {"position_noise": 0.0, "angle_noise_deg": 0.0, "position_drift": 0.0, "yaw_drift_deg": 0.0}
@@ -48,7 +48,7 @@ def questnav():
     return questnav
 
 
-def test_their_classes_read_and_write_the_same_bytes(questnav):
+def test_questnavs_classes_read_and_write_the_same_bytes(questnav):
     frames, commands = questnav.data_pb2, questnav.commands_pb2
     rng = np.random.default_rng(7)
     for _ in range(50):
@@ -77,7 +77,7 @@ def test_their_classes_read_and_write_the_same_bytes(questnav):
     assert (response.command_id, response.success, response.error_message) == (9, False, "no")
 
 
-def test_their_library_follows_a_robot(questnav):
+def test_questnavs_library_follows_a_robot(questnav):
     """On the default instance, which is the one it uses."""
     instance = ntcore.NetworkTableInstance.getDefault()
     theirs = questnav.QuestNav()

@@ -48,7 +48,7 @@ def log(caplog):
     caplog.set_level("INFO", "simcore")
 
 
-def test_a_robot_that_believes_to_be_3_m_away_is_on_the_truth_in_2_s(sim, caplog):
+def test_an_estimate_3_m_off_is_corrected_in_2_s(sim, caplog):
     sim.start()
     while sim.time < 2.0:
         sim.run(0.02)
@@ -64,7 +64,7 @@ def test_a_robot_that_believes_to_be_3_m_away_is_on_the_truth_in_2_s(sim, caplog
     assert sim.pose.X() < 1.7 and off(sim) < 0.05
 
     # Its own simulation: updated in every loop with what the robot believes, and shown the truth instead.
-    from simcore.photonvision.photon_program import photon_program
+    from simcore.robotcode.makers.photonvision.photon_program import photon_program
 
     shown = sim.robot.vision_sim.getRobotPose(sim.time - 0.02)
     assert shown.X() == pytest.approx(sim.pose.X(), abs=0.02)
@@ -172,7 +172,7 @@ def test_limelights_and_a_headset(sim, caplog):
 
     log = caplog.text
     assert "camera 'limelight-front' (limelight LL4): x 0.25, y 0.10, z 0.40 m, pitch -15" in log
-    assert "robot code asks for a Limelight 'limelight', which nobody publishes" in log
+    assert "robot code asks for a Limelight 'limelight', which nothing publishes" in log
     assert 'name = "limelight"' in log
     assert "ledMode changes nothing here: there are no lights" in log
     assert "fiducial_offset_set is not modeled" in log
@@ -183,7 +183,7 @@ def test_limelights_and_a_headset(sim, caplog):
 """
 
 
-def test_a_photon_robot_finds_its_place_and_its_own_simulation_cannot_spoil_it(project_of):
+def test_a_photon_robot_localizes_despite_its_own_simulation(project_of):
     if find_spec("photonlibpy") is None:
         pytest.skip("needs photonlibpy: pip install .[photonvision]")
     run = project_of(ROBOTS / "photon")
@@ -231,6 +231,6 @@ def test_cameras_correct_odometry_and_find_fuel(sim):
 """
 
 
-def test_the_example_that_is_told_of_a_place_0_6_m_off_is_back_in_2_s(project):
+def test_the_example_corrects_a_start_0_6_m_off_in_2_s(project):
     code, said = project(MISLED)
     assert code == 0, said

@@ -13,8 +13,8 @@ from wpilib import PowerDistribution, RobotController
 from simcore import Match
 from simcore.loop.battery import draw
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robotpy.robot_physics import LatenessReport
-from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
+from simcore.robotcode.sim.robot_physics import LatenessReport
+from simcore.robotcode.sim.robot_power import PowerDistributionView, RoboRioPower
 
 
 def test_a_brown_out_switches_the_rails_and_counts():
@@ -61,7 +61,7 @@ def test_the_panel_shows_the_battery_s_current_channel_by_channel():
         assert panel.getVoltage() == pytest.approx(robot.battery.voltage)
 
 
-def test_lateness_is_one_sentence_with_the_sum(caplog):
+def test_lateness_is_one_sentence_with_its_total(caplog):
     report = LatenessReport(every=0.0, start=0.0)
     report.note(0.5, tick_ms=4.0)
     quiet = LatenessReport(every=60.0, start=0.0)

@@ -7,7 +7,7 @@ import pytest
 from simcore.errors import SimcoreError
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
-from simcore.robotpy.run_variation import RunVariation, require_varied, run_variation, set_run_variation
+from simcore.robotcode.sim.run_variation import RunVariation, require_varied, run_variation, set_run_variation
 
 pytestmark = pytest.mark.slow
 
@@ -26,7 +26,7 @@ def test_seed_and_scatter_reach_the_match_of_a_robot_program(project):
     assert code == 4 and "--sim-scatter: no spread named 'exit_sped'. Did you mean 'exit_speed'" in said, said
 
 
-def test_a_physics_that_asks_for_neither_is_told_so():
+def test_a_physics_without_run_variation_is_refused():
     """Where another run is wanted than it builds, all runs would be the same one."""
     with Match.bare(seed=3, scatter=Scatter.parse("0,drag=0.1")) as match:
         try:

@@ -43,13 +43,13 @@ def differences(found, wanted):
     return wrong
 
 
-def test_every_request_and_belief_is_the_real_one(simulated, reference):
+def test_every_request_and_estimate_matches_the_real_one(simulated, reference):
     """Module targets, motor requests, estimator, resets: some sixty cases, recorded from the real library."""
     assert len(reference["cases"]) > 60
     assert differences(simulated, reference["cases"]) == {}
 
 
 @pytest.mark.realtime
-def test_the_reference_is_still_what_the_real_one_answers(scenario, reference):
+def test_the_reference_still_matches_the_real_library(scenario, reference):
     """Fails when another version of phoenix6 drives differently: then record anew and look at the emulator."""
     assert differences(scenario("swerve_requests", "real")["cases"], reference["cases"]) == {}

@@ -16,7 +16,7 @@ def sparks(scenario):
     return scenario("sparks", path=(Path(found.origin).parents[1],))
 
 
-def test_the_output_is_that_of_revlibs_own_model(sparks):
+def test_the_output_matches_revlibs_own_model(sparks):
     """Single precision on their side: 6e-8 of 1."""
     for name, (theirs, ours) in sparks["iterate"].items():
         assert ours == pytest.approx(theirs, abs=1e-7), name
@@ -56,7 +56,7 @@ def test_maxmotion_follows_its_trapezoid(sparks):
     assert sparks["loops"]["profile"][-1][0] == pytest.approx(20.0, abs=0.05)
 
 
-def test_an_azimuth_turns_the_short_way_on_an_absolute_or_analog_encoder(sparks):
+def test_an_azimuth_turns_the_shorter_way_on_an_absolute_or_analog_encoder(sparks):
     """From 350 to 20 degrees, which is 380; the analog encoder has 3.3 V for a turn."""
     row = sparks["sensors"]
     for sensor in ("Absolute", "Analog"):
@@ -64,7 +64,7 @@ def test_an_azimuth_turns_the_short_way_on_an_absolute_or_analog_encoder(sparks)
     assert row["volts"] == pytest.approx(3.3 * row["Analog"][1] / 360.0)
 
 
-def test_encoders_count_from_where_robot_code_or_their_shaft_starts(sparks):
+def test_encoders_count_from_the_position_set_by_robot_code_or_shaft(sparks):
     row = sparks["sensors"]
     assert row["centered"] == pytest.approx(-30.0, abs=1e-4)
     assert row["seeded"] == pytest.approx(1.5 + 0.5)  # one turn of the rotor

@@ -76,7 +76,7 @@ def path(distribution):
     return os.pathsep.join(map(str, (distribution, PACKAGES, rev)))
 
 
-def test_sparks_shoot_and_what_is_let_go_stops(project_of, path):
+def test_sparks_shoot_and_undriven_ones_stop(project_of, path):
     run = project_of(ROBOTS / "sparked")
     shutil.copy(ROBOTS / "shared" / "measures.py", run.folder)
     code, said = run(TEST, "-rP", PYTHONPATH=path)

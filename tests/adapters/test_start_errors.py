@@ -58,7 +58,7 @@ STARTS = {
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, python, install, tmp_path):
+def test_the_sentence_comes_last_and_the_program_exits(name, project_of, python, install, tmp_path):
     pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
     start, project = STARTS[name], project_of(GENERATED).folder
     for file, text in start.files.items():
@@ -76,4 +76,4 @@ def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, python
         assert words in last, said
     assert last.removeprefix("robotpy sim: ") not in before, said
     assert code == 1, said
-    assert said.count("Traceback") == (name == "physics.py that fails") and "simcore/robotpy" not in said, said
+    assert said.count("Traceback") == (name == "physics.py that fails") and "simcore/robotcode/sim" not in said, said

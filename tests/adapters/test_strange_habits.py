@@ -117,7 +117,7 @@ PROGRAMS: dict[str, tuple[dict[str, str], str, str, str]] = {
     "odometry on the robot alone, told so": (REAL_ONLY, "[robot]\nreal = true\n", HOLDS.format(turn=0.0), ""),
     "waits in a loop": (
         {"teleop": "while self.left_encoder.get() < 50: pass"}, "", DRIVES, "the program is at robot.py:32 in"),
-    "a notifier that nobody waits on": (
+    "a notifier on which no thread waits": (
         {"init": "self.raw = hal.initializeNotifier()"}, "", DRIVES, "initializeNotifier at robot.py:19 in robotInit"),
     "a serial number decides": (
         {"init": "assert wpilib.RobotController.getSerialNumber() == '03248A12'"},
@@ -203,7 +203,7 @@ def _run(folder: Path, robot: str, toml: str, test: str) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_it_drives_and_knows_where_it_is_or_says_why(name, tmp_path):
+def test_it_drives_with_true_odometry_or_reports_why(name, tmp_path):
     parts, toml, test, words = PROGRAMS[name]
     if "planner" in name and find_spec("pathplannerlib") is None:
         pytest.skip("needs pathplannerlib")
@@ -212,13 +212,13 @@ def test_it_drives_and_knows_where_it_is_or_says_why(name, tmp_path):
     assert (code != 0) == bool(words) and words in said, said[-3000:]
 
 
-def test_a_bench_without_a_drivetrain_stands_and_turns_its_motor(tmp_path):
+def test_a_bench_without_a_drivetrain_turns_its_motor(tmp_path):
     code, said = _run(tmp_path, BENCH, WHEEL, TURNS)
     assert code == 0, said[-3000:]
 
 
 @pytest.mark.skipif(find_spec("phoenix6") is None, reason="needs phoenix6")
-def test_a_talon_measures_the_slope_of_its_velocity_and_a_pigeon_says_what_it_does_not(tmp_path):
+def test_a_talon_measures_acceleration_and_a_pigeon_names_unmodelled_signals(tmp_path):
     toml = WHEEL.replace("PWM", "TalonFX").replace("0.002", "0.01")
     code, said = _run(tmp_path, TALON, toml, SLOPE)
     assert code == 0, said[-3000:]

@@ -14,7 +14,7 @@ import json, sys
 from pathlib import Path
 import ntcore
 import early
-from simcore.robotpy.table_watch import table_watch
+from simcore.robotcode.sim.table_watch import table_watch
 
 watch = table_watch()
 watch.search(Path(sys.argv[1]))
@@ -38,7 +38,7 @@ class Vision:
 """
 
 
-def test_every_way_of_asking_is_noted(tmp_path, python):
+def test_every_kind_of_table_access_is_recorded(tmp_path, python):
     (tmp_path / "early.py").write_text(EARLY)
     (tmp_path / "program.py").write_text(PROGRAM)
     code, said = python(tmp_path, "program.py", str(tmp_path))

@@ -89,7 +89,7 @@ def test_five_meters_while_its_mechanisms_turn(sim):
 """
 
 
-def test_a_swerve_on_a_canivore_beside_mechanisms_of_the_same_ids(project_of):
+def test_a_swerve_on_a_canivore_next_to_mechanisms_of_the_same_ids(project_of):
     run = project_of(TWO_BUSES)
     code, told = run("", command=("-m", "simcore", "init"))
     text = (run.folder / "simcore.toml").read_text()
@@ -149,7 +149,7 @@ def crossed(project_of):
     return run
 
 
-def test_steer_motors_with_the_ids_of_drive_motors_steer_and_belief_holds(crossed):
+def test_steer_motors_with_the_ids_of_drive_motors_steer_with_true_odometry(crossed):
     course = "import legs\n\n\ndef test_course(sim):\n    legs.drive(sim, legs.HOLONOMIC)\n"
     rows = []
     for described in (False, True):
@@ -176,7 +176,7 @@ ENABLES_ITSELF = """
         import json
         import os
 
-        from simcore.robotpy.robot_physics import latest_physics
+        from simcore.robotcode.sim.robot_physics import latest_physics
         from wpilib.simulation import DriverStationSim
 
         super().robotPeriodic()
@@ -197,7 +197,7 @@ ENABLES_ITSELF = """
 """
 
 
-def test_on_ctre_s_own_simulation_both_devices_are_named_and_the_way_out(crossed):
+def test_on_ctres_own_simulation_both_devices_and_the_remedy_are_named(crossed):
     """There the last one that is configured, written or told something is both."""
     code, said = crossed("", command=("-m", "robotpy", "sim", "--simcore", "--nogui"))
     assert code == 1 and "TalonFX 1 and TalonFX canivore:1, on two CAN buses, are one device in CTRE's" in said, said

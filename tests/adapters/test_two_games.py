@@ -44,7 +44,7 @@ def line_of(run) -> str:
     return next(line for line in run["output"].splitlines() if "also installed" in line)
 
 
-def test_the_newest_is_played_if_nothing_is_said(scenario, robot, second_game):
+def test_the_newest_game_is_the_default(scenario, robot, second_game):
     run = scenario("which_game", str(robot), "--simcore", path=(second_game,))
     assert run["game"] == "later"
     assert "game later (2999), the newest; also installed: " in line_of(run) and "rebuilt" in line_of(run)
@@ -56,13 +56,13 @@ def test_the_file_chooses(scenario, second_game):
     assert "game rebuilt (2026), as simcore.toml says; also installed: later" in line_of(run)
 
 
-def test_the_flag_is_stronger_than_the_file(scenario, second_game):
+def test_the_flag_overrides_the_file(scenario, second_game):
     run = scenario("which_game", str(TURRETED), "--simcore", "--game", "later", path=(second_game,))
     assert run["game"] == "later"
     assert "game later (2999), as --game says; also installed: " in line_of(run)
 
 
-def test_every_command_works_and_says_which_game_it_took(second_game, tmp_path, monkeypatch, capsys):
+def test_every_command_works_and_names_its_game(second_game, tmp_path, monkeypatch, capsys):
     monkeypatch.syspath_prepend(str(second_game))
     monkeypatch.chdir(tmp_path)
 
@@ -94,7 +94,7 @@ def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_f
     assert "game crates (1), as --game says" in line_of(run)
 
 
-def test_a_broken_game_beside_stops_nothing_else(tmp_path_factory, install, project_of):
+def test_a_broken_game_stops_no_other_game(tmp_path_factory, install, project_of):
     """Its robot tests, play, check, sweep, compare and doctor; a game called by its name says where it broke."""
     site = tmp_path_factory.mktemp("broken")
     (site / "broken_game.py").write_text("from games.rebuilt import REBUILT\n\nGAME = replace(REBUILT)\n")

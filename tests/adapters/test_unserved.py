@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 
-def test_devices_that_nothing_simulates_are_named_with_their_place(scenario):
+def test_unserved_devices_are_named_with_their_attribute(scenario):
     names = scenario("unserved")["names"]
     expected = ["I2C (intake.bus)"]
     if find_spec("playingwithfusion"):

@@ -160,13 +160,13 @@ def test_what_init_writes_passes_check_and_drives(kind, files, made, whole):
     [
         (
             (HEAD + SWERVE).replace("*PLACES", "PLACES[0], *(PLACES[1:2] * 3)"),
-            "modules 1, 2 and 3 stand at one place in your kinematics",
+            "modules 1, 2 and 3 are at one position in your kinematics",
         ),
         ("import no_such_package", "does not load (ModuleNotFoundError: No module named 'no_such_package')"),
         ((HEAD + SWERVE).replace("range(4)", "range(3)"), "kinematics have 4 swerve modules, but no 4 objects of one"),
     ],
 )
-def test_a_program_that_cannot_start_is_told_in_its_own_words(text, sentence, made):
+def test_a_failed_start_quotes_the_programs_error(text, sentence, made):
     run = made(text, {})
     code, said = run("", "init", command=SIMCORE)
     assert sentence in said and code == (0 if "no 4 objects" in sentence else 1), said

@@ -16,9 +16,7 @@ from each_case import each
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {
-    *("devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
-}
+ADAPTERS = {"bridge", "robotcode", "show"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"channel", "errors", "quantities", "units", "typing", "install_text", "season"}
@@ -29,40 +27,36 @@ TOOLS = {
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
 """No part of a simulation: may read a clock to say how long they took."""
-INNER = BASE | {"geometry", "loop", "physics"}
+INNER = BASE | {"loop", "world"}
 DOMAIN = {"robot", "pieces", "vision"}
 CORE = INNER | DOMAIN | {"telemetry", "match"}
-PLAYING = CORE | {"players"}
 
 ALLOWED = {
     # who: whom it may import, beside itself
     **dict.fromkeys(BASE, BASE),
-    "geometry": BASE,
     "loop": BASE,
-    "physics": BASE | {"geometry", "loop"},
+    "world": BASE | {"loop"},
     "pieces": INNER,
     "vision": INNER,
     "robot": INNER | {"pieces", "vision"},  # a robot is composed of a body, mechanisms, manipulators and cameras
     "telemetry": INNER,
     "match": CORE,
-    "players": CORE,
-    "robot_file": CORE | {"players"},  # what simcore.toml says; the adapters read it
+    "robot_file": CORE,  # what simcore.toml says; the adapters read it
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
-    "sweep": CORE | {"players", "robot_file", "show"},  # pages of results are drawn as those of runs
-    "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; the page is a report
+    "sweep": CORE | {"robot_file", "show"},  # pages of results are drawn as those of runs
     "testing": CORE,
     "new_game": CORE,  # asks which games are installed
-    "show": CORE | {"players"},
-    "photonvision": CORE | {"devices"},
-    "devices": CORE | {"robot_file"},  # makers are loaded by name
-    "phoenix6": CORE | {"robot_file", "phoenix6_emulator", "devices"},
-    "revlib": CORE | {"robot_file", "devices"},
-    "navx": CORE | {"robot_file", "devices"},
-    "phoenix6_emulator": BASE | {"loop", "robot"},  # emulates CTRE's library; knows motors, but no adapters
-    "robotpy": CORE
-    | {"devices", "robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
+    "show": CORE | {"robotcode.networktables"},
+    "bridge": CORE | {"robot_file", "robotcode.program", "robotcode.sim", "show", "sweep"},
+    "robotcode.networktables": CORE,
+    "robotcode.program": CORE | {"robot_file"},  # makers are loaded by name
+    "robotcode.makers": CORE | {"robot_file", "robotcode.program", "robotcode.emulator", "robotcode.networktables"},
+    "robotcode.emulator": BASE | {"loop", "robot"},  # emulates CTRE's library; knows motors, but no adapters
+    "robotcode.sim": CORE
+    | {"robot_file", "show", "sweep"}
+    | {f"robotcode.{part}" for part in ("program", "makers", "emulator", "networktables")},
 }
 
 WPILIB = ("wpilib", "hal", "wpimath", "ntcore", "wpiutil", "robotpy_apriltag")
@@ -91,7 +85,7 @@ def _imports(path: Path) -> Iterator[tuple[str, int]]:
                 yield alias.name, node.lineno
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: relative import"
-            if node.module in ("simcore", "games"):
+            if node.module in ("simcore", "simcore.robotcode", "games"):
                 for alias in node.names:
                     yield f"{node.module}.{alias.name}", node.lineno
             else:
@@ -103,18 +97,22 @@ def is_adapter(path: Path) -> bool:
     return parts[0] == "simcore" and parts[1].removesuffix(".py") in ADAPTERS
 
 
+def package_of(name: str) -> str:
+    """The package of a module as `ALLOWED` names it: `match`, `robotcode.sim`; empty for `simcore` itself."""
+    parts = name.split(".")[1:]
+    return ".".join(parts[:2] if parts[:1] == ["robotcode"] else parts[:1])
+
+
 def test_imports_point_inward():
     wrong = []
     for path in SOURCES:
-        parts = path.relative_to(ROOT).with_suffix("").parts
-        if parts[0] != "simcore" or parts[1] == "__init__":
+        own = package_of(module_name(path))
+        if path.is_relative_to(ROOT / "games") or own in ("", "robotcode"):
             continue
-        assert parts[1] in ALLOWED, f"a new package {parts[1]!r}: decide here what it may import"
+        assert own in ALLOWED, f"a new package {own!r}: decide here what it may import"
         for name, line in imports(path):
-            target = name.split(".")
-            if target[0] == "games":
-                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
-            elif target[0] == "simcore" and len(target) > 1 and target[1] not in ALLOWED[parts[1]] | {parts[1]}:
+            is_other = name.startswith("simcore.") and package_of(name) not in ALLOWED[own] | {own, "__version__"}
+            if is_other or name.split(".")[0] == "games":
                 wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
     assert wrong == []
 
@@ -174,7 +172,7 @@ def test_no_import_cycles():
 def test_no_import_cycles_for_types_alone_either():
     """A game does not know the match that plays it, also where an import is for annotations or inside a function."""
     files = {module_name(path): path for path in SOURCES}
-    files = {name: path for name, path in files.items() if name.split(".")[1:2] and name.split(".")[1] in PLAYING}
+    files = {name: path for name, path in files.items() if name.split(".")[1:2] and name.split(".")[1] in CORE}
     assert len(files) > 80
     graph = {}
     for name, path in files.items():
@@ -216,7 +214,7 @@ def test_every_everyday_name_is_the_one_of_its_home():
 
 
 @pytest.mark.parametrize(
-    ("package", "module"), [("pybullet", "simcore.physics.bullet"), ("mujoco", "simcore.physics.mujoco_engine")]
+    ("package", "module"), [("pybullet", "simcore.world.bullet"), ("mujoco", "simcore.world.mujoco_engine")]
 )
 def test_one_module_imports_an_engine(package, module):
     who = [module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == package]
@@ -243,7 +241,7 @@ def test_inner_packages_name_no_maker_of_devices():
     found = set()
     for path in SOURCES:
         parts, place = path.relative_to(ROOT).parts, path.relative_to(ROOT).as_posix()
-        if parts[0] != "simcore" or parts[1] not in CORE | {"players"} or place == DELIVERED:
+        if parts[0] != "simcore" or parts[1] not in CORE or place == DELIVERED:
             continue
         for node in ast.walk(tree_of(path)):
             names = (getattr(node, kind, None) for kind in ("id", "attr", "name", "arg"))
@@ -262,7 +260,7 @@ def test_the_view_knows_no_vendor():
         for path in SOURCES
         if path.is_relative_to(ROOT / "simcore" / "show")
         for name, line in imports(path)
-        if name.split(".")[0] in VENDORS or name.startswith(("simcore.robotpy", "simcore.phoenix6"))
+        if name.split(".")[0] in VENDORS or (name.startswith("simcore.robotcode.") and "networktables" not in name)
     ]
     assert wrong == []
 
@@ -391,3 +389,17 @@ def test_every_public_name_exists():
                     f"{module_name(path)}.{name}" for name in ast.literal_eval(node.value) if name not in defined
                 ]
     assert missing == []
+
+
+def test_a_test_stands_where_its_module_does():
+    """`tests/x/test_y.py` is of `simcore/x/y`; one that is of several modules says in its first line what it holds."""
+    folders = {"adapters", "architecture", "docs", "games", "laws", "shared", "view"}
+    wrong = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        place = path.relative_to(ROOT / "tests")
+        if place.parts[0] in folders:
+            continue
+        module = ROOT / "simcore" / place.parent / place.stem.removeprefix("test_")
+        if not module.is_dir() and not module.with_suffix(".py").is_file() and ast.get_docstring(tree_of(path)) is None:
+            wrong.append(place.as_posix())
+    assert wrong == []

@@ -26,7 +26,7 @@ WINDOWS = ("simcore/show/scope_layout.py", '"hubs"')
 """AdvantageScope's own word for its windows."""
 
 STILL_ALLOWED = {
-    "simcore/phoenix6/__init__.py",
+    "simcore/robotcode/makers/phoenix6/__init__.py",
     "simcore/robot/chassis.py",
     "simcore/robot/chassis_config.py",
 }

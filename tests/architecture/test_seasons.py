@@ -10,8 +10,8 @@ from each_case import each
 from simcore import season
 
 ROOT = Path(__file__).resolve().parents[2]
-WHO_MAY = {"simcore/season.py", "simcore/phoenix6_emulator/emulated_native.py"}
-KNOWN = {"simcore/robotpy/attach.py": {"pyfrc"}}
+WHO_MAY = {"simcore/season.py", "simcore/robotcode/emulator/emulated_native.py"}
+KNOWN = {"simcore/robotcode/sim/attach.py": {"pyfrc"}}
 """Modules that wrap pyfrc's own calls where it is installed."""
 SEASONAL = {"pyfrc", "wpilib.testing", "telemetry", "tunables", "robotpy_fields"}
 """Packages of one season alone."""
@@ -59,8 +59,8 @@ def test_every_name_that_simcore_needs_is_there(module):
         ([], ""),
         ([("wpilib", "2026.2.2"), ("pyntcore", "2026.2.2"), ("phoenix6", "26.3.0")], ""),
         ([("wpilib", "2027.0.0a7"), ("phoenix6", "26.70.0a2")], ""),
-        ([("wpilib", "2027.0.0a7"), ("phoenix6", "26.3.0")], "phoenix6 26.3.0 beside WPILib of 2027"),
-        ([("wpilib", "2026.2.2"), ("pyntcore", "2027.0.0a7")], "pyntcore 2027.0.0a7 beside WPILib of 2026"),
+        ([("wpilib", "2027.0.0a7"), ("phoenix6", "26.3.0")], "phoenix6 26.3.0 next to WPILib of 2027"),
+        ([("wpilib", "2026.2.2"), ("pyntcore", "2027.0.0a7")], "pyntcore 2027.0.0a7 next to WPILib of 2026"),
     ],
 )
 def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, sentence):
@@ -71,12 +71,12 @@ def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, senten
 BEFORE_2027 = {"navx", "photonvision"}
 """Packages of makers whose libraries keep their names or have no release of 2027."""
 GONE_IN_2027 = {
-    "simcore/robotpy/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
-    "simcore/robotpy/wpilib_ports.py": {
+    "simcore/robotcode/sim/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
+    "simcore/robotcode/sim/wpilib_ports.py": {
         *("getAngle", "setAngle", "setRate"),
         *("getYawAxis", "getPitchAxis", "getRollAxis", "getPort"),
     },
-    "simcore/robotpy/port_assignment.py": {"getForward", "getReverse"},
+    "simcore/robotcode/sim/port_assignment.py": {"getForward", "getReverse"},
 }
 """Of relays and gyros that the robot of 2027 has no more."""
 

@@ -86,6 +86,13 @@ def test_ci_names_files_that_are_there_and_runs_the_commands_of_the_readme():
         assert command in stages and readme.count(command) >= 2, f"{command}: in .ci/run, and for two kinds of shells"
 
 
+def test_pre_commit_runs_the_lint_of_ci():
+    lint = (ROOT / ".ci/run").read_text(encoding="utf-8").partition('stage "lint and types"')[2].partition("stage")[0]
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
+    commands = [line for line in lint.splitlines() if line.startswith("python -m ") and "pip" not in line]
+    assert len(commands) == 3 and re.findall(r"entry: (.+)", hooks) == commands
+
+
 def test_every_page_is_in_the_navigation_and_reached_from_the_index():
     pages = {page.name for page in PAGES if page.parent == ROOT / "docs"} - {"index.md"}
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

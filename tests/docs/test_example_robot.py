@@ -12,9 +12,9 @@ import pytest
 
 from games.reefscape.robot import reefscape_robot
 from simcore.cli import main
-from simcore.geometry.linkage import part_pose
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.reader import read_settings
+from simcore.world.linkage import part_pose
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "robot.md").read_text(encoding="utf-8")

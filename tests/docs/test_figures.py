@@ -17,16 +17,16 @@ from games.reefscape import rules as reef_rules
 from simcore import Scatter, WpilogSink
 from simcore.loop import balls
 from simcore.match import starts
-from simcore.physics.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
+from simcore.match.players.player import SKILLS
 from simcore.pieces import kinds, piece_manager
-from simcore.pieces.shooter import ShooterConfig
-from simcore.players.player import SKILLS
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import BUMPER_STIFFNESS
 from simcore.robot.dc_motor import controller_limits, motor
+from simcore.robot.shooter import ShooterConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY
 from simcore.vision.tag_layout import official_layout
+from simcore.world.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -91,8 +91,8 @@ def default(config: type, name: str) -> float:
 def test_robot_tests_and_autos():
     says("docs/autos.md", f"more than {starts._APART[0]} m or {math.degrees(starts._APART[1]):g} degrees apart")
     pytest.importorskip("wpilib")
-    from simcore.robotpy import auto_start, pytest_plugin
-    from simcore.robotpy.robot_test import RobotTest
+    from simcore.robotcode.sim import auto_start, pytest_plugin
+    from simcore.robotcode.sim.robot_test import RobotTest
 
     says("docs/troubleshooting.md", f"With simcore's field it has {pytest_plugin.INIT_TIMEOUT:g} s")
     assert auto_start._WINDOW == 0.5
@@ -101,7 +101,7 @@ def test_robot_tests_and_autos():
     for name in ("autonomous", "teleop", "disable"):
         seconds = inspect.signature(getattr(RobotTest, name)).parameters["seconds"].default
         assert re.search(rf"`sim\.{name}\([^)]*seconds={seconds:g}[,)]", text("docs/testing.md")), name
-    plugin = (ROOT / "simcore/robotpy/pytest_plugin.py").read_text(encoding="utf-8")
+    plugin = (ROOT / "simcore/robotcode/sim/pytest_plugin.py").read_text(encoding="utf-8")
     for name, seconds in re.findall(r'addini\("(simcore_\w+)", .*default="(\d+)"\)', plugin):
         says("docs/testing.md", f"`{name} = {seconds}`")
 
@@ -163,10 +163,11 @@ def test_reefscape():
 
 
 def test_the_line_for_2027_is_the_one_that_is_tested():
-    """The packages of the page are those of the script that makes the environment."""
+    """The packages of the page are those that the workflow installs from 2027's releases."""
     section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
-    script = (ROOT / "scripts/season_2027.sh").read_text(encoding="utf-8").partition("of_2027=(")[2].partition(")")[0]
-    assert set(re.findall(r'"([\w-]+>=[^"]+)"', section)) == set(re.findall(r'"([^"]+)"', script))
+    workflow = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8").partition("  season_2027:")[2]
+    named, tested = (set(re.findall(r'"([\w-]+>=[^"]+)"', text)) for text in (section, workflow))
+    assert "wpilib>=2027.0.0a7,<2028" in named and named <= tested
 
 
 def test_engines():

@@ -11,12 +11,12 @@ import pytest
 
 from simcore import play_auto
 from simcore.cli import main
-from simcore.geometry.zones import BoxZone
 from simcore.match.registry import installed_games
 from simcore.match.scoring import ScoreEvent
 from simcore.new_game.new_game_command import write_game
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.testing.game_laws import check_conserved
+from simcore.world.zones import BoxZone
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "new_game.md"
 

@@ -21,16 +21,16 @@ from games.reefscape import REEFSCAPE
 from games.reefscape.rules import ReefscapeRules
 from simcore import ClimberConfig, ElevatorConfig, Game, Match, RobotConfig, RobotEntry, Rules, cli
 from simcore.errors import VendorError
-from simcore.geometry.linkage import Joint
-from simcore.geometry.zones import BoxZone
 from simcore.match.scoring import FoulEvent, ScoreEvent
-from simcore.physics.hanging import HangingBody, HangingConfig
-from simcore.physics.shapes import Sphere
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.show import play_command
 from simcore.telemetry.sinks import MemorySink
 from simcore.testing import game_laws
 from simcore.vision.camera import CameraConfig
+from simcore.world.hanging import HangingBody, HangingConfig
+from simcore.world.linkage import Joint
+from simcore.world.shapes import Sphere
+from simcore.world.zones import BoxZone
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -98,7 +98,7 @@ def test_extras_are_those_of_the_package():
 def test_the_rows_of_the_start_screen_are_those_of_the_code():
     block = TEXT["connect.md"].partition("    Robot is on the field of")[2].partition("\n\n")[0]
     rows = [row[:12].strip() for row in re.findall(r"^      (\S.*)$", block, re.MULTILINE)]
-    summary = (ROOT / "simcore/robotpy/startup_summary.py").read_text(encoding="utf-8")
+    summary = (ROOT / "simcore/robotcode/sim/startup_summary.py").read_text(encoding="utf-8")
     assert len(rows) > 7 and [row for row in rows if f'"{row}"' not in summary] == []
 
 

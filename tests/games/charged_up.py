@@ -1,7 +1,7 @@
 """CHARGED UP (2023): cones over poles, cubes on shelves, links of three, and charge stations that tip.
 
-A whole game with a claw in one file, by the public parts of simcore only. Sizes and points are those of the 2023 game
-manual; what is marked as an estimate is not printed there.
+It is a whole game with a claw in one file, built from public parts of simcore only. Sizes and points are those of the
+2023 game manual; estimates are marked and not printed there.
 """
 
 from __future__ import annotations
@@ -12,9 +12,6 @@ from itertools import product
 
 import numpy as np
 
-from simcore.geometry.linkage import Joint
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import (
     Auto,
@@ -28,20 +25,23 @@ from simcore.match.game import (
 )
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.physics.field import FieldBoundary, FieldElement, box_element, slope_element
-from simcore.physics.hanging import HangingConfig
-from simcore.physics.shapes import Box, Cylinder, hollow_cone
-from simcore.pieces.intake import IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeZone
 from simcore.robot.mechanisms import ArmConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees, inches
+from simcore.world.field import FieldBoundary, FieldElement, box_element, slope_element
+from simcore.world.hanging import HangingConfig
+from simcore.world.linkage import Joint
+from simcore.world.shapes import Box, Cylinder, hollow_cone
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import BoxZone
 
 SIZE = (inches(651.25), inches(315.5))
 SYMMETRY = FieldSymmetry("mirror", SIZE)
@@ -70,16 +70,16 @@ CUBE = GamePieceConfig(  # inflated: it gives way by some millimeters under its 
 
 GRID_DEPTH = inches(54.25)
 COLUMNS = tuple(inches(20.19 + 22.0 * number) for number in range(9))
-"""Along y of each column of nodes; the middle one of three is for cubes [m]."""
+"""Y of each column of nodes; the middle one of three is for cubes [m]."""
 POLES = {"Mid": (GRID_DEPTH - inches(22.75), inches(34.0)), "Top": (GRID_DEPTH - inches(39.75), inches(46.0))}
-"""x and height [m]."""
+"""X and height of each pole [m]."""
 SHELVES = {"Mid": inches(23.5), "Top": inches(35.5)}
-"""Height, around the x of the poles [m]."""
+"""Height of each shelf, around the x of the poles [m]."""
 POLE_RADIUS, SHELF = 0.012, (0.43, 0.45)  # estimates: thin enough for the cone above; depth and width
 STATION = (3.9, 2.748)
-"""Middle of a charge station [m]; x is an estimate."""
+"""Center of a charge station [m]; x is an estimate."""
 HALF, WIDE, PLATE, LEVEL, RAMP = 0.6, inches(97.25), 0.04, inches(9.125), 0.6
-"""Half its length, width, thickness, height when level, and length of each ramp before it [m]."""
+"""Half its length, width, thickness, height when level, and length of each ramp [m]."""
 RISE = 0.04  # of the platform's center of mass over the hinge; estimate
 LEVEL_WITHIN = degrees(2.5)
 
@@ -97,7 +97,7 @@ def _grid() -> Iterator[FieldElement]:
 
 
 def _station() -> Iterator[FieldElement]:
-    """Ramps up to where the platform is when it is level, and what it lands on when it tips."""
+    """Return ramps up to the level platform, and supports for the tipped platform."""
     (x, y), gap = STATION, 0.02
     right, left, top = y - 0.5 * WIDE, y + 0.5 * WIDE, LEVEL - 0.015
     near, far = HALF + gap, HALF + gap + RAMP
@@ -137,7 +137,7 @@ FIELD = FieldDefinition(
 
 
 def _places() -> Iterator[RestingPlace]:
-    """The nodes: 27 of each alliance, by row; a level is a row, in the order of its columns."""
+    """Return the nodes: 27 of each alliance, by row; a level is a row, in the order of its columns."""
     for alliance, row, (number, y) in product(ALLIANCES, ("Low", "Mid", "Top"), enumerate(COLUMNS)):
         half = inches(11.0)
         if row == "Low":
@@ -164,7 +164,7 @@ def _places() -> Iterator[RestingPlace]:
 
 
 def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Four pieces on the marks of each half, by chance cones or cubes; the others wait at the substations."""
+    """Place four pieces on the marks of each half, randomly cones or cubes; the others wait at the substations."""
     marks = [(inches(278.0), inches(36.19 + 48.0 * number)) for number in range(4)]
     found, used = [], {CONE.name: 0, CUBE.name: 0}
     is_cone = rng.random(4) < 0.5
@@ -179,13 +179,13 @@ def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Sta
 # --- rules ------------------------------------------------------------------------------------------------------------
 
 NODE_POINTS = {"Low": (3, 2), "Mid": (4, 3), "Top": (6, 5)}
-"""In auto and after it."""
+"""Points of a node in auto and after it."""
 LINK, STATION_POINTS = 5, {"auto": (8, 12), "teleop": (6, 10)}
-"""Docked, and engaged."""
+"""Points for docked and engaged."""
 
 
 def links(row: Sequence[int]) -> int:
-    """Threes of adjacent nodes that are full, none counted twice."""
+    """Return triples of adjacent full nodes, none counted twice."""
     found = run = 0
     for count in row:
         run = run + 1 if count else 0
@@ -195,7 +195,7 @@ def links(row: Sequence[int]) -> int:
 
 
 class ChargedUpRules(Rules):
-    """Nodes count while pieces stay; links follow from them; stations are judged as auto ends and at the end."""
+    """Rules: nodes count while pieces stay, links follow from them, stations are judged as auto and match end."""
 
     def start(self) -> None:
         self.worth_of: dict[int, tuple[Alliance, int]] = {}
@@ -238,7 +238,7 @@ class ChargedUpRules(Rules):
             self.links[alliance] = now
 
     def _judge_stations(self, phase: str) -> None:
-        """Docked robots touch their station and nothing below; with one of them it is engaged if it is level."""
+        """Judge docked robots, which touch their station and nothing below; a level station is engaged."""
         match = self.match
         for body in match.hanging:
             alliance = body.config.alliance
@@ -264,7 +264,7 @@ ARM, SHOULDER = 1.05, 0.55
 
 
 def charged_up_robot() -> RobotConfig:
-    """45 kg, an arm over the middle that carries a claw which stays level."""
+    """Build a robot of 45 kg whose arm carries a claw that stays level."""
     gearbox = GearboxConfig(motor=motor("Kraken X60"), gearing=100.0, stator_current_limit=60.0)
     rollers = GearboxConfig(motor=motor("Kraken X60"), gearing=8.0, stator_current_limit=40.0)
     module = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=80.0, steer_stator_limit=40.0)
@@ -291,12 +291,12 @@ _SETTINGS = ScriptSettings(acceleration=3.0)
 
 
 def angle_for(height: float) -> float:
-    """Of the arm, for the claw at a height [m]; [rad]."""
+    """Return the angle of the arm [rad] for a height of the claw [m]."""
     return math.asin((height - SHOULDER) / ARM)
 
 
 def put_on_pole(robot: ScriptedRobot, row: str, column: int) -> Steps:
-    """Bring the claw over a pole, and let go."""
+    """Bring the claw over a pole, and release."""
     (x, height), y = POLES[row], COLUMNS[column]
     over = angle_for(height + 0.16)
     robot.set_volts("claw", 6.0)  # takes the preload
@@ -357,4 +357,4 @@ CHARGED_UP = Game(
     pieces=(PieceSupply(CONE, 10 + 6), PieceSupply(CUBE, 10)),
     clock=MatchClock([Phase("auto", 15.0, "auto"), Phase("pause", 3.0, "disabled"), Phase("teleop", 135.0)]),
 )
-"""The whole game."""
+"""Complete game."""

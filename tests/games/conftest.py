@@ -1,4 +1,4 @@
-"""Each auto is played once and looked at from many sides."""
+"""Fixtures that play each auto once for many tests."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from simcore.match.game import Game
 
 @pytest.fixture(autouse=True)
 def _engine(engine_name):
-    """Worlds of this test are of this engine."""
+    """Select the engine of this test's worlds."""
 
 
 @pytest.fixture(params=GAMES)
 def game(request) -> Game:
-    """Every game in turn."""
+    """Return every game in turn."""
     return GAMES[request.param]
 
 
 class Runs(dict):
-    """Runs of an auto by alliance, each played when it is first asked for."""
+    """Runs of an auto by alliance, each played at its first use."""
 
     def __init__(self, name: str, auto: str) -> None:
         super().__init__()
@@ -40,7 +40,7 @@ class Runs(dict):
 
 @pytest.fixture(scope="session", params=AUTOS, ids="-".join)
 def runs(request, engine_name) -> Iterator[Runs]:
-    """One auto after the other: tests are sorted by it, so that each is played once and forgotten then."""
+    """Return the runs of one auto after the other: tests are sorted by it, so that each is played only once."""
     if request.param in LONG and not request.config.getoption("--whole"):
         pytest.skip("sampled: --whole plays it")
     made = Runs(*request.param)
@@ -50,5 +50,5 @@ def runs(request, engine_name) -> Iterator[Runs]:
 
 @pytest.fixture
 def run(runs) -> Played:
-    """The run of an auto for blue."""
+    """Return the run of an auto for blue."""
     return runs["blue"]

@@ -1,6 +1,6 @@
-"""CRATES, a second game that nobody plays: a small field of boxes, mirrored, with crates to place and balls to shoot.
+"""CRATES, a fictional second game: a small mirrored field of boxes, with crates to place and balls to shoot.
 
-It uses the public parts of simcore only, so that what holds for every game can be tried on more than one.
+It uses public parts of simcore only, so that laws of every game can be tested on more than one.
 """
 
 from __future__ import annotations
@@ -12,29 +12,29 @@ from itertools import product
 import numpy as np
 
 from simcore.channel import Channel
-from simcore.geometry.linkage import Joint
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import Auto, FieldDefinition, Game, GameOption, PieceSupply, RobotEntry, Rules, StagedPieces
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.physics.field import FieldBoundary, FieldElement
-from simcore.physics.shapes import Box, Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
+from simcore.world.field import FieldBoundary, FieldElement
+from simcore.world.linkage import Joint
+from simcore.world.shapes import Box, Sphere
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import BoxZone
 
 SIZE = (12.0, 6.0)
 SYMMETRY = FieldSymmetry("mirror", SIZE)
@@ -44,7 +44,7 @@ ALLIANCES: tuple[Alliance, Alliance] = ("blue", "red")
 HUMAN_PLAYER = "human_player"
 ARM = 0.65  # [m]
 SLOT = (0.2, 3.0, 1.5)
-"""Middle of the blue goal's slot [m]."""
+"""Center of the blue goal's slot [m]."""
 
 _TABLE = {  # name: smallest corner, largest corner [m]
     "goal_base": ((0.0, 2.4, 0.0), (0.4, 3.6, 1.2)),
@@ -84,7 +84,7 @@ FIELD = FieldDefinition(size=SIZE, symmetry=SYMMETRY, elements=tuple(_elements()
 
 
 def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Four balls and two crates on either side, laid by hand; four balls wait with the human player."""
+    """Place four balls and two crates on either side by hand; four balls wait with the human player."""
     balls = np.array([(4.6, y, 0.11) for y in (2.4, 2.7, 3.0, 3.3)])
     crates = np.array([(3.6, 5.0, 0.12), (5.0, 5.2, 0.12)])
     some = [StagedPieces(kind=BALL.name, off_field=4)]
@@ -95,7 +95,7 @@ def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Sta
 
 
 class CratesRules(Rules):
-    """Balls count double in auto; one of the two kinds, by chance, brings a point more."""
+    """Rules: balls count double in auto; one of the two kinds, chosen at random, is worth a point more."""
 
     def start(self) -> None:
         self.bonus = BALL.name if self.match.rules_rng.random() < 0.5 else CRATE.name
@@ -107,7 +107,7 @@ class CratesRules(Rules):
             self.auto, self.has_ended = dict.fromkeys(ALLIANCES, 0), False
 
     def before_tick(self) -> None:
-        """A human player rolls a ball in every 5 s of teleop, behind the first robot's alliance's goal."""
+        """Let a human player roll a ball in every 5 s of teleop, behind the goal of the first robot's alliance."""
         match = self.match
         if HUMAN_PLAYER in match.options and match.timer.phase.name == "teleop" and match.ticks % 250 == 0:
             slots = np.nonzero(match.pieces.state.status == PieceStatus.STAGED)[0][:1]
@@ -144,12 +144,12 @@ class CratesRules(Rules):
 
 
 def gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
-    """Of Krakens."""
+    """Return a gearbox with Krakens."""
     return GearboxConfig(motor=motor("Kraken X60"), motors=motors, gearing=gearing, stator_current_limit=limit)
 
 
 def crates_robot() -> RobotConfig:
-    """45 kg; arm and claw ahead, intake behind, shooter with a fixed hood."""
+    """Build a robot of 45 kg with arm and claw in front, intake at the back and a shooter with a fixed hood."""
     module = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=60.0, steer_stator_limit=40.0)
     mechanisms: dict[str, MechanismConfig] = {
         "arm": ArmConfig(
@@ -208,7 +208,7 @@ def crate(robot: ScriptedRobot) -> Steps:
 
 
 def balls(robot: ScriptedRobot) -> Steps:
-    """Shoot what is in the robot, take in the balls of the own side and shoot them."""
+    """Shoot the held pieces, take in the balls of the own side and shoot them."""
     yield from robot.shoot_until_empty(SLOT, timeout=3.0)
     robot.intake(True)
     yield from robot.collect_in((3.5, 2.0), (5.0, 3.7), aside=0.6, timeout=3.5, yaw=math.pi)
@@ -234,4 +234,4 @@ CRATES = Game(
     clock=MatchClock([Phase("auto", 10.0, "auto"), Phase("pause", 2.0, "disabled"), Phase("teleop", 88.0)]),
     options=(GameOption(name=HUMAN_PLAYER, help="a human player rolls balls into the field"),),
 )  # fmt: skip
-"""The whole game."""
+"""Complete game."""

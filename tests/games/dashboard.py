@@ -1,4 +1,4 @@
-"""A dashboard: a client of NetworkTables that only knows the topics, and the server that it talks to."""
+"""Dashboard: a NetworkTables client that only knows the topics, and its server."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def free_port() -> int:
 
 
 def start_client(client, name: str, port: int) -> None:
-    """Let a client look for a server of this computer, by the names of either season."""
+    """Start a client that looks for a server on this computer, with the names of either season."""
     of_2026 = hasattr(client, "startClient4")
     (client.startClient4 if of_2026 else client.start_client)(name)
     (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
 
 
 class Dashboard:
-    """Use as a context manager; what is published before `connect` was kept from an earlier simulation."""
+    """Dashboard as a context manager; values published before `connect` are from an earlier simulation."""
 
     def __init__(self) -> None:
         pytest.importorskip("ntcore")
-        from simcore.telemetry.networktables_sink import start_local_server
+        from simcore.robotcode.networktables.networktables_sink import start_local_server
 
         self.server, self.client = (season.ntcore.NetworkTableInstance.create() for _ in range(2))
         self.port = free_port()

@@ -1,4 +1,4 @@
-"""Robots that are put somewhere at a time of the match, drive for a moment, and perhaps commit a foul."""
+"""Robots placed at a time of the match that drive for a moment and may commit a foul."""
 
 from __future__ import annotations
 
@@ -6,32 +6,32 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from match_laws import show_time
 
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.world.symmetry import Pose
 
 
 def flipped(game: Game, alliance: str, pose: Pose) -> Pose:
-    """A pose that is written for blue, of an alliance."""
+    """Return a pose written for blue as one of an alliance."""
     return pose if alliance == "blue" else game.field.symmetry.flip_pose(*pose)
 
 
 def begin(match: Match, time: float) -> None:
-    """Let the clock of an auto that has just begun show a time [s]."""
+    """Set the clock of an auto that has just begun to a time [s]."""
     match.start_mode("auto")
     show_time(match, time)
 
 
 def told(match: Match) -> list[tuple[str, str, int]]:
-    """Fouls by rule, alliance that commits them and points."""
+    """Return fouls by rule, alliance that commits them and points."""
     return [(foul.rule, foul.alliance, foul.points) for foul in match.tracker.fouls]
 
 
 def foul_trials(game: Game, *, far: Sequence[Pose]) -> Iterator[Callable[..., Match]]:
-    """`play(poses, time, ...)`: a match in which robots drive from poses for a while, from a time of its clock on.
+    """Return `play(poses, time, ...)`: a match in which robots drive from poses for a while, from a clock time on.
 
-    Robots are of the alliances blue, red, blue, and stand far away if they have no pose; with `side="red"` alliances
-    and places are exchanged. Used by a fixture.
+    Robots are of the alliances blue, red, blue, and are far away if they have no pose; with `side="red"` alliances
+    and places are swapped. Used by a fixture.
     """
     matches: dict[tuple[str, int], Match] = {}
 

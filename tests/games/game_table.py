@@ -1,4 +1,4 @@
-"""The games on which the laws of every game are tried."""
+"""Games on which the laws of every game are tested."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from simcore.pieces.pool import PieceStatus
 GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
 LONG = {("reefscape", "station_cycle"), ("reefscape", "algae"), ("reefscape", "climb")}
-"""Autos that are played with `--whole` only: another of their game stands for them."""
+"""Autos that only `--whole` plays: another of their game represents them."""
 
 
 @dataclass
 class Played:
-    """A run with what was seen at each tick."""
+    """Run with observations at each tick."""
 
     run: AutoRun
     auto: Auto
     lost: list[int] = field(default_factory=list)
-    """Ticks at which the pieces did not add up."""
+    """Ticks at which the count of pieces was wrong."""
     sunk: float = 1.0
-    """Least height of a center over that of a piece that lies flat [m]."""
+    """Smallest height of a center relative to that of a piece that lies flat [m]."""
     poses: list[tuple[float, ...]] = field(default_factory=list)
-    """Of the robot: position and quaternion."""
+    """Position and quaternion of the robot."""
     roll_pitch: list[tuple[float, float]] = field(default_factory=list)
     held: list[int] = field(default_factory=list)
     touched: int = 0
     """Tick at which a piece first woke or was taken."""
     ghosts: float = 0.0
-    """Farthest that a sleeper's body was from where the sleeper is said to lie, at the end [m]."""
+    """Largest distance of a sleeper's body from its reported place, at the end [m]."""
 
 
 def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings) -> Played:
-    """Play an auto and look at it at every tick; its match is closed."""
+    """Play an auto, observe it at every tick and close its match."""
     seen = Played(run=None, auto=GAMES[game].auto(auto))  # type: ignore[arg-type]
 
     def look(match: Match) -> None:

@@ -1,4 +1,4 @@
-"""Matches of scripted players, and the laws that hold at every tick of every match."""
+"""Matches of scripted players, and laws that hold at every tick of every match."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from simcore.match.match import Match
+from simcore.match.players.lineup import entries, lineup, take_seats
 from simcore.pieces.pool import PieceStatus
-from simcore.players.lineup import entries, lineup, take_seats
 
 
 def require_one_owner(match):
-    """The laws: pieces are conserved, robots and pieces agree on who holds what, and the record is of this run."""
+    """Check the laws: pieces are conserved, robots and pieces agree on holders, and the record is of this run."""
     state = match.pieces.state
     assert match.count.is_conserved
     for robot in match.robots:
@@ -27,13 +27,13 @@ def require_one_owner(match):
 
 
 def show_time(match: Match, time: float) -> None:
-    """Let the match clock show a time [s]."""
+    """Set the match clock to a time [s]."""
     match.timer._start, match.timer._ticks = time, 0
     match.timer.time = time
 
 
 def match_of(game, sides, *, at=0.0, seed=1, options=()):
-    """A match with its players, whose clock has come to a time [s]."""
+    """Return a match with its players, whose clock shows a time [s]."""
     seats = lineup(game, **sides)
     match = Match(game, robots=entries(game, seats), seed=seed, options=options)
     show_time(match, at)

@@ -1,4 +1,4 @@
-"""Questions to a field's elements: where their corners are, and whether a box is free of them."""
+"""Geometry of a field's elements: their corners, and whether a box is free of them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
-from simcore.physics.shapes import Box
+from simcore.world.shapes import Box
 
 
 def points(element):
-    """Corners in the field frame, in a fixed order."""
+    """Return corners in the field frame, in a fixed order."""
     if isinstance(element.shape, Box):
         half = np.array(element.shape.size) / 2
         local = half * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
@@ -26,7 +26,7 @@ def span(field, name):
 
 
 def is_free(field, low, high):
-    """Whether no element reaches into an axis-aligned box: linear programming finds no point within both."""
+    """Return whether no element overlaps an axis-aligned box: linear programming finds no point within both."""
     walls = np.vstack([np.column_stack([np.eye(3), np.array(high)]), np.column_stack([-np.eye(3), -np.array(low)])])
     for element in field.elements:
         corners = points(element)

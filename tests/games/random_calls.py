@@ -1,6 +1,6 @@
-"""Public calls at random, with what people give by mistake: each is refused by a simcore error, or does nothing bad.
+"""Random public calls with typical mistakes: each raises a simcore error, or does no harm.
 
-`python tests/games/random_calls.py FIRST COUNT` makes the sequences of some seeds, and tells what was not so.
+`python tests/games/random_calls.py FIRST COUNT` makes the sequences of some seeds, and prints violations.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _COMMANDS = re.compile(
     "(set_(?!mass|requests)|reset|coast|stage|spawn|release|hold|launch|score$|set_aside|push|spare|put_down|place_|start_"
     "|human_action|take_over|carry_to|apply_forces|refuse)"
 )
-"""What people command; the rest is asked, or is called by the loop with what it has worked out."""
+"""Commands of users; other methods are queries, or the loop calls them with computed values."""
 
 
 def a_match(seed: int) -> Match:
@@ -53,7 +53,7 @@ def a_match(seed: int) -> Match:
 
 
 def targets(match: Match) -> list:
-    """Everything public whose methods are called: by owner and name, so that a reset brings new ones."""
+    """Return all public objects whose methods are called, by owner and name, so that a reset gives new ones."""
     owners = [match, match.control, match.pieces, *match.robots]
     for robot in match.robots:
         owners += [robot.drive, robot.odometry, robot.gyro, robot.chassis, *robot.mechanisms.values()]
@@ -66,7 +66,7 @@ def targets(match: Match) -> list:
 
 
 def arguments(rng, function) -> tuple[list, dict]:
-    """Mistakes for all that must be given, and for some of what may be."""
+    """Return mistakes for all required arguments, and for some optional ones."""
     given, named = [], {}
     for parameter in inspect.signature(function).parameters.values():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -82,7 +82,7 @@ def arguments(rng, function) -> tuple[list, dict]:
 
 
 def play(seed: int, calls: int = 150) -> Counter:
-    """Make a sequence of calls with a tick after some; returns what went wrong, by what and how often."""
+    """Make a sequence of calls with ticks in between; return violations by kind and count."""
     rng, wrong = np.random.default_rng(seed), Counter()
     with a_match(seed) as match:
         last = ""

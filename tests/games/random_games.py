@@ -1,6 +1,6 @@
 """Random games: robots of any build, carried, reset and driven, pieces released anywhere, and the laws at every tick.
 
-`python tests/games/random_games.py FIRST COUNT [engine]` plays the seeds from FIRST on and tells what broke which law.
+`python tests/games/random_games.py FIRST COUNT [engine]` plays the seeds from FIRST on and prints broken laws.
 """
 
 from __future__ import annotations
@@ -15,13 +15,10 @@ import numpy as np
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore.errors import SimcoreError
-from simcore.geometry.footprints import corners
-from simcore.geometry.rotation import rotate
 from simcore.loop.battery import open_voltage
 from simcore.loop.contact import foam_force
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shapes import mass_properties
 from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
@@ -31,6 +28,9 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.world.footprints import corners
+from simcore.world.rotation import rotate
+from simcore.world.shapes import mass_properties
 
 G = 9.80665
 _SETTLES = 10  # ticks after people have put something somewhere, in which it may still give way
@@ -41,11 +41,11 @@ _JOULES = 0.3  # [J]; see `Watch.require_energy`
 
 
 class Broken(AssertionError):
-    """A law that does not hold."""
+    """Error: a law does not hold."""
 
 
 class Watch:
-    """Looks at a match at every tick."""
+    """Check of a match at every tick."""
 
     def __init__(self, match: Match) -> None:
         self.match = match
@@ -53,7 +53,7 @@ class Watch:
         self.forget()
 
     def forget(self) -> None:
-        """People have acted: what they have put somewhere may give way."""
+        """Allow for settling where people have placed something."""
         self.since = 0
         self.driven = True
         self.energies: list[float] = []
@@ -90,7 +90,7 @@ class Watch:
             self.fail("not finite")
 
     def require_batteries(self) -> None:
-        """Motors that feed back raise the voltage over the open one by what their current makes in the resistance."""
+        """Check that regeneration raises the voltage over the open one only by current times resistance."""
         for robot in self.match.robots:
             battery, record = robot.battery, robot.battery.records
             most = open_voltage(record, 0) + max(0.0, -battery.current) * (
@@ -100,7 +100,7 @@ class Watch:
                 self.fail(f"battery of robot {robot.number} has {battery.voltage:.2f} V, at most {most:.2f}")
 
     def require_room(self) -> None:
-        """Pieces are as deep in the field as their foam gives way, robots in each other as far as bumpers do."""
+        """Check that pieces overlap the field only as deep as their foam yields, and robots as their bumpers do."""
         match, pieces = self.match, self.match.pieces
         state, balls = pieces.state, pieces._balls
         fastest = max((r.chassis.speed for r in match.robots), default=0.0)
@@ -152,7 +152,7 @@ class Watch:
                     )
 
     def energy(self) -> float:
-        """Of all that is on the field, with wheels, without what mechanisms hold [J]."""
+        """Return the energy of everything on the field, with wheels, without that of mechanisms [J]."""
         match, pieces = self.match, self.match.pieces
         state, balls = pieces.state, pieces._balls
         here = pieces.on_field()
@@ -186,9 +186,9 @@ class Watch:
         return total
 
     def require_energy(self) -> None:
-        """Where nobody has driven for 0.16 s, energy is not more than within these, in which springs give back.
+        """Check that 0.16 s after the last driving energy stays within these, with allowance for energy in springs.
 
-        Tolerance: an engine's step of 5 ms has its gravity half a step early, g^2 h / 2 a second and kilogram: of
+        Tolerance: an engine's step of 5 ms has its gravity half a step early, g^2 h / 2 a second and kilogram: for
         400 kg that fall 0.3 J in a tick.
         """
         here = self.match.pieces.is_on_field
@@ -204,7 +204,7 @@ class Watch:
 
 
 def _deepest(foam, push, energy):
-    """How deep a ball is at most that is pressed with a force [N], or met with an energy [J]."""
+    """Return the largest depth of a ball that is pressed with a force [N], or hit with an energy [J]."""
     depth, stored = 0.0, 0.0
     while True:
         force = foam_force(depth, *foam)
@@ -215,7 +215,7 @@ def _deepest(foam, push, energy):
 
 
 def _overlap(one, other):
-    """How deep the bumpers of two robots are in each other [m]; 0 where they do not meet in height."""
+    """Return the depth of two robots' bumpers in each other [m]; 0 where they do not overlap in height."""
     a, b = one.chassis, other.chassis
     low = max(a.pos[2] + a.config.clearance, b.pos[2] + b.config.clearance)
     if low >= min(a.pos[2] + a.config.bumper_top, b.pos[2] + b.config.bumper_top):
@@ -240,7 +240,7 @@ def _up(chassis):
 
 
 def random_robot(rng) -> RobotConfig:
-    """A robot of any build that its config takes."""
+    """Return a robot of any valid build."""
     while True:
         try:
             return _random_robot(rng)
@@ -288,7 +288,7 @@ def _random_robot(rng):
 
 
 def somewhere(match, rng):
-    """A pose: anywhere, beside a robot, or beside what stands in the middle of the field."""
+    """Return a pose anywhere, next to a robot, or next to the elements in the middle of the field."""
     length, width = match.game.field.size
     x, y = rng.uniform(0.3, length - 0.3), rng.uniform(0.3, width - 0.3)
     choice = rng.integers(4)
@@ -301,7 +301,7 @@ def somewhere(match, rng):
 
 
 def drive(match, rng, share=1.0):
-    """Give a robot volts of any size."""
+    """Command volts of any size."""
     robot = match.robots[rng.integers(len(match.robots))]
     drivetrain = robot.drive
     volts = rng.uniform(-12.0, 12.0) * np.ones(len(robot.config.drivetrain.positions))
@@ -318,7 +318,7 @@ def drive(match, rng, share=1.0):
 
 
 def stop(match):
-    """Nobody drives."""
+    """Stop all drives."""
     for robot in match.robots:
         kind = robot.config.drivetrain
         if isinstance(kind, SwerveConfig):
@@ -340,7 +340,7 @@ def carry(match, rng):
 
 
 def release(match, rng):
-    """Put some pieces anywhere, also into what stands there, and throw them."""
+    """Release some pieces anywhere, also inside of elements, and throw them."""
     pieces = match.pieces
     free = np.nonzero(np.isin(pieces.state.status, (PieceStatus.STAGED, PieceStatus.SCORED, *ON_FIELD)))[0]
     slots = rng.choice(free, size=min(len(free), int(rng.integers(1, 6))), replace=False)
@@ -364,7 +364,7 @@ def field(match, rng):
 
 
 def play(seed: int, engine: str = "bullet", seconds: float = 6.0, tell=None):
-    """Play a random game; returns its digest and how robots stand at its end."""
+    """Play a random game; return its digest and the robots' poses at its end."""
     rng = np.random.default_rng(seed)
     game = (REBUILT, REEFSCAPE)[seed % 2]
     while True:

@@ -1,6 +1,6 @@
-"""Every figure of a run on its page is that of `--json`, log, console and score sheet: matches, comparison, sweep.
+"""Consistency of every figure of a run on page, `--json`, log, console and score sheet: match, comparison, sweep.
 
-Those of an auto, of a failed test and of robot code are in `test_run_figures.py`.
+Figures of an auto, of a failed test and of robot code are in `test_run_figures.py`.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ PLAYERS = {
     "rebuilt": ("collector:3,defender:2,shuttle:2", "collector:3,collector:2,shuttle:3"),
     "reefscape": ("scorer:3,defender:2,parker:2", "scorer:3,scorer:2,algae:3"),
 }
-"""Of red and of blue."""
+"""Players of red and of blue."""
 SECONDS = 6.0
 
 
 @dataclass
 class Told:
-    """What one run has left."""
+    """Outputs of one run."""
 
     data: dict[str, Any]
-    """As `--json` has it."""
+    """Output of `--json`."""
     console: str
     page: PageReader
     page_of_log: PageReader
     end: Snapshot
-    """What the log says at its end."""
+    """Last snapshot of the log."""
 
 
 @pytest.fixture(scope="module", params=[REBUILT, REEFSCAPE], ids=lambda game: game.name)
 def told(request, tmp_path_factory) -> Told:
-    """A short match of six with all that `simcore play --match` leaves of it."""
+    """Play a short match of six robots with all outputs of `simcore play --match`."""
     game, folder = request.param, tmp_path_factory.mktemp("match")
     red, blue = PLAYERS[game.name]
     reports, out = [], io.StringIO()
@@ -76,7 +76,7 @@ def told(request, tmp_path_factory) -> Told:
 
 
 def cells(console: str, name: str) -> list[str]:
-    """Cells of the console's row of a name."""
+    """Return the cells of a named row on the console."""
     (row,) = (line for line in console.splitlines() if re.match(rf"\W*{re.escape(name)}\s+│", line))
     return [cell.strip() for cell in row.strip("│ ").split("│")[1:]]
 
@@ -131,8 +131,9 @@ def test_shots_and_pieces_are_the_same_everywhere(told):
     rows = {row[0]: row[1:] for row in page.table("Robots")[1:]}
     assert rows["alliance"] == ["blue"] * 3 + ["red"] * 3
     assert [" ".join(both) for both in zip(rows["alliance"], rows["plays"], strict=True)] == data["players"]
+    prefixes = ("Sim", *(f"Sim/Robots/{k}" for k in range(1, 6)))
     assert page.board("held", SECONDS) == ", ".join(
-        str(end.integers[f"{prefix}/Intake/HeldCount"]) for prefix in ("Sim", *(f"Sim/Robots/{k}" for k in range(1, 6)))
+        f"robot {k} {end.integers[f'{prefix}/Intake/HeldCount']}" for k, prefix in enumerate(prefixes)
     )
     if not shots:
         assert "shots hit" not in page.facts and "hits" not in rows
@@ -164,7 +165,7 @@ def test_robots_are_the_same_everywhere(told):
 
 
 def test_the_page_of_the_log_is_the_page_of_the_run(told):
-    """Word for word, but for how long computing took."""
+    """Equal word for word, except for computing times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
     for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):
@@ -195,7 +196,7 @@ def blocks_of(page: Path) -> list[dict[str, Any]]:
     return blocks
 
 
-def test_a_comparison_says_one_difference_on_console_and_both_pages(tmp_path, monkeypatch, capsys):
+def test_a_comparison_reports_one_difference_on_console_and_both_pages(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["compare", "depot", "tour", "--game", "rebuilt", "--seeds", "2", "--seconds", "4", "-j", "1"]
     assert cli.main(words) == 0
@@ -226,7 +227,7 @@ def test_a_comparison_says_one_difference_on_console_and_both_pages(tmp_path, mo
         assert len(shots) == int(row["shots"]) == end.integers["Sim/Shots"]
 
 
-def test_a_sweep_says_the_same_on_console_page_table_and_of_each_run(tmp_path, monkeypatch, capsys):
+def test_a_sweep_reports_the_same_on_console_page_table_and_per_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "rebuilt", "--seeds", "2", "--seconds", "3", "-j", "1", "--success", "score >= 1", "--out", "s"]
     assert cli.main(words) == 0

@@ -1,4 +1,4 @@
-"""Where a robot begins an auto elsewhere than it believes to be, one warning says so; in scripted matches, too."""
+"""Warning about a robot that begins an auto elsewhere than its program believes, also in scripted matches."""
 
 from __future__ import annotations
 

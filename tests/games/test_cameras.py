@@ -1,4 +1,4 @@
-"""What a camera on the field of REBUILT can see: cases worked out by hand from the manual's and the tags' numbers."""
+"""Visibility from cameras on the field of REBUILT: cases worked out from numbers of the manual and the tags."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
 from simcore.vision.tag_layout import official_layout
 from simcore.vision.tag_visibility import find_tags
+from simcore.world.rotation import from_yaw
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -27,13 +27,13 @@ def with_cameras(*cameras: CameraConfig) -> RobotConfig:
 
 
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
-    """A camera over the robot's middle, so that robot and lens stand at the same x and y."""
+    """Return a camera over the robot's center, so that robot and lens have the same x and y."""
     mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
     return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, bias=CameraBias.none(), **more)
 
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
-    """Tags that the camera's first frames show, the robot standing at a place of the field."""
+    """Return the tags in the camera's first frames, with the robot at a place of the field."""
     robots = [RobotEntry(start=(x, y, math.radians(yaw_deg)), preload=0, config=with_cameras(camera))]
     robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
@@ -50,7 +50,7 @@ def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=
         return {tag.id for tag in frame.tags}
 
 
-def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
+def test_tags_on_the_near_face_are_visible_and_those_behind_the_hub_are_not():
     """From 1.5 m before the blue hub: 25 and 26 are ahead. Tag 4 on the red hub faces us, 8.8 m away and 14 px wide,
     but the line to it enters the blue hub's box (1.2 m high) at a height of 0.57 m. Tags 19 and 20 look away."""
     camera = at_lens(0.5, pitch_deg=-15.0)
@@ -63,7 +63,7 @@ def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
     assert 4 in in_picture  # only the hub hides it
 
 
-def test_a_tag_beyond_the_trench_is_seen_under_the_arm_and_hidden_by_it():
+def test_a_tag_beyond_the_trench_is_visible_below_its_arm_and_hidden_behind_it():
     """Tag 1, before the red trench, is 0.972 m high at its upper corners; the blue arm's lower edge is at 0.565 m,
     1.3 of 8.6 m away. From 0.3 m the upper line passes there at 0.40 m, from 0.5 m at 0.571 m."""
     assert 1 in seen(at_lens(0.3), 3.3, 7.425)
@@ -71,7 +71,7 @@ def test_a_tag_beyond_the_trench_is_seen_under_the_arm_and_hidden_by_it():
 
 
 @pytest.mark.parametrize(("inside_deg", "expected"), [(0.2, True), (-0.2, False)])
-def test_a_tag_counts_while_its_last_corner_is_inside_the_picture(inside_deg, expected):
+def test_a_tag_counts_while_all_corners_are_inside_the_picture(inside_deg, expected):
     """1.5 m before tag 26, at its height: the outer edge is atan(0.0826 / 1.5) beside its middle; the picture ends at
     41 degrees."""
     edge = math.degrees(math.atan(0.5 * 0.1651 / 1.5))
@@ -83,7 +83,7 @@ def test_a_tag_counts_while_its_last_corner_is_inside_the_picture(inside_deg, ex
 @pytest.mark.parametrize(
     ("angle_deg", "distance", "expected"), [(60.0, 4.8, True), (60.0, 5.4, False), (0.0, 5.4, True), (77.0, 1.5, False)]
 )
-def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
+def test_an_oblique_tag_has_a_shorter_range(angle_deg, distance, expected):
     """At 60 degrees its upper edge has half its length: 12 px at 736 x 0.1651 x cos 60 / 12 = 5.06 m, not at 10.1 m.
     Beyond 75 degrees it is not read at all."""
     layout, lens = official_layout("2026-welded"), limelight_type("LL4")
@@ -96,7 +96,7 @@ def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
     assert (row in rows) is expected
 
 
-def test_a_robot_in_front_covers_a_tag():
+def test_a_robot_in_front_hides_a_tag():
     """Tag 13 in the red wall is 0.635 m high at its top. A robot of 0.5 m, 1.4 of 3.1 m away, covers the line from an
     eye at 0.3 m, which passes there at 0.45 m; from 1.2 m lines pass over the robot at 0.78 m at least."""
     other = ((14.8, 7.403, 0.0),)
@@ -106,7 +106,7 @@ def test_a_robot_in_front_covers_a_tag():
 
 
 @pytest.mark.parametrize(("aside", "expected"), [(0.0, False), (0.1, False), (0.2, True)])
-def test_fuel_in_the_line_of_sight_covers_a_tag(aside, expected):
+def test_fuel_in_the_line_of_sight_hides_a_tag(aside, expected):
     """A fuel (radius 0.075 m) halfway to tag 26: the tag is half as large there, 0.041 m to its edge, so it is free
     when the fuel is more than 0.116 m aside."""
     middle = (0.5 * (2.5 + 4.0219), 4.0346 + aside, 0.5 * (0.5 + 1.124))
@@ -139,7 +139,7 @@ def piece_frame(fuel, camera=None, others=(), is_off=False):
 
 
 def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
-    """At (1.5, -0.4) from an eye 0.5 m high that looks 20 degrees down."""
+    """A fuel at (1.5, -0.4) and an eye 0.5 m high that looks 20 degrees down."""
     frame, _ = piece_frame([(8.5, 1.6, 0.075)])
     (piece,) = frame.pieces
     c, s = math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
@@ -153,9 +153,9 @@ def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
     assert piece.class_name == "fuel"
 
 
-def test_the_nearest_piece_is_first_and_far_ones_behind_it_are_covered():
-    """The eye is higher than the fuel, so it sees one above the other. One beyond the far plane and one behind the
-    robot are not seen."""
+def test_the_nearest_piece_is_first_and_hides_those_behind_it():
+    """The eye is higher than the fuel, so it sees one above the other. It sees neither one beyond the far plane nor one
+    behind the robot."""
     frame, _ = piece_frame(
         [(9.0, 2.0, 0.075), (8.2, 2.0, 0.075), (8.2, 1.9, 0.075), (10.6, 2.0, 0.075), (6.0, 2.0, 0.075)]
     )
@@ -165,7 +165,7 @@ def test_the_nearest_piece_is_first_and_far_ones_behind_it_are_covered():
     assert frame.primary_piece is frame.pieces[0]
 
 
-def test_a_piece_is_covered_by_another_and_by_a_robot():
+def test_a_piece_is_hidden_by_another_and_by_a_robot():
     low = CameraConfig(
         name="eye",
         type=limelight_type("LL3"),
@@ -203,7 +203,7 @@ def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
     assert none[0] == first[0]
 
 
-def test_the_bias_is_that_of_the_seed_and_tags_are_misplaced_for_all_cameras_alike():
+def test_the_bias_follows_the_seed_and_tags_are_misplaced_alike_for_all_cameras():
     """Tags moved by 50 mm x N(0, 1) and no other error: two cameras agree on a wrong place."""
     bias = replace(CameraBias.none(), tag_position=0.05)
     eyes = [replace(at_lens(0.5, pitch_deg=-15.0), name=name, bias=bias) for name in ("a", "b")]
@@ -226,13 +226,13 @@ def test_the_bias_is_that_of_the_seed_and_tags_are_misplaced_for_all_cameras_ali
         ((at_lens(0.5),), "2026-weldet", UnknownNameError, "2026-welded"),
     ],
 )
-def test_cameras_and_layouts_that_cannot_be_end_the_build(cameras, tags, error, said):
+def test_invalid_cameras_and_layouts_are_refused_at_construction(cameras, tags, error, said):
     with pytest.raises(error, match=said):
         RebuiltSim(robots=(RobotEntry(config=with_cameras(*cameras)),), tags=tags)
 
 
-def test_a_field_without_tags_has_cameras_all_the_same():
-    """They see pieces, and no tag."""
+def test_cameras_work_on_a_field_without_tags():
+    """They see pieces, but no tag."""
     from games.rebuilt import REBUILT
     from simcore import Match
     from simcore.vision.camera import PiecePipeline, TagPipeline
@@ -249,7 +249,7 @@ def test_a_field_without_tags_has_cameras_all_the_same():
         assert late.last is not None and late.last.pipeline_kind == "pieces"
 
 
-def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
+def test_telemetry_shows_the_view_and_the_detections_of_a_camera():
     from simcore.telemetry.sinks import MemorySink
 
     sink = MemorySink()

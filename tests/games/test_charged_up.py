@@ -1,4 +1,4 @@
-"""CHARGED UP by the public parts: cones on poles, cubes on shelves, links, and stations that are docked and engaged."""
+"""CHARGED UP from public parts: cones on poles, cubes on shelves, links, docked and engaged stations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_its_autos_score_and_red_is_blue_mirrored(auto, points, alliance):
             assert angles[0] < LEVEL_WITHIN and match.robots[0].chassis.pos[2] == pytest.approx(0.23, abs=0.02)
 
 
-def test_a_robot_beside_the_middle_is_docked_and_the_platform_has_tipped():
+def test_a_robot_off_the_middle_is_docked_on_a_tipped_platform():
     with Match(CHARGED_UP, robots=[RobotEntry(start=(2.0, STATION[1], 0.0), preload=0)], seed=1) as match:
         (robot,), blue = match.robots, match.hanging[0]
         robot.carry_to((STATION[0] + 0.1, STATION[1], 0.0))
@@ -40,7 +40,7 @@ def place(match, kind, column, row):
     match.pieces.release(match.pieces.spare(kind.name, 1), np.array([[x, COLUMNS[column], top]]))
 
 
-def test_links_come_with_the_third_and_go_with_the_first_that_falls():
+def test_a_link_counts_with_its_third_piece_and_ends_when_one_falls():
     clock = MatchClock([Phase("teleop", 20.0)])
     with Match(replace(CHARGED_UP, clock=clock), robots=[RobotEntry(preload=0)], seed=1) as match:
         for kind, column in ((CONE, 0), (CUBE, 1), (CONE, 2), (CUBE, 4)):

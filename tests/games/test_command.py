@@ -1,4 +1,4 @@
-"""`python -m games.rebuilt` with good and bad input."""
+"""Command `python -m games.rebuilt` with valid and invalid input."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def main(words: list[str]) -> int:
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """An empty folder to run in: default outputs go to `out/`."""
+    """Run in an empty folder: default outputs go to `out/`."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -54,7 +54,7 @@ def environment() -> dict[str, str]:
 
 
 def refused(capsys, *arguments: str) -> str:
-    """What is said on stderr to wrong input; stdout stays empty, and there is no traceback."""
+    """Return the message on stderr for invalid input; check that stdout is empty and there is no traceback."""
     try:
         status = main([*arguments, "--json"])
     except SystemExit as stop:  # argparse
@@ -102,7 +102,7 @@ def test_the_list_names_all_autos_and_roles_and_runs_nothing(here, capsys):
     assert list(here.iterdir()) == []
 
 
-def test_outputs_go_where_they_are_told_and_folders_are_made(here, capsys):
+def test_outputs_go_to_the_given_paths_and_folders_are_created(here, capsys):
     assert main(["--seconds", "0.1", "--json", "--log", "a/b/run.wpilog", "--page", "c/run.html"]) == 0
     outputs = json.loads(capsys.readouterr().out)["outputs"]
     assert [Path(outputs[k]) for k in ("log", "page")] == [Path("a/b/run.wpilog"), Path("c/run.html")]
@@ -128,7 +128,7 @@ SEED = "--seed: must be a whole number from 0 to 4294967295, got"
         ("--sedd 1", "--sedd"),
     ],
 )
-def test_what_cannot_be_is_refused_and_leaves_nothing_behind(here, capsys, words, said):
+def test_invalid_arguments_are_refused_and_leave_no_files(here, capsys, words, said):
     assert said in refused(capsys, *words.split())
     assert list(here.iterdir()) == []
 
@@ -211,8 +211,8 @@ def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
 
 
 @pytest.mark.realtime
-def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here, capsys):
-    """A client that never asked us anything sees the match time go by; its button resets the field."""
+def test_live_runs_at_wall_clock_pace_and_responds_to_a_dashboard(here, capsys):
+    """A client that has only subscribed sees the match time advance; its button resets the field."""
     from dashboard import free_port, start_client
 
     ntcore = season.ntcore
@@ -258,7 +258,7 @@ def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here
 
 
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
-def test_a_taken_port_is_one_sentence_and_costs_nothing(here, capsys, option):
+def test_a_port_in_use_gives_one_message_and_overwrites_nothing(here, capsys, option):
     if "--view" in option:
         pytest.importorskip("websockets", reason="the extra 'view' is not installed")
     log = Path("before.wpilog")
@@ -271,14 +271,14 @@ def test_a_taken_port_is_one_sentence_and_costs_nothing(here, capsys, option):
     assert ": cannot serve" in line and log.read_bytes() == b"of the run before"
 
 
-def test_without_the_extra_the_view_is_missed_in_one_sentence(here, capsys, monkeypatch):
+def test_a_view_without_the_extra_gives_one_message(here, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main(["--view", "--seconds", "0.1", "--json"]) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert install_command("view") in line
 
 
-def test_models_that_are_not_there_are_one_sentence(here, capsys):
+def test_missing_models_give_one_message(here, capsys):
     assert main(["--view", "--models", "nowhere", "--seconds", "0.1", "--json"]) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert ": no folder 'nowhere'" in line

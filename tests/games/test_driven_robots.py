@@ -1,4 +1,4 @@
-"""What buttons do for a person who drives: shoot, place on the nearest branch, take algae and bring them away."""
+"""Button actions of a human driver: shoot, place on the nearest branch, take and process algae."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
-from simcore.players.driven_robot import DrivenRobot, DriverInput
+from simcore.match.players.driven_robot import DrivenRobot, DriverInput
 
 
 def driven(game, alliance, start):
-    """A match with a robot whose person wants what `wants` says."""
+    """Return a match with a robot whose driver holds the buttons of `wants`."""
     match, wants = Match(game, robots=(RobotEntry(alliance=alliance, start=start),)), {}
     match.set_controller(0, DrivenRobot(game.driving, match, alliance, lambda: DriverInput(**wants)))
     return match, wants
@@ -33,7 +33,7 @@ def test_fuel_is_shot_while_the_button_is_held(alliance):
         assert len(match.record.shots) == shots == match.record.hits and len(match.robots[0].held) == 8 - shots > 2
 
 
-def test_coral_goes_on_the_nearest_branch_and_the_arm_is_tucked_when_the_button_is_let_go():
+def test_coral_goes_on_the_nearest_branch_and_the_arm_tucks_when_the_button_is_released():
     match, wants = driven(REEFSCAPE, "red", (6.6, 5.6, -2.1))
     with match:
         arm, elevator = (match.robots[0].mechanisms[name] for name in ("arm", "elevator"))

@@ -1,4 +1,4 @@
-"""People act on the field: by Python and by NetworkTables, in order, before a tick, and no piece is lost."""
+"""Actions of people on the field, by Python and NetworkTables: in order, before a tick, without losing pieces."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from dashboard import Dashboard
 from game_table import GAMES
 
 from simcore.errors import ConfigError
-from simcore.match.control_topics import ControlTopics
 from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robotcode.networktables.control_topics import ControlTopics
+from simcore.world.shapes import Sphere
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 
@@ -31,8 +31,8 @@ def last(match: Match) -> tuple[bool, str]:
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_a_field_that_is_reset_is_as_at_the_start_and_the_robot_stays(name):
-    """After four seconds of an auto: every piece is back where the seed puts it, and nothing counts any more."""
+def test_a_field_reset_restores_the_start_and_the_robot_stays(name):
+    """After four seconds of an auto every piece is back where the seed puts it, and the score is zero."""
     game = GAMES[name]
     auto = next(iter(game.autos))
     with Match(game, seed=4) as match:
@@ -56,7 +56,7 @@ def test_a_field_that_is_reset_is_as_at_the_start_and_the_robot_stays(name):
         assert match.count.is_conserved and match.pieces.recovered == 0
 
 
-def test_spawned_pieces_are_staged_lie_free_and_come_to_an_end():
+def test_spawned_pieces_are_staged_lie_free_and_run_out():
     with Match.bare(pieces=[PieceSupply(BALL, 6)]) as match:
         match.control.spawn("Ball", [(2.0, 2.0), (6.0, 4.0), (6.0, 4.0), (6.0, 4.0)])  # the first one under the robot
         match.tick()
@@ -87,8 +87,8 @@ def test_spawned_pieces_are_staged_lie_free_and_come_to_an_end():
                 match.control.spawn("Ball", bad)
 
 
-def test_a_robot_is_placed_among_pieces_and_never_into_anything(caplog):
-    """Commands of one tick go in their order; a refused one changes nothing and says where there is room."""
+def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
+    """Commands of one tick run in order; a refused one changes nothing and names a free place."""
     game = GAMES["rebuilt"]
     heard = []
     with Match(game, seed=1) as match, caplog.at_level(logging.INFO, "simcore.match.field_control"):
@@ -121,8 +121,8 @@ def test_a_robot_is_placed_among_pieces_and_never_into_anything(caplog):
             match.control.place_robot((1.0, 2.0))
 
 
-def test_a_dashboard_does_the_same_over_networktables():
-    """Buttons, numbers, a chooser, a Pose2d; what it had kept is no command."""
+def test_a_dashboard_controls_the_field_over_networktables():
+    """Buttons, numbers, a chooser, a Pose2d; retained values are not commands."""
     folder = "/Sim/Control/"
     with Dashboard() as board, Match(GAMES["rebuilt"], seed=2) as match:
         client = board.client
@@ -134,7 +134,7 @@ def test_a_dashboard_does_the_same_over_networktables():
         count = client.get_integer_topic(folder + "Count").subscribe(-1)
 
         def done(number: int) -> str:
-            """Play until so many commands are done and the dashboard knows of it."""
+            """Play until so many commands are done and the dashboard has received the results."""
             board.until(match, lambda: count.get() == number)
             assert match.control.count == number
             return str(status.get())
@@ -177,7 +177,7 @@ def test_a_dashboard_does_the_same_over_networktables():
 
 
 @pytest.mark.parametrize("name", ["rebuilt", "reefscape"])
-def test_an_auto_that_a_dashboard_starts_on_a_robot_of_ones_own_is_refused_and_nothing_ends(name):
+def test_an_auto_for_the_games_own_robot_is_refused_for_another_robot(name):
     game = GAMES[name]
     entry = RobotEntry(start=(2.0, 2.0, 0.0), config=RobotConfig(drivetrain=TankConfig()), preload=0)
     with Match(game, robots=[entry]) as match:
@@ -189,8 +189,8 @@ def test_an_auto_that_a_dashboard_starts_on_a_robot_of_ones_own_is_refused_and_n
         assert match.entries == (entry,) and match.field_resets == 0
 
 
-def test_an_auto_that_cannot_go_on_ends_and_the_match_goes_on():
-    """Its mechanisms have the names and types of the game's own, but it shoots another way."""
+def test_an_auto_that_cannot_continue_ends_and_the_match_continues():
+    """Its mechanisms have the names and types of the game's own robot, but it shoots another way."""
 
     def fail(robot, time):
         raise IndexError("list index out of range")

@@ -1,4 +1,4 @@
-"""Robots that simcore.toml describes, on the field of REBUILT: one with a claw on an arm, one that climbs."""
+"""Robots described in simcore.toml on the field of REBUILT: one with a claw on an arm, one that climbs."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ on = "climb"
 
 @pytest.fixture
 def played(tmp_path):
-    """A match of a robot of a file's text; it is closed afterwards."""
+    """Return a match with the robot of a file's text; close it afterwards."""
     matches = []
 
     def play(text: str) -> Match:
@@ -96,7 +96,7 @@ def played(tmp_path):
         match.close()
 
 
-def test_a_claw_on_an_arm_on_an_elevator_is_handed_a_piece_lifts_it_and_lets_it_go(played):
+def test_a_claw_on_an_arm_on_an_elevator_takes_lifts_and_releases_a_piece(played):
     match = played(CLAW)
     robot = match.robots[0]
     (slot,) = robot.held
@@ -119,8 +119,8 @@ def test_a_claw_on_an_arm_on_an_elevator_is_handed_a_piece_lifts_it_and_lets_it_
     assert match.pieces.state.pos[slot, 2] < 1.5
 
 
-def test_a_climber_lifts_the_robot_on_a_rung_of_the_tower(played):
-    """Between the uprights, its hook in its middle 0.054 m above the low rung (0.6858 m): it rises by the rest."""
+def test_a_climber_lifts_the_robot_onto_a_rung_of_the_tower(played):
+    """Between the uprights, with the middle of its hook 0.054 m above the low rung (0.6858 m): it rises by the rest."""
     match = played(CLIMBER)
     robot = match.robots[0]
     (climber,) = robot.climbers
@@ -142,12 +142,12 @@ def test_a_climber_lifts_the_robot_on_a_rung_of_the_tower(played):
         ("[autos.a]\nstart = [2.0, -1.0, 0]", r"^simcore.toml \[autos.'a'\]: the robot starts outside of the field"),
     ],
 )
-def test_starts_that_cannot_be_are_refused_in_the_words_of_the_file(played, text, said):
+def test_invalid_starts_are_refused_with_table_and_key(played, text, said):
     with pytest.raises(ConfigError, match=said):
         played(text)
 
 
-def test_a_storage_hands_on_where_the_file_says_and_nowhere_else(played):
+def test_a_storage_hands_over_only_at_the_place_in_the_file(played):
     """With the arm upright and the lift down; the arm starts 10 degrees under the horizontal."""
     match = played(CLAW + "handover = [0.2, 0.0, 0.5]")
     robot = match.robots[0]

@@ -1,4 +1,4 @@
-"""Scripted autos of every game: what no robot and no piece may do, and red does what blue does."""
+"""Laws of scripted autos of every game: conserved pieces, limits of robots, and red equal to blue."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def test_pieces_are_conserved_at_every_tick(run):
     assert run.lost == []
 
 
-def test_the_tracker_the_pieces_and_the_shots_tell_one_story(run):
+def test_tracker_pieces_and_shots_agree(run):
     match, report = run.run.match, run.run.report
     assert report.pieces.scored == sum(match.tracker.pieces.values()) == len(match.tracker.events)
     assert report.score.blue == match.tracker.totals["blue"] > 0 or report.auto == "tour"
@@ -37,7 +37,7 @@ def test_no_piece_leaves_the_field_or_has_to_be_brought_back(run):
     assert run.run.match.pieces.recovered == 0
 
 
-def test_a_sleeping_piece_lies_where_it_is_said_to_lie(run):
+def test_a_sleeping_piece_lies_at_its_reported_place(run):
     """A sleeper that the engine woke by touch once fell through the floor, unseen, after its chunk fell quiet.
 
     Sleepers are looked at every 2 s, and a heap that the engine pushes apart creeps by up to 4 mm a second.
@@ -60,7 +60,7 @@ def test_the_battery_sags_but_never_browns_out_for_good(run):
     assert 6.3 < run.run.report.min_battery_v < 12.5
 
 
-def test_what_nobody_touched_still_lies_where_it_was_staged(run):
+def test_untouched_pieces_lie_where_they_were_staged(run):
     match = run.run.match
     on_field = match.pieces.on_field()
     asleep = on_field[match.pieces.state.status[on_field] == PieceStatus.ASLEEP]
@@ -80,10 +80,10 @@ def test_a_red_robot_scores_what_a_blue_one_does(runs):
 
 
 def test_a_red_robot_drives_the_corresponding_path(runs):
-    """Until it meets a piece; a heap that is pushed makes any difference larger.
+    """Equal until it meets a piece; a pushed heap amplifies any difference.
 
-    On a turned field only rounding differs, and what the engine makes of it in a robot's contact with the carpet. On a
-    mirrored one the robot's left and right wheels change places as well.
+    On a rotated field only rounding differs, and its effect on the engine's contacts of robot and carpet. On a mirrored
+    field the robot's left and right wheels also change places.
     """
     blue, red = runs["blue"], runs["red"]
     symmetry = GAMES[runs.name].field.symmetry
@@ -104,7 +104,7 @@ def test_the_red_match_is_staged_as_the_blue_one_flipped(runs):
 
 
 def test_a_red_shot_flies_as_the_corresponding_blue_one(runs):
-    """The first, before anything was touched: aim, muzzle, speed and spin are mirrored, so the flight is."""
+    """The first shot, before any contact: aim, muzzle, speed and spin are mirrored, so the flight is."""
     shots = [runs[alliance].run.match.record.shots for alliance in ("blue", "red")]
     if not shots[0] or shots[0][0].time > 0.02 * (runs["blue"].touched or math.inf):
         pytest.skip("no shot before it meets a piece")

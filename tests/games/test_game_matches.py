@@ -1,4 +1,4 @@
-"""Matches of every game: pieces stay, nothing passes a wall, a tick in parts is that tick, several robots play."""
+"""Matches of every game: conserved pieces, no tunnelling, ticks in parts, several robots."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from scipy.spatial import ConvexHull
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shapes import outline_points
 from simcore.pieces.pool import PieceStatus
+from simcore.world.shapes import outline_points
 
 
 def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, normals and offsets of the faces of every element of the field: inside is normals @ p + offsets < 0."""
+    """Return name, normals and offsets of the faces of all elements: inside is normals @ p + offsets < 0."""
     for element in match.field.elements:
         planes = ConvexHull(outline_points(element.shape) + element.position).equations
         yield element.name, planes[:, :3], planes[:, 3]
@@ -27,7 +27,7 @@ def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 
 
 def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whole):
-    """As many robots as there are starts, all playing an auto, with everything that brings pieces back.
+    """As many robots as there are starts, all playing an auto, with every option that returns pieces.
 
     Short matches unless `--whole`.
     """
@@ -55,7 +55,7 @@ def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whol
 
 @pytest.mark.parametrize(("name", "speed"), [(name, speed) for name in GAMES for speed in (10.0, 25.0)])
 def test_nothing_tunnels(name, speed):
-    """Every piece of the field is sent off along the carpet at once; none is ever inside of a wall, nor beyond one."""
+    """Every piece of the field is launched along the carpet at once; none is ever inside of a wall, or beyond one."""
     game = GAMES[name]
     with Match(game, robots=(RobotEntry(preload=0),), seed=2) as match:
         slots = match.pieces.on_field()[::3]
@@ -100,7 +100,7 @@ def test_an_auto_in_four_parts_scores_the_same(name, auto, seconds):
 
 
 def test_two_robots_play_their_autos_in_one_match_as_each_does_alone(game):
-    """Blue and red on opposite ends: each scores for its own alliance what one alone does."""
+    """Blue and red at opposite ends: each scores for its own alliance as one alone does."""
     auto = game.auto()
     entries = [RobotEntry(alliance=a, start=auto.start, preload=auto.preload) for a in ("blue", "red")]
     alone = play(game.name, auto.name).run.report
@@ -127,7 +127,7 @@ def test_a_gyros_noise_does_not_depend_on_other_robots(game):
 
 
 def test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading(game: Game):
-    """As when a team carries it: the gyro counts on from what it showed."""
+    """As when a team carries the robot: the gyro continues from its reading."""
     with Match(game, robots=(RobotEntry(preload=0),), seed=1) as match:
         robot = match.robots[0]
         match.play(0.4, controllers=[lambda robot, time: robot.drive.set_chassis_speeds(0.5, 0.0, 0.5)])
@@ -142,7 +142,7 @@ def test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_re
         assert match.alliances == ["red"]
 
 
-def test_nothing_described_nothing_moves(game):
+def test_a_robot_without_commands_stays_at_rest(game):
     with Match(game, robots=(RobotEntry(preload=0),)) as match:
         start = match.robots[0].chassis.pose[:2]
         match.play(0.6)

@@ -1,4 +1,4 @@
-"""The committed fields: what the scripts generate, closed, symmetric, and with the numbers that others publish."""
+"""Committed fields: as the scripts generate them, closed, symmetric, and with published dimensions."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.places import branch_ends
 from games.reefscape.staging import mark_places, reef_algae_places
-from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Hull
 from simcore.units import inches
+from simcore.world.obj import read_obj
+from simcore.world.shapes import Box, Hull
 
 ROOT = Path(__file__).resolve().parents[2]
 FIELDS = {game.name: game.field.load() for game in (REBUILT, REEFSCAPE)}
@@ -95,7 +95,7 @@ PRINTED = {
         ("blue_net_floor", "high", 2, inches(76), 1e-6),
     ],
 }
-"""Element, corner, axis, what a manual or another source says [m], and within what [m]."""
+"""Element, corner, axis, value in a manual or another source [m], and tolerance [m]."""
 
 
 @both
@@ -129,7 +129,7 @@ def test_funnel_rim_and_throat():
 
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
-def test_the_way_of_a_ball_through_a_hub_is_free(alliance):
+def test_the_path_of_a_ball_through_a_hub_is_free(alliance):
     """The square within the throat from above the hub down to the base, where the scoring zone is."""
     field, half = FIELDS["rebuilt"], rebuilt.HUB_THROAT_CIRCUMRADIUS / 2
     cx, cy = rebuilt.HUB_CENTER if alliance == "blue" else REBUILT.field.symmetry.flip_point(*rebuilt.HUB_CENTER)
@@ -189,7 +189,7 @@ def test_the_processor_is_free_and_no_larger():
         assert not is_free(field, np.subtract(low, grow), high)
 
 
-def test_what_must_be_free_is_free():
+def test_required_clearances_are_free():
     """Starts, marks, the way under the barge between post and guardrail, and the insides of the nets."""
     field = FIELDS["reefscape"]
     assert is_free(field, (5.4, 0.0, 0.0), (12.1, 3.8, inches(62) - 1e-5))

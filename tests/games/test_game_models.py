@@ -1,4 +1,4 @@
-"""The committed models of each game: what the scripts make, sound, about their own axles, and with layouts for them."""
+"""Committed models of each game: as the scripts generate them, sound, about their own axles, and with layouts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def script(name):
 
 
 def shapes(path):
-    """Every mesh of a GLB: name, bounds and color, which do not depend on how trimesh orders its vertices."""
+    """Return every mesh of a GLB: name, bounds and color, independent of trimesh's order of vertices."""
     scene = trimesh.load_scene(path)
     return {
         name: (np.round(mesh.bounds, 4).tolist(), len(mesh.faces), mesh.visual.material.baseColorFactor.tolist())

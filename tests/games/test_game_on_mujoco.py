@@ -1,4 +1,4 @@
-"""A sample of every game on MuJoCo: an auto keeps the laws of a match there, and is repeated to the last bit."""
+"""Every game on MuJoCo: an auto keeps the laws of a match, and repeats to the last bit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ print(play_auto(GAMES[sys.argv[1]], seconds=float(sys.argv[2]), seed=3).report.d
 
 
 def test_an_auto_keeps_the_laws_of_a_match(game):
-    """No piece is lost, sinks, leaves the field or lies elsewhere than it is said to; the robot drives and scores."""
+    """No piece is lost, sinks, leaves the field or lies off its reported place; the robot drives and scores."""
     auto = next(iter(game.autos))
     seen = play(game.name, auto)
     match = seen.run.match
@@ -41,7 +41,7 @@ def test_an_auto_keeps_the_laws_of_a_match(game):
     assert np.array(seen.poses)[:, 2].min() > -0.01
 
 
-def test_the_same_seed_is_the_same_match_in_another_process(game, whole):
+def test_the_same_seed_gives_the_same_match_in_another_process(game, whole):
     if game.name not in ("rebuilt", "crates") and not whole:
         pytest.skip("sampled: --whole plays all games")
     run = play_auto(GAMES[game.name], seconds=SECONDS, seed=3)

@@ -1,4 +1,4 @@
-"""The same seed is the same match: in another process, after other matches, after a reset; a second auto is at zero."""
+"""Repeatability for a seed: in another process, after other matches, after a reset; a second auto starts at zero."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
 SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
-"""Until something that chance decides has been met."""
+"""Times until random numbers have had an effect [s]."""
 
 CODE = """
 import sys
@@ -38,7 +38,7 @@ def digest(game: Game, seed: int, **settings) -> str:
     return run.report.digest
 
 
-def test_the_same_seed_is_the_same_match_in_another_process_and_after_other_matches(game):
+def test_the_same_seed_gives_the_same_match_in_another_process_and_after_other_matches(game):
     before = digest(game, 8)
     digest(GAMES["crates"], 2)
     mine = digest(game, 3)
@@ -57,13 +57,13 @@ def test_sinks_do_not_change_the_match(game, tmp_path):
     assert digest(game, 0, sinks=sinks) == digest(game, 0)
 
 
-def test_asking_the_rules_changes_nothing(game):
-    """A watched match is that match: pictures ask what a piece is worth now, the game's message and its counts."""
+def test_queries_of_the_rules_change_nothing(game):
+    """Displays query the worth of pieces, the game message and counts; the match stays the same."""
     check_questions(game, next(iter(game.autos)), seconds=1.0)
 
 
-def test_a_piece_that_changes_its_status_only_changes_the_digest(game):
-    """Status is part of the state: a piece in the robot is not one with the human player."""
+def test_a_change_of_only_a_pieces_status_changes_the_digest(game):
+    """Status is part of the state: a piece in the robot differs from one with the human player."""
     digests = []
     for kept in (False, True):
         with Match(game, seed=1) as match:
@@ -84,7 +84,7 @@ def with_auto(game: Game, **settings) -> Match:
 
 
 def replay(match: Match, times: int, seconds: float) -> tuple[set[str], int]:
-    """Play and reset so often; the digests, and how many more objects there are at the end than after a fifth."""
+    """Play and reset this often; return the digests, and the growth in objects after the first fifth."""
     digests, start = set(), 0
     for number in range(times):
         match.reset()
@@ -112,7 +112,7 @@ def test_a_match_that_is_reset_is_the_same_match(game, whole):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' figures of memory")
-def test_resets_take_no_memory(game, whole):
+def test_resets_leak_no_memory(game, whole):
     """The engine's memory too, which Python does not see: 36 resets of one game, 300 of each with `--whole`.
 
     PyBullet never frees the hulls of a moving shape of several: 9 KB each, 24 in a coral.
@@ -135,7 +135,7 @@ def test_resets_take_no_memory(game, whole):
 
 
 def test_a_second_auto_begins_at_zero(game):
-    """As in `robotpy sim`, where a driver enables auto again; what lies on the field stays where it is."""
+    """As in `robotpy sim`, where a driver enables auto again; pieces on the field stay where they are."""
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)
@@ -153,7 +153,7 @@ def test_a_second_auto_begins_at_zero(game):
         assert match.count.is_conserved
 
 
-def test_the_end_comes_once(game):
+def test_the_end_hook_is_called_once(game):
     ends = []
     with Match(game, robots=(RobotEntry(preload=0),)) as match:
         match.rules.end = lambda: ends.append(match.timer.time)  # type: ignore[method-assign]

@@ -1,4 +1,4 @@
-"""Telemetry of every game: what a log holds is what the match had."""
+"""Telemetry of every game: the log holds the values of the match."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_log_read_back_shows_the_match(game, tmp_path):
     assert held_at_all > 0
 
 
-def test_the_keys_of_the_clock_agree_with_each_other(game):
+def test_the_clock_keys_are_consistent(game):
     """Through the end of auto, the pause and into teleop."""
     sink = MemorySink()
     auto = game.clock.duration if not game.clock.phases else game.clock.phases[0].duration
@@ -76,7 +76,7 @@ def test_the_keys_of_the_clock_agree_with_each_other(game):
 
 @pytest.mark.engines("bullet", "mujoco")
 def test_a_robot_at_rest_logs_nothing_but_the_clock(tmp_path):
-    """It has driven, stopped and let its mechanisms run down: wheels, rollers and pose stand to the last bit."""
+    """After driving and run-down: wheels, rollers and pose are at rest to the last bit."""
 
     def drive_and_stop(robot, time):
         is_on = 0.0 < time < 0.4

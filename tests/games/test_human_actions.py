@@ -1,4 +1,4 @@
-"""A person plays human players, by Python and by NetworkTables, in both games, by the rules of the policy."""
+"""Human players played by a person, by Python and NetworkTables, in both games, within the rules of the policy."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
 from simcore import Match, RobotEntry
-from simcore.match.control_topics import ControlTopics
 from simcore.pieces.pool import PieceStatus
+from simcore.robotcode.networktables.control_topics import ControlTopics
 
 
 def outposts(**settings) -> Match:
@@ -24,7 +24,7 @@ def outposts(**settings) -> Match:
 
 
 def said(match: Match, *commands: tuple[str, str]) -> list[str]:
-    """What became of commands, given in one tick."""
+    """Return the results of commands given in one tick."""
     for alliance, name in commands:
         match.control.human_action(alliance, name)
     match.tick()
@@ -36,7 +36,7 @@ def to_teleop(match: Match) -> None:
     match.timer.start("teleop")
 
 
-def test_who_is_not_taken_over_plays_on_and_nobody_is_taken_over_by_what_is_refused():
+def test_human_players_not_taken_over_play_on_and_refused_requests_take_over_none():
     def played(*commands) -> tuple[str, dict]:
         with outposts(seed=3) as match:
             for alliance, name in commands:
@@ -52,8 +52,8 @@ def test_who_is_not_taken_over_plays_on_and_nobody_is_taken_over_by_what_is_refu
     assert changed != alone and stock == {"blue": 23, "red": both_throw["red"]}
 
 
-def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall():
-    """Who drives past or is full gets none; an alliance without robots throws all it has."""
+def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_wall():
+    """A robot that drives past or is full gets none; an alliance without robots throws all of its fuel."""
     start = (0.5, rebuilt.OUTPOST_Y, 0.0)
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(start=start, preload=0),), seed=3) as match:
         people, robot = match.rules.human_players, match.robots[0]
@@ -96,7 +96,7 @@ def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
         assert match.breakdown()["Blue/humanPlayerPoints"] == match.score.blue, "no robot has shot"
 
 
-def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():
+def test_a_policy_resumes_when_handed_back_and_starts_every_new_run():
     with outposts(seed=3) as match:
         match.play(1.0)
         first = match.digest.hexdigest()
@@ -144,7 +144,7 @@ def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
 
 
 def test_a_dashboard_plays_human_players_over_networktables():
-    """Pulses, manual and back, misspelled alliances, numbers where buttons are."""
+    """Pulses, manual mode and back, misspelled alliances, numbers instead of buttons."""
     folder = "/Sim/HumanPlayer/"
     with Dashboard() as board, outposts(seed=2) as match:
         client = board.client

@@ -1,4 +1,4 @@
-"""Every row of a layout for AdvantageScope finds its value, in logs and live, and nothing is drawn twice.
+"""Rows of AdvantageScope layouts: each finds its value, in logs and live, and nothing is drawn twice.
 
 The client here knows nothing but the layout: it reads topics, types and schemas as AdvantageScope does.
 """
@@ -19,9 +19,9 @@ import pytest
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore import Match, RobotEntry, season
+from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink
 from simcore.show.scope_layout import scope_layout
 from simcore.show.view_models import load_models
-from simcore.telemetry.networktables_sink import NetworkTablesSink
 from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink, read_log
 
@@ -35,24 +35,24 @@ TAKES = {
     "stripes": {"Number", "Boolean", "String"},
     "states": {"SwerveModuleState[]"},
 }
-"""What a kind of row may show. Source: `*Controller_Config.ts` of AdvantageScope."""
+"""Types that each kind of row may show. Source: `*Controller_Config.ts` of AdvantageScope."""
 _NAMES = {"double": "Number", "int": "Number", "int64": "Number", "boolean": "Boolean", "string": "String"}
 _LISTS = ("sources", "leftSources", "rightSources", "discreteSources")
 
 
 @dataclass
 class Seen:
-    """What a client knows of a log or a server: types and last values by name, raw."""
+    """Contents of a log or a server as a client sees them: types and last raw values by name."""
 
     types: dict[str, str]
     values: dict[str, Any]
 
     def scope_type(self, key: str) -> str:
-        """As AdvantageScope calls the type of a key."""
+        """Return AdvantageScope's name of a key's type."""
         return _NAMES.get(self.types[key], self.types[key].removeprefix("struct:"))
 
     def fields(self, name: str) -> list[str]:
-        """The doubles of a struct, by its schema and those of its parts."""
+        """Return the doubles of a struct, by its schema and those of its parts."""
         found: list[str] = []
         for part in self.values[f"NT:/.schema/struct:{name}"].decode().split(";"):
             kind, field = part.split()
@@ -60,7 +60,7 @@ class Seen:
         return found
 
     def rows(self, key: str) -> np.ndarray:
-        """The structs of a key, decoded by their schema, shape (n, fields)."""
+        """Return the structs of a key, decoded by their schema, shape (n, fields)."""
         names, raw = self.fields(self.scope_type(key).removesuffix("[]")), self.values[key]
         assert len(raw) % (8 * len(names)) == 0, key
         return np.array(struct.unpack(f"<{len(raw) // 8}d", raw)).reshape(-1, len(names))
@@ -79,7 +79,7 @@ def of_log(path: Path) -> Seen:
 
 
 def of_server(instance: Any) -> Seen:
-    """All topics, whose names AdvantageScope writes behind `NT:`."""
+    """Return all topics, whose names AdvantageScope writes behind `NT:`."""
     seen = Seen({}, {})
     for topic in instance.get_topics():
         name = f"NT:{topic.get_name()}"
@@ -89,7 +89,7 @@ def of_server(instance: Any) -> Seen:
 
 
 def tabs_of(layout: dict[str, Any]) -> Iterator[tuple[str, dict[str, list[dict[str, Any]]], list[str]]]:
-    """Title, lists of sources and plain keys of each tab."""
+    """Return title, lists of sources and plain keys of each tab."""
     (window,) = layout["hubs"]
     for tab in window["state"]["tabs"]["tabs"]:
         controller = tab["controller"]
@@ -100,7 +100,7 @@ def tabs_of(layout: dict[str, Any]) -> Iterator[tuple[str, dict[str, list[dict[s
 
 
 def require_bound(layout: dict[str, Any], seen: Seen) -> None:
-    """Each row's key is there, with the type that the row says and its kind takes; children follow a robot."""
+    """Check each row's key and type against those that the row takes; children follow a robot."""
     for title, lists, plain in tabs_of(layout):
         assert len(set(plain)) == len(plain) and set(plain) <= seen.types.keys(), title
         assert all(seen.scope_type(key) in ("Number", "Boolean", "String") for key in plain)
@@ -118,7 +118,7 @@ def require_bound(layout: dict[str, Any], seen: Seen) -> None:
 
 
 def require_drawn_once(layout: dict[str, Any], seen: Seen) -> None:
-    """No key twice in a tab; each robot, ghost and piece has one place of its own."""
+    """Check that no key is twice in a tab, and that each robot, ghost and piece has its own place."""
     for title, lists, _ in tabs_of(layout):
         keys = [row["logKey"] for rows in lists.values() for row in rows]
         assert len(set(keys)) == len(keys), title
@@ -134,13 +134,13 @@ def require_drawn_once(layout: dict[str, Any], seen: Seen) -> None:
 
 
 def apart(places: np.ndarray) -> float:
-    """The smallest distance between two places [m]; one alone is far from all."""
+    """Return the smallest distance between two places [m]; infinite for a single one."""
     distances = np.linalg.norm(places[:, None] - places[None], axis=2)
     return float((distances + 1e3 * np.eye(len(places))).min())
 
 
 def played(game: Any, robots: int, path: Path) -> tuple[Seen, Seen, Any]:
-    """Until something flies, or two seconds: log and server at the end, and how many pieces there are to be seen."""
+    """Play until a piece flies, or for two seconds; return log, server and number of visible pieces at the end."""
     instance = season.ntcore.NetworkTableInstance.create()
     instance.start_local()
     memory = MemorySink()
@@ -168,7 +168,7 @@ def played(game: Any, robots: int, path: Path) -> tuple[Seen, Seen, Any]:
 
 @pytest.mark.parametrize(("file", "robots"), [("layout.json", 1), ("layout_six.json", 6)])
 @pytest.mark.parametrize("game", [REBUILT, REEFSCAPE], ids=lambda game: game.name)
-def test_every_row_binds_and_nothing_is_drawn_twice(game, file, robots, tmp_path):
+def test_every_layout_row_finds_its_value_and_nothing_is_drawn_twice(game, file, robots, tmp_path):
     logged, live, count = played(game, robots, tmp_path / "run.wpilog")
     shipped = json.loads((game.models / file).read_text())
     found = read_log(tmp_path / "run.wpilog")

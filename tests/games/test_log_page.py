@@ -1,4 +1,4 @@
-"""A run of which only the log is left looks the same."""
+"""Page of a run from its log alone: equal to that of the run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def depot(tmp_path_factory):
     return scene_of(run.match), recording, log, run.match.record.shots
 
 
-def test_numbers_poses_and_pieces_come_back(depot):
+def test_numbers_poses_and_pieces_are_read_back(depot):
     _, live, log, _ = depot
     back = recording_of(read_log(log))
     assert back.times == pytest.approx(live.times)
@@ -58,7 +58,7 @@ def test_the_columns_of_a_log_are_what_its_snapshots_say(depot):
                     assert getattr(snapshot, field)[key].tolist() == values.tolist(), key
 
 
-def test_shots_come_back_and_their_flights_are_those_of_the_engine(depot):
+def test_shots_are_read_back_with_the_flights_of_the_engine(depot):
     scene, live, log, truth = depot
     back = recording_of(read_log(log))
     again = scene_of_log(back)
@@ -74,8 +74,8 @@ def test_shots_come_back_and_their_flights_are_those_of_the_engine(depot):
     assert again.goals == scene.goals
 
 
-def test_a_log_of_an_older_version_gives_a_page_too(depot, tmp_path):
-    """Without ids, results of shots, and what the robot believed."""
+def test_a_log_of_an_older_version_also_gives_a_page(depot, tmp_path):
+    """Without ids, results of shots, and the robot's pose estimate."""
     _, live, *_ = depot
     old = Recording()
     for snapshot in list(live.snapshots())[:50]:
@@ -87,7 +87,7 @@ def test_a_log_of_an_older_version_gives_a_page_too(depot, tmp_path):
     assert (page.pieces(0.5)[:, 3] > 0).sum() > 400 and not page.meta["tables"]
 
 
-def test_the_command_writes_the_page_beside_the_log(depot, tmp_path, capsys):
+def test_the_command_writes_the_page_next_to_the_log(depot, tmp_path, capsys):
     log = tmp_path / "run.wpilog"
     log.write_bytes(depot[2].read_bytes()[:300_000])  # its program was killed
     assert main(["view", "--no-browser", str(log)]) == 0
@@ -96,7 +96,7 @@ def test_the_command_writes_the_page_beside_the_log(depot, tmp_path, capsys):
     assert said.count("\n") == 2 and said.startswith("game       rebuilt\n")
 
 
-def test_logs_that_show_no_run(tmp_path, capsys):
+def test_logs_without_a_run_are_refused(tmp_path, capsys):
     assert main(["view", "--no-browser", str(tmp_path / "none.wpilog")]) == 1
     assert "cannot read the log" in capsys.readouterr().err
     with WpilogSink(tmp_path / "other.wpilog") as sink:
@@ -105,8 +105,8 @@ def test_logs_that_show_no_run(tmp_path, capsys):
         recording_of(read_log(tmp_path / "other.wpilog"))
 
 
-def test_a_stamp_a_day_later_is_left_out(depot, tmp_path, capsys):
-    """A flipped byte must not make a run of a day: what was logged together is the run."""
+def test_a_time_stamp_a_day_later_is_ignored(depot, tmp_path, capsys):
+    """A flipped byte must not make a run of a day: entries close in time are the run."""
     later = tmp_path / "later.wpilog"
     records = [struct.pack("<BBBQd", 0b0111_0000, entry, 8, 86_400_000_000, 1.0) for entry in range(1, 60)]
     later.write_bytes(depot[2].read_bytes() + b"".join(records))
@@ -114,7 +114,7 @@ def test_a_stamp_a_day_later_is_left_out(depot, tmp_path, capsys):
     assert "nothing was logged for over 60 s" in capsys.readouterr().err
 
 
-def test_a_full_disk_or_a_wrong_name_is_one_sentence(depot, tmp_path, capsys):
+def test_a_full_disk_or_a_wrong_name_gives_one_message(depot, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["view", "--no-browser", str(depot[2]), "--page", str(tmp_path / "file" / "x.html")]) == 1
     said = capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What a run leaves behind, and that nothing of it can stop the run."""
+"""Outputs of a run: they exist, and no failure to write them stops the run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def outputs(capsys, *arguments: str) -> tuple[dict[str, str], str]:
 
 @pytest.fixture(scope="module")
 def depot():
-    """An auto of which everything was recorded, closed; and for some instants where the fuel was."""
+    """Return a closed auto with all recordings, and the positions of fuel at some instants."""
     recording, truth = Recording(), {}
 
     def note(match):
@@ -82,7 +82,7 @@ def test_a_failed_test_leaves_evidence_of_a_closed_game(depot, tmp_path):
 
 
 @pytest.mark.parametrize("what", ["out as a file", "a folder in the way of the page"])
-def test_usual_files_that_cannot_be_written_are_one_sentence_and_the_run_goes_on(here, capsys, what):
+def test_unwritable_default_files_give_one_message_and_the_run_continues(here, capsys, what):
     if what == "out as a file":
         Path("out").write_text("keep me")
         written, said = outputs(capsys)
@@ -98,7 +98,7 @@ def test_usual_files_that_cannot_be_written_are_one_sentence_and_the_run_goes_on
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
-def test_a_disk_that_is_full_at_the_end_costs_the_page_alone(here, capsys):
+def test_a_disk_full_at_the_end_costs_only_the_page(here, capsys):
     Path("full.html").symlink_to("/dev/full")
     written, said = outputs(capsys, "--page", "full.html")
     assert set(written) == {"log"}
@@ -106,7 +106,7 @@ def test_a_disk_that_is_full_at_the_end_costs_the_page_alone(here, capsys):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
-def test_a_disk_that_fills_up_during_the_run_ends_the_log_and_not_the_run(here, capsys, monkeypatch):
+def test_a_disk_that_fills_up_ends_the_log_but_not_the_run(here, capsys, monkeypatch):
     flush = "simcore.telemetry.wpilog.WpilogSink._flush"
     original = __import__("simcore.telemetry.wpilog", fromlist=["x"]).WpilogSink._flush
     monkeypatch.setattr(flush, lambda self, micros: original(self, micros) if micros else None)

@@ -1,4 +1,4 @@
-"""A game in which pieces stay where they are placed: counted, and the same for red and blue."""
+"""Game with placed pieces: they count, equally for red and blue."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import pytest
 from crates import CRATE, CRATES, FIELD, SYMMETRY
 
 from simcore import play_auto
-from simcore.geometry.zones import BoxZone
 from simcore.match.game import StagedPieces
 from simcore.pieces.resting_places import RestingPlace
 from simcore.testing.game_laws import check_placed
+from simcore.world.zones import BoxZone
 
 _DOCK = np.array([[0.0, 4.4, 0.5], [0.5, 5.6, 0.8]])
 _DOCKS = {"blue": _DOCK, "red": np.sort(SYMMETRY.flip_points(_DOCK), axis=0)}
@@ -23,7 +23,7 @@ PLACES = tuple(
 
 
 def staging(rng, entries):
-    """One crate to fetch, and one that lies turned on the dock already."""
+    """Place one crate to fetch, and one that already lies turned on the dock."""
     lies = np.array([[0.25, 4.6, 0.5 + 0.18]])
     turned = np.array([[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]])
     return [
@@ -36,7 +36,7 @@ GAME = replace(CRATES, zones=(), places=PLACES, staging=staging, field=FIELD)
 
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
-def test_a_crate_that_a_robot_puts_down_counts_with_the_one_that_lay_there(alliance):
+def test_a_placed_crate_counts_in_addition_to_the_staged_one(alliance):
     run = play_auto(GAME, "crate", alliance=alliance, seconds=10.0)
     with run.match as match:
         places = match.pieces.places
@@ -46,5 +46,5 @@ def test_a_crate_that_a_robot_puts_down_counts_with_the_one_that_lay_there(allia
         assert kinds == {0.62, 0.68}, "one upright, one on its end"
 
 
-def test_what_is_placed_obeys_the_law():
+def test_placed_pieces_obey_the_laws():
     check_placed(GAME, "crate", seconds=8.0)

@@ -1,4 +1,4 @@
-"""Robots are put down where they can stand, and a piece has one owner, whatever is asked for in whatever order."""
+"""Placement of robots where they can stand, and ownership of pieces, for requests in any order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DEEPEST = 0.020  # [m]
 
 
 def ways_to_place(match):
-    """Everything that puts the first robot somewhere exactly; only `reset` lets its gyro begin anew."""
+    """Return all calls that place the first robot exactly; only `reset` restarts its gyro."""
     robot = match.robots[0]
 
     def by_command(pose):
@@ -36,7 +36,7 @@ def ways_to_place(match):
 
 
 def require_clear(match, pose):
-    """The robot that was put there is in nothing, and nothing is in it."""
+    """Check that the placed robot overlaps nothing."""
     engine, robot = match.world.engine, match.robots[0]
     assert engine.depth(robot.chassis.row) < _DEEPEST, pose
     footprint = Footprint(*robot.chassis.footprint)
@@ -47,7 +47,7 @@ def require_clear(match, pose):
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_a_robot_that_is_put_down_is_in_nothing_and_knows_where_it_is(name, whole):
+def test_a_placed_robot_overlaps_nothing_and_knows_its_pose(name, whole):
     rng = np.random.default_rng(11)
     with Match(find_game(name), robots=(RobotEntry(), RobotEntry(alliance="red")), seed=1) as match:
         length, width = match.game.field.size
@@ -78,8 +78,8 @@ def test_a_robot_that_is_put_down_is_in_nothing_and_knows_where_it_is(name, whol
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_pieces_lie_again_where_a_robot_was_that_was_carried_on(name):
-    """Within a tick, too: where it stands last alone is taken."""
+def test_pieces_return_to_the_place_of_a_robot_carried_away(name):
+    """Also within a tick: only its last place is occupied."""
     kind = find_game(name).pieces[0].kind
     with Match(find_game(name)) as match:
         for x in (3.0, 6.0):
@@ -99,7 +99,7 @@ def test_a_robot_stands_tilted_on_a_bump_and_stays_there():
 
 
 @pytest.mark.parametrize("place", [(0.21, 2.2, 0.0), (2.0, 0.22, 0.0), (4.44, 7.03, 0.0)])
-def test_a_place_in_a_wall_is_refused_and_a_free_one_named(place):
+def test_a_place_in_a_wall_is_refused_and_a_free_one_suggested(place):
     with Match(find_game("rebuilt")) as match:
         before = match.robots[0].chassis.pose
         for way in (lambda pose: match.carry_to(0, pose), match.robots[0].reset, match.robots[0].carry_to):
@@ -110,7 +110,7 @@ def test_a_place_in_a_wall_is_refused_and_a_free_one_named(place):
         assert match.robots[0].chassis.pose == before
 
 
-def test_algae_with_a_human_player_is_thrown_only_if_it_is_still_there():
+def test_a_human_player_throws_only_algae_that_it_still_has():
     with Match(find_game("reefscape"), seed=2) as match:
         algae = np.array([int(match.pieces.on_field("Algae")[0])])
         match.pieces.score(algae)
@@ -120,7 +120,7 @@ def test_algae_with_a_human_player_is_thrown_only_if_it_is_still_there():
         assert match.rules.human_players.waiting_algae["red"] == 0
 
 
-def test_coral_that_people_put_down_is_missing_at_the_stations():
+def test_coral_put_down_by_people_is_taken_from_the_stations():
     with Match(find_game("reefscape")) as match:
         before = sum(match.rules.human_players.stock.values())
         match.pieces.put_down(match.pieces.spare("Coral", before), np.full((before, 2), 4.0))
@@ -132,7 +132,7 @@ PUT_ENGINES = pytest.mark.parametrize("engine", ["bullet", "mujoco"])
 
 
 @PUT_ENGINES
-def test_a_robot_that_changes_sides_stands_beside_one_that_is_where_it_starts(engine, caplog):
+def test_a_robot_that_changes_sides_stands_next_to_one_at_its_start(engine, caplog):
     entries = [RobotEntry(start=(2.6, 5.3, 0.0), preload=0), RobotEntry(start=(2.0, 2.0, 0.0), preload=0)]
     with Match(find_game("rebuilt"), robots=entries, engine=engine) as match:
         taken = find_game("rebuilt").field.symmetry.flip_pose(2.6, 5.3, 0.0)
@@ -159,7 +159,7 @@ def test_all_robots_may_change_sides_at_once(engine, caplog):
 
 
 @PUT_ENGINES
-def test_where_a_cage_hangs_no_robot_is_put_and_beside_it_none_is_shoved(engine):
+def test_no_robot_is_placed_at_a_cage_and_none_next_to_it_is_moved(engine):
     with Match(find_game("reefscape"), robots=[RobotEntry(start=(7.2, 2.0, 0.0), config=BARE)], engine=engine) as match:
         robot, taken = match.robots[0], 0
         for x in np.arange(8.0, 9.5, 0.25):
@@ -174,7 +174,7 @@ def test_where_a_cage_hangs_no_robot_is_put_and_beside_it_none_is_shoved(engine)
         assert 3 < taken < 18
 
 
-def test_no_robot_is_put_where_another_one_is_in_the_next_tick():
+def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
     """It drives at 4 m/s: in 20 ms by 80 mm."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:
@@ -190,8 +190,8 @@ def test_no_robot_is_put_where_another_one_is_in_the_next_tick():
         assert driven == pytest.approx(x - 2.0, abs=0.15) and put < 0.01, "to be put somewhere is not to drive there"
 
 
-def test_a_free_place_is_no_place_on_a_ramp():
-    """Of a robot in REBUILT's hub, near the bump beside it, where nothing solid is in its way."""
+def test_a_suggested_free_place_is_never_on_a_ramp():
+    """For a robot in REBUILT's hub, near the bump next to it, where no obstacle is."""
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0)]) as match:
         pose = (HUB_CENTER[0], HUB_CENTER[1] + 0.9, 0.0)
@@ -199,7 +199,7 @@ def test_a_free_place_is_no_place_on_a_ramp():
         assert math.dist(pose[:2], (x, y)) > 0.2 and match.world.is_flat(x, y, 0.5 * math.hypot(0.8, 0.8))
 
 
-def test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick():
+def test_no_robot_is_placed_where_the_corner_of_a_turning_one_will_be_in_the_next_tick():
     """At 10 rad/s: 0.2 rad in 20 ms, and its side, of 0.4 m, reaches 0.4 (cos a + sin a) = 0.47 m."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:

@@ -1,5 +1,4 @@
-"""Robot code's half: WPILib's pose estimator on a scripted robot, fed by cameras over NetworkTables, in simulated
-time."""
+"""WPILib's pose estimator on a scripted robot, fed by cameras over NetworkTables, in simulated time."""
 
 from __future__ import annotations
 
@@ -21,6 +20,7 @@ from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.robot.gyro import gyro_config
 from simcore.robot.robot_config import RobotConfig
+from simcore.robotcode.networktables.limelight_table import CameraTables
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
 
@@ -42,7 +42,7 @@ CAMERAS = (
 
 
 class LocalizingRobot:
-    """Robot code: drives by a script, sends its heading, and believes what encoders, gyro and MegaTag 2 say."""
+    """Robot code that drives by a script, sends its heading, and believes encoders, gyro and MegaTag 2."""
 
     def __init__(self, script, instance, *, sends_heading: bool) -> None:
         self._script = script
@@ -60,7 +60,7 @@ class LocalizingRobot:
         self.first_tag: float | None = None
 
     def close(self) -> None:
-        """Before the instance goes: collected later, a subscriber would close one of the next instance, by number."""
+        """Close the subscribers before the instance; collected later, they would close those of the next."""
         for topic in (*self._poses, *self._headings, *self._trust, *self._orientation):
             topic.close()
 
@@ -112,7 +112,7 @@ def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float
     instance = ntcore.NetworkTableInstance.create()
     instance.startLocal()
     entry = RobotEntry(start=auto.start, preload=auto.preload, config=replace(rebuilt_robot(), cameras=cameras))
-    with Match(REBUILT, seed=3, robots=(entry,), network=instance) as match:
+    with Match(REBUILT, seed=3, robots=(entry,), network=CameraTables(instance)) as match:
         code = LocalizingRobot(auto.controller(match, "blue"), instance, sends_heading=sends_heading)
         match.play(seconds, controllers=[code])
     code.close()
@@ -143,9 +143,9 @@ def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto,
     assert after.max() < 0.2
 
 
-def test_a_heading_controller_with_an_integral_term_parts_belief_and_truth_by_drift_and_slip_alone():
-    """60 s of circles at 2 m/s while the heading swings by 57 degrees to both sides: odometry is the true way, each
-    piece of it turned by what the gyro is off, but for what the wheels slide.
+def test_with_an_integral_heading_controller_odometry_errs_only_by_drift_and_slip():
+    """60 s of circles at 2 m/s while the heading swings by 57 degrees to both sides: odometry is the true path, with
+    each part rotated by the gyro's error, except for wheel slip.
     """
     controller = PIDController(4.0, 2.0, 0.1)
     missed, slid, way, ahead = [], [], [0j], [8.0 + 2.0j]

@@ -1,4 +1,4 @@
-"""Laws in games of robots of any build that people carry, reset and drive, and calls of nonsense between ticks."""
+"""Laws in random games with robots of any build, and random invalid calls between ticks."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ BROKE = {
     92: "fuel was put into a robot that lay on it",
     16: "a robot that tipped onto its back gained energy as its other side landed",
 }
-"""Seeds in which a law did not hold."""
+"""Seeds that once broke a law."""
 
 
 @pytest.mark.parametrize("seed", BROKE)
-def test_laws_hold_in_a_random_game_and_it_is_the_same_again(seed, whole, engine_name):
+def test_laws_hold_in_a_random_game_and_a_repeat_is_identical(seed, whole, engine_name):
     first = random_games.play(seed, engine_name)
     if whole or seed == 7:
         assert random_games.play(seed, engine_name) == first
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_public_calls_of_nonsense_are_refused_by_a_sentence_and_end_no_tick(seed, whole, engine_name):
+def test_invalid_public_calls_are_refused_and_end_no_tick(seed, whole, engine_name):
     assert not random_calls.play(seed, calls=600 if whole else 100)

@@ -1,4 +1,4 @@
-"""The scripted autos on the real field: what they score, and what no robot and no fuel may do meanwhile."""
+"""Scripted autos on the field of REBUILT: scores, and limits for robots and fuel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ AUTOS = ["depot", "neutral", "tour"]
 
 @pytest.fixture(scope="module")
 def played(engine_name):
-    """Runs by auto."""
+    """Return runs by auto."""
     return {auto: play("rebuilt", auto) for auto in AUTOS}
 
 
@@ -35,7 +35,7 @@ def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
     assert report.sim_seconds == 20.0 and report.ticks == 1000
 
 
-def test_the_neutral_auto_comes_back_with_more_than_it_took_along(played):
+def test_the_neutral_auto_returns_with_more_fuel_than_its_preload(played):
     one = played["neutral"]
     x = [pose[0] for pose in one.poses]
     assert max(x) > HUB_CENTER[0] + 2.0, "it was in the neutral zone"

@@ -1,4 +1,4 @@
-"""A match of REBUILT: its fuel, its human players, and what comes out of the hubs."""
+"""Match of REBUILT: fuel, human players, and fuel out of the hubs."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def test_a_hub_lets_fuel_out_of_one_opening_and_at_most_ten_a_second():
         assert left[-1] == 0 and max(a - b for a, b in zip(left, left[5:], strict=False)) <= 1
 
 
-def test_two_hundred_fuel_in_each_hub_are_counted_and_come_back_red_turned_as_blue():
-    """With the same chance in both hubs: red's exits are blue's, turned, within 1 mm after a tick."""
+def test_two_hundred_fuel_per_hub_are_counted_and_return_red_as_blue_rotated():
+    """With equal random numbers in both hubs red's exits are blue's, rotated, within 1 mm after a tick."""
     empty = replace(REBUILT, staging=lambda rng, entries: [], preload=0)
     with Match(empty, options=["hub_exits"], robots=(RobotEntry(preload=0, start=(1.0, 1.0, 0.0)),)) as match:
         pieces, ways = match.pieces, match.rules.ways
@@ -70,7 +70,7 @@ def test_two_hundred_fuel_in_each_hub_are_counted_and_come_back_red_turned_as_bl
         assert len(turned) == 200 and np.abs(turned - out["blue"]).max() < 1e-3
 
 
-def test_people_bring_back_what_left_the_field_of_a_match_after_some_seconds():
+def test_people_return_fuel_that_left_the_field_after_some_seconds():
     with RebuiltSim(options=["human_players"]) as match:
         slot = match.pieces.on_field()[:1]
         match.pieces.release(slot, np.array([[8.0, 7.9, 2.0]]))
@@ -84,7 +84,7 @@ def test_people_bring_back_what_left_the_field_of_a_match_after_some_seconds():
         assert match.pieces.state.pos[slot[0], 1] < dim.FIELD_WIDTH
 
 
-def test_a_human_player_takes_what_rolls_into_the_corral_and_opens_the_door_for_a_robot_that_waits():
+def test_a_human_player_takes_corral_fuel_and_opens_the_door_for_a_waiting_robot():
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(preload=0),)) as match:
         assert match.rules.human_players.stock == {"blue": 24, "red": 24}
         slot = match.pieces.on_field()[:1]
@@ -122,8 +122,8 @@ def test_counts_are_configurable_and_add_up(staging, preload, total, on_field):
         assert match.pieces.count(PieceStatus.FREE) == 0
 
 
-def test_game_data_follows_the_auto_that_a_driver_station_started():
-    """Practice for a while, then a match: game data comes with teleop, of the auto fuel of this match alone."""
+def test_game_data_follows_an_auto_started_by_a_driver_station():
+    """Practice for a while, then a match: game data comes with teleop, from the auto fuel of this match alone."""
     with RebuiltSim() as match:
         match.play(0.5)
         match.start_mode("auto")

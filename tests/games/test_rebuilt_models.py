@@ -1,4 +1,4 @@
-"""The committed models of REBUILT: where things are, and moving as the robot's mechanisms do."""
+"""Committed models of REBUILT: positions, and motion with the robot's mechanisms."""
 
 from __future__ import annotations
 

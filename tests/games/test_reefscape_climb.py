@@ -1,4 +1,4 @@
-"""Climbs of the 2025 game: cages that swing, deep and shallow; who hangs there when it is over, and who falls."""
+"""Climbs of the 2025 game: swinging cages, deep and shallow, and judging at the end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RAISED = replace(
     mechanisms=reefscape_robot().mechanisms
     | {"climber": replace(reefscape_robot().mechanisms["climber"], start_height=0.55)},
 )
-"""The game's robot with its hook up already."""
+"""Robot of the game with its hook up."""
 
 
 def entry(alliance, cage):
@@ -29,7 +29,7 @@ def entry(alliance, cage):
 
 
 def climber(match, number, falls_at=math.inf):
-    """Backs into the cage, pulls itself up, and then gives its motors nothing; one of them lets go later."""
+    """Back into the cage, pull up, and then cut the motors; one of the robots lets go later."""
 
     def control(robot, time):
         volts = 0.0 if time > 4.8 else -12.0 if time > 2.2 else 0.0
@@ -41,7 +41,7 @@ def climber(match, number, falls_at=math.inf):
 
 @pytest.fixture(scope="module")
 def hung():
-    """Four robots climb in the last seconds: two deep, two shallow, one of whom lets go as the match ends."""
+    """Let four robots climb in the last seconds: two deep, two shallow, one of which lets go at the end."""
     entries = (entry("blue", 2), entry("red", 2), entry("blue", 1), entry("red", 3))
     options = ("blue_cage_1_shallow", "red_cage_3_shallow")
     with Match(REEFSCAPE, robots=entries, options=options) as match:
@@ -56,7 +56,7 @@ def hung():
         yield match, before, at_end, heights
 
 
-def test_deep_and_shallow_hold_for_three_seconds_without_power(hung):
+def test_climbs_on_deep_and_shallow_cages_hold_for_three_seconds_without_power(hung):
     match, before, at_end, heights = hung
     assert before.total == 0
     assert (at_end.blue, at_end.red) == (12 + 6, 12 + 6)
@@ -68,7 +68,7 @@ def test_deep_and_shallow_hold_for_three_seconds_without_power(hung):
         assert abs(robot.mechanisms["climber"].velocity) < 1e-6, "friction of the gears holds it"
 
 
-def test_who_lets_go_falls_and_does_not_count(hung):
+def test_a_robot_that_lets_go_falls_and_does_not_count(hung):
     match, *_ = hung
     assert match.robots[3].climbers[0].rung is None
     assert match.robots[3].chassis.pos[2] < 0.05
@@ -82,7 +82,7 @@ def test_who_lets_go_falls_and_does_not_count(hung):
     assert [match.rules.worth(zone) for zone in REEFSCAPE.zones] == [0, 0], "nothing counts any more"
 
 
-def test_red_hangs_as_blue_does(hung):
+def test_a_red_climb_equals_a_blue_one(hung):
     match, *_ = hung
     blue, red = (match.robots[n].chassis.pose for n in (0, 1))
     flipped = REEFSCAPE.field.symmetry.flip_pose(*red)

@@ -1,4 +1,4 @@
-"""Fouls of the 2025 game that geometry decides: each where it is one, and beside it where it is none."""
+"""Geometric fouls of the 2025 game: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HALF = 0.4
 
 @pytest.fixture(scope="module")
 def play():
-    """Robots 0 and 2 are blue, 1 is red."""
+    """Return `play`; robots 0 and 2 are blue, 1 is red."""
     yield from foul_trials(REEFSCAPE, far=((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0)))
 
 
@@ -29,7 +29,7 @@ OPEN = ((7.0, 2.0, 0.0), (7.0 - 2 * HALF - 0.1, 2.0, 0.0))
 
 
 @pytest.mark.parametrize("side", ["blue", "red"])
-def test_who_touches_an_opponent_in_its_reef_zone_commits_g427(play, side):
+def test_g427_contact_with_an_opponent_in_its_reef_zone(play, side):
     other = "red" if side == "blue" else "blue"
     push = {1: (1.0, 0.0, 0.0)}
     match = play({0: AT_REEF, 1: BEHIND}, 60.0, drive=push, side=side)
@@ -48,7 +48,7 @@ def test_who_touches_an_opponent_in_its_reef_zone_commits_g427(play, side):
     assert match.contacts.robots and told(match) == [], "a partner may"
 
 
-def test_who_pins_an_opponent_for_three_seconds_commits_g425_and_again_three_seconds_later(play):
+def test_g425_a_pin_of_three_seconds_and_again_three_seconds_later(play):
     poses = {0: (6.8, HALF + 0.02, 0.0), 1: (6.8, 3 * HALF + 0.06, -math.pi / 2)}
     drive = {0: (0.0, 2.0, 0.0), 1: (2.5, 0.0, 0.0)}
     match = play(poses, 60.0, drive=drive, seconds=3.6)
@@ -58,7 +58,7 @@ def test_who_pins_an_opponent_for_three_seconds_commits_g425_and_again_three_sec
     assert told(play(poses, 60.0, drive=drive, seconds=2.6)) == []
 
 
-def test_in_auto_contact_counts_beyond_the_barge_only(play):
+def test_auto_contact_is_a_foul_only_beyond_the_barge(play):
     push = {1: (1.0, 0.0, 0.0)}
     match = play({0: OPEN[0], 1: OPEN[1]}, 5.0, drive=push)
     assert told(match) == [("G403", "red", 6)], "red's robot is on blue's side"
@@ -68,8 +68,8 @@ def test_in_auto_contact_counts_beyond_the_barge_only(play):
     assert match.contacts.robots and told(match) == []
 
 
-def test_an_opponents_cage_is_not_to_be_touched(play):
-    """G405 in auto, G418 in teleop, which gives away the ranking point of the barge; one's own may be touched."""
+def test_touching_an_opponents_cage_is_a_foul(play):
+    """G405 in auto, G418 in teleop, which grants the barge ranking point; the own cage may be touched."""
 
     def at(cage):
         return (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[cage], math.pi)
@@ -84,10 +84,10 @@ def test_an_opponents_cage_is_not_to_be_touched(play):
     assert match.hanging[2].is_awake and told(match) == []
 
 
-def test_a_climber_is_not_to_be_touched_in_the_end_game(play):
-    """G428 for who touches one that touches its cage; before, the same is G427.
+def test_touching_a_climber_in_the_end_game_is_a_foul(play):
+    """G428 for contact with a robot at its cage; before the end game that is G427.
 
-    On MuJoCo the cage swings off for a tick, so that it is G427, too.
+    On MuJoCo the cage swings away for a tick, so that G427 follows as well.
     """
 
     def beside(cage):
@@ -101,7 +101,7 @@ def test_a_climber_is_not_to_be_touched_in_the_end_game(play):
     assert told(play(beside(2), 60.0, drive=drive, seconds=0.7)) == [("G427", "red", 6)]
 
 
-def test_more_than_one_coral_and_one_algae_is_g409(play):
+def test_g409_more_than_one_coral_or_one_algae(play):
     def take(*kinds):
         def act(match):
             state, robot = match.pieces.state, match.robots[0]
@@ -124,8 +124,8 @@ def test_more_than_one_coral_and_one_algae_is_g409(play):
     match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0 + 0.5 * n, 0.3] for n in range(3)]))
 
 
-def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play):
-    """G410; off the own reef one may."""
+def test_taking_a_coral_off_the_opponents_reef_grants_them_the_ranking_point(play):
+    """G410; taking one off the own reef is allowed."""
 
     def put_and_take(number):
         def act(match):
@@ -156,7 +156,7 @@ def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play)
     ],
     ids=["the other's", "one's own", "long after the touch", "an algae"],
 )
-def test_who_knocks_a_coral_off_the_other_reef_commits_g410_too(play, robot, place, ago, fouls):
+def test_g410_also_applies_to_a_coral_knocked_off_the_opponents_reef(play, robot, place, ago, fouls):
     def fall(match):
         match.rules.fouls._touched[3] = robot, match.time - ago
         here = next(one for one in match.game.places if one.name == place)
@@ -165,8 +165,8 @@ def test_who_knocks_a_coral_off_the_other_reef_commits_g410_too(play, robot, pla
     assert told(play({}, 60.0, act=fall, seconds=0.1)) == fouls
 
 
-def test_coral_is_launched_in_the_own_reef_zone_only(play):
-    """G412 for one that flies away; one that is let go drops where the robot is."""
+def test_launching_coral_outside_of_the_own_reef_zone_is_a_foul(play):
+    """G412 for a launched coral; a released one drops where the robot is."""
 
     def let_go(speed):
         def act(match):
@@ -186,8 +186,8 @@ def test_coral_is_launched_in_the_own_reef_zone_only(play):
     assert told(play({0: AT_REEF}, 60.0, act=let_go(3.0))) == []
 
 
-def test_algae_are_not_to_be_laid_on_the_other_reef(play):
-    """G411 for who lets it go, as soon as it lies; an algae beside the reef is nothing."""
+def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
+    """G411 once the algae rests; an algae next to the reef is no foul."""
 
     def lay(number, where):
         def act(match):
@@ -210,7 +210,7 @@ def test_algae_are_not_to_be_laid_on_the_other_reef(play):
 
 
 def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):
-    """G421: minor, and major every three seconds."""
+    """G421: minor, then major every three seconds."""
     poses = {0: (11.0, 7.0, 0.0), 2: (11.0, 1.0, 0.0)}
     match = play(poses, 60.0, seconds=6.1)
     assert told(match) == [("G421", "blue", 2), ("G421", "blue", 6), ("G421", "blue", 6)]

@@ -1,4 +1,4 @@
-"""Rules of the 2025 game: points by level and period, what is judged when, human players, ranking points."""
+"""Rules of the 2025 game: points by level and period, times of judging, human players, ranking points."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", 
 
 
 def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
-    """Slots of pieces that are off the field; of algae, which all are on it, some of red's half."""
+    """Return slots of pieces off the field; for algae, which are all on it, some of red's half."""
     number = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
     state = match.pieces.state
     if kind == "Algae":
@@ -33,7 +33,7 @@ def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
 
 
 def put_on(match: Match, number: int, level: int) -> int:
-    """Put a coral on one of blue's branches, to slide on and come to rest; returns its slot."""
+    """Put a coral on one of blue's branches, to slide on and come to rest; return its slot."""
     start, tip = (np.array(end) for end in branch_ends(number, level))
     way = (tip - start) / np.linalg.norm(tip - start)
     tilt = math.acos(way[2])
@@ -50,8 +50,8 @@ def rows(match: Match, prefix: str = "Blue/") -> dict[str, int]:
     return {name.removeprefix(prefix): n for name, n in match.rules.breakdown().items() if n and prefix in name}
 
 
-def test_coral_counts_by_level_and_period_and_takes_its_points_along():
-    """One coral a level in auto, the trough too; the same again in teleop; then a robot takes one off."""
+def test_coral_counts_by_level_and_period_and_loses_its_points_when_it_falls():
+    """One coral per level in auto, including the trough; the same again in teleop; then a robot takes one off."""
     with Match(REEFSCAPE, robots=FAR) as match:
         slots = {level: put_on(match, 2 * level, level) for level in (2, 3, 4)}
         lying = np.array([[*(math.sin(math.pi / 4) * np.array([1.0, 0.0, 0.0])), math.cos(math.pi / 4)]])
@@ -80,7 +80,7 @@ def test_coral_counts_by_level_and_period_and_takes_its_points_along():
         ) | set(match.pieces.places.slots(level="BlueL2"))
 
 
-def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor():
+def test_human_players_feed_waiting_robots_and_throw_processed_algae():
     """A robot without coral at a station gets one; algae through blue's processor come from red's human in teleop."""
     x, y, yaw = station_faces("blue")["right"]
 
@@ -120,7 +120,7 @@ def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor(
 
 
 @pytest.mark.parametrize(("speed", "comes_off"), [(0.1, False), (2.0, True)])
-def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed, comes_off):
+def test_reef_algae_stay_until_a_force_exceeds_their_hold(speed, comes_off):
     """v sqrt(k m) of the pair: 4 N at 0.1 m/s, 85 N at 2 m/s; 15 to 30 N hold them."""
     from games.reefscape.staging import reef_algae_places
 
@@ -167,7 +167,7 @@ def process(match: Match, alliance: str, count: int) -> None:
         match.rules.scored(ScoreEvent(match.time, zone.name, alliance, zone.points, int(slot)))
 
 
-def test_a_coral_pays_as_auto_and_match_are_judged_three_seconds_after_their_ends():
+def test_coral_is_judged_three_seconds_after_auto_and_match_end():
     """7 for the highest level in auto, 5 in teleop, nothing after the assessment; an algae in the processor is 6."""
     processor = next(zone for zone in REEFSCAPE.zones if "Algae" in zone.kinds)
     place = next(place for place in REEFSCAPE.places if place.name == "Blue A L4")
@@ -183,7 +183,7 @@ def test_a_coral_pays_as_auto_and_match_are_judged_three_seconds_after_their_end
 
 
 def test_ranking_points_of_coral_and_barge_have_their_thresholds():
-    """Five coral on each of four levels, four do not do; 14 points at the barge: a deep cage and a parked robot."""
+    """Five coral on each of four levels, not four; 14 points at the barge: a deep cage and a parked robot."""
     with Match(REEFSCAPE, robots=(FAR[0], RobotEntry(start=(7.0, 5.0, 0.0), preload=0))) as match:
         for count, ends, met in ((5, ("DeepCage", "Parked"), 1), (4, ("DeepCage", "None"), 0)):
             for level in ("BlueL2", "BlueL3", "BlueL4", "BlueL1"):
@@ -193,8 +193,8 @@ def test_ranking_points_of_coral_and_barge_have_their_thresholds():
             assert (found.get("coralBonusAchieved", 0), found.get("bargeBonusAchieved", 0)) == (met, met)
 
 
-def test_of_the_troughs_coral_those_of_auto_are_counted_as_long_as_there_are_as_many():
-    """Two in auto, at 3 points; of four the others are worth 2, and one that is left is one of auto."""
+def test_trough_coral_counts_at_auto_value_up_to_the_number_at_the_end_of_auto():
+    """Two in auto, at 3 points each; of four the others are worth 2, and a single remaining one counts as auto's."""
     with Match(REEFSCAPE, robots=FAR) as match:
         match.rules._auto_count["BlueL1"] = 2
         for now, points in ((4, (6, 4)), (2, (6, 0)), (1, (3, 0)), (0, (0, 0))):
@@ -203,8 +203,8 @@ def test_of_the_troughs_coral_those_of_auto_are_counted_as_long_as_there_are_as_
 
 
 @pytest.mark.parametrize(("blue", "red", "is_met"), [(2, 2, True), (2, 1, False), (3, 0, False)])
-def test_coopertition_asks_both_alliances_for_two_algae(blue, red, is_met):
-    """Manual 6.5.4: each alliance; then three full levels do for the coral ranking point."""
+def test_coopertition_needs_two_algae_from_both_alliances(blue, red, is_met):
+    """Manual 6.5.4: both alliances; then three full levels suffice for the coral ranking point."""
     with Match(REEFSCAPE, robots=FAR) as match:
         show_time(match, 60.0)
         process(match, "blue", blue)
@@ -216,8 +216,8 @@ def test_coopertition_asks_both_alliances_for_two_algae(blue, red, is_met):
 
 
 @pytest.mark.parametrize(("time", "points"), [(60.0, 0), (152.0, 0), (153.0, 2), (155.9, 2)])
-def test_a_robot_parks_as_the_match_ends_and_not_before(time, points):
-    """Manual, barge points: what counts is where a robot is at the end."""
+def test_parking_counts_only_at_the_end_of_the_match(time, points):
+    """Manual, barge points: the position at the end counts."""
     start = (dim.FIELD_CENTER[0] - 0.8, dim.FIELD_WIDTH - 2.4, 0.0)
     with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
         match.start_mode("teleop")
@@ -228,8 +228,8 @@ def test_a_robot_parks_as_the_match_ends_and_not_before(time, points):
 
 
 @pytest.mark.parametrize(("blue", "red", "points"), [(8, 7, (3, 0)), (7, 7, (1, 1)), (7, 8, (0, 3))])
-def test_a_win_gives_three_ranking_points_and_a_tie_one_once_the_match_is_assessed(blue, red, points):
-    """Three seconds after its end: until then what lies or hangs may still fall."""
+def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one(blue, red, points):
+    """Three seconds after its end: until then pieces and robots may still fall."""
     with Match(REEFSCAPE, robots=FAR) as match:
         match.tracker.add("blue", blue)
         match.tracker.add("red", red)
@@ -238,7 +238,7 @@ def test_a_win_gives_three_ranking_points_and_a_tie_one_once_the_match_is_assess
             assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == given
 
 
-def test_a_robot_leaves_with_all_of_its_bumpers():
+def test_leaving_requires_all_of_the_bumpers():
     """Manual, leave points: off the starting line, which is 2 in wide up to 299.438 in, to whichever side."""
     near, far, half = inches(297.438), inches(299.438), 0.4
     with Match(REEFSCAPE, robots=FAR) as match:
@@ -250,8 +250,8 @@ def test_a_robot_leaves_with_all_of_its_bumpers():
             assert match.rules._has_left(match.robots[0]) == has_left, f"center at {x:.3f} m"
 
 
-def test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral():
-    """Manual, ranking points of auto: and one that has left alone pays 3 points all the same."""
+def test_the_auto_ranking_point_needs_all_robots_to_leave_and_a_coral():
+    """Manual, ranking points of auto: a robot that has left alone still gets 3 points."""
     entries = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(start=(7.0, 5.0, 0.0), preload=0))
     with Match(REEFSCAPE, robots=entries) as match:
         for left, coral, is_met in ((2, 1, True), (1, 1, False), (2, 0, False)):
@@ -262,7 +262,7 @@ def test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral():
 
 
 @pytest.mark.parametrize(("height", "end"), [(0.0, "Parked"), (0.05, "DeepCage")])
-def test_who_hangs_on_a_cage_has_no_wheel_on_the_carpet(height, end):
+def test_a_robot_on_a_cage_has_no_wheel_on_the_carpet(height, end):
     start = (dim.CAGE_X - 1.0, dim.CAGE_YS[1], math.pi)
     with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
         robot = match.robots[0]
@@ -272,8 +272,8 @@ def test_who_hangs_on_a_cage_has_no_wheel_on_the_carpet(height, end):
         assert match.rules._end_of(robot) == end
 
 
-def test_human_players_feed_robots_of_their_own_alliance_only():
-    """A red robot waits at blue's station, empty: nobody drops a coral."""
+def test_human_players_only_feed_their_own_alliance():
+    """An empty red robot waits at blue's station: nobody drops a coral."""
     x, y, yaw = REEFSCAPE.field.symmetry.flip_pose(*station_faces("blue")["right"])
     start = (x + 0.6 * math.cos(yaw), y + 0.6 * math.sin(yaw), yaw)  # as a blue one; it is red's, so at blue's station
     with Match(REEFSCAPE, robots=(RobotEntry(alliance="red", start=start, preload=0),)) as match:
@@ -282,7 +282,7 @@ def test_human_players_feed_robots_of_their_own_alliance_only():
         assert match.robots[0].chassis.pose[0] < 2.0 and dict(match.rules.human_players.stock) == before
 
 
-def test_an_algae_that_hits_a_lodged_one_gives_it_no_more_than_it_has():
+def test_an_algae_cannot_give_a_lodged_one_more_momentum_than_it_has():
     """Thrown from below and outside, nothing else moves: both together never have more energy than at the throw."""
     with Match(REEFSCAPE, robots=[RobotEntry(start=(7.2, 2.0, 0.0))]) as match:
         for seed, (speed, up) in enumerate(((3.3, 0.6), (9.0, 0.35), (9.0, 0.5), (10.0, 0.8))):

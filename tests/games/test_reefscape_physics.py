@@ -1,4 +1,4 @@
-"""Coral on branches of the reef: let go beside them, tilted, and while a robot bumps into it."""
+"""Coral on branches of the reef: released next to them, tilted, and while a robot bumps into the reef."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import pytest
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
 from games.reefscape.places import branch_ends
-from simcore.geometry.rotation import from_rpy, multiply
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
+from simcore.world.rotation import from_rpy, multiply
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
 _BEFORE = 0.01  # [m], from a branch's end to the near end of the coral
@@ -28,23 +28,23 @@ def branch(number: int, level: int) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def taken(match: Match, count: int) -> np.ndarray:
-    """Return slots of coral that are off the field; algae are taken away."""
+    """Return slots of coral off the field; remove the algae."""
     state = match.pieces.state
     match.pieces.score(np.nonzero(state.kind == 1)[0])
     return np.nonzero((state.kind == 0) & (state.status == PieceStatus.STAGED))[0][:count]
 
 
 def let_go(level: int, aside: float = 0.0, tilt: float = 0.0, pitch: float = 0.0) -> tuple[float, float]:
-    """Let a coral go at each of blue's branches of a level, with errors of its place and axis.
+    """Release a coral at each of blue's branches of a level, with errors of its place and axis.
 
     Args:
-        level: 2 to 4.
+        level: Level, 2 to 4.
         aside: Error along the reef's face [m].
         tilt: Error of the coral's axis to that side [rad].
         pitch: Error of the axis in the upright plane of the branch, the outer or upper end outward and down [rad].
 
     Returns:
-        Share that stays, and how far the middle of the outermost coral is from the end of its branch inward [m].
+        Share that stays, and distance of the center of the outermost coral from the end of its branch, inward [m].
     """
     rng = np.random.default_rng(0)
     with Match(REEFSCAPE, robots=FAR, seed=0) as match:
@@ -78,8 +78,8 @@ def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
     assert inward == pytest.approx(0.134, abs=0.003), "in, to the riser"
 
 
-def test_a_robot_that_bumps_the_reef_leaves_its_coral_where_they_are():
-    """Every branch has a coral on it, but for every second upright end, which has one across: those may fall."""
+def test_a_robot_that_bumps_the_reef_moves_no_coral():
+    """Every branch holds a coral except every second upright end, which has one across: those may fall."""
     spots = [(number, level, False) for level in (2, 3, 4) for number in range(level == 4, 12, 1 + (level == 4))]
     spots += [(number, 4, True) for number in range(0, 12, 2)]
     speed = 2.5

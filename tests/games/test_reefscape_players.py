@@ -1,4 +1,4 @@
-"""Whole matches of REEFSCAPE with scripted players: coral is scored, nothing is lost, each role does what it says."""
+"""Whole matches of REEFSCAPE with scripted players: coral scores, nothing is lost, each role does its task."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from games.reefscape.handling import lower_claw, make_ready
 from games.reefscape.rules import MATCH
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.players.lineup import lineup, play_match
 from simcore.match.scripted import ScriptedRobot
-from simcore.players.lineup import lineup, play_match
 
 SIX = {"red": "scorer:3,scorer:2,defender", "blue": "scorer:3,algae:2,parker"}
 
@@ -87,7 +87,7 @@ def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net
 
 @pytest.mark.parametrize("level", [2, 4])
 def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
-    """It comes to the other side between its cages, touches, and breaks neither G425 nor G427 nor G418."""
+    """It crosses between its cages and makes contact without G425, G427 and G418."""
     with match_of(REEFSCAPE, {"blue": "scorer:2", "red": f"defender:{level}"}, at=MATCH.start("teleop")) as match:
         touches = 0
         for _ in range(2250):
@@ -98,7 +98,7 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
 
 
 @pytest.mark.parametrize(("role", "points", "before"), [("parker:2", 2, 12.0), ("climber:3", 12, 20.0)])
-def test_who_parks_or_climbs_has_done_so_as_the_match_ends(role, points, before):
+def test_parkers_and_climbers_are_in_place_as_the_match_ends(role, points, before):
     with match_of(REEFSCAPE, {"blue": role}, at=MATCH.duration - before) as match:
         match.play(before + 3.0)
         assert match.rules.breakdown()["Blue/endGameBargePoints"] == points

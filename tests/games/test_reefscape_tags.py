@@ -1,4 +1,4 @@
-"""Both AprilTag layouts of 2025 on the field: tags face outward where its dimensions say, and cameras see those."""
+"""Both AprilTag layouts of 2025 on the field: tags face outward where the dimensions say, and cameras see them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from games.reefscape import dimensions as dim
 from games.reefscape.human_players import station_faces
 from games.reefscape.robot import reefscape_robot
 from simcore import Match, RobotEntry
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.camera_rig import tag_layout
 from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
+from simcore.world.symmetry import FieldSymmetry
 
 BLUE_REEF = dict(zip((18, 19, 20, 21, 22, 17), dim.REEF_FACE_YAWS_DEG, strict=True))
 RED = {1: 13, 2: 12, 3: 16, 4: 15, 5: 14, 6: 19, 7: 18, 8: 17, 9: 22, 10: 21, 11: 20}
-"""By a red tag the blue one that it is flipped."""
+"""Blue tag that each red tag corresponds to."""
 
 
 def direction(yaw: float) -> tuple[float, float, float]:
@@ -52,7 +52,7 @@ def test_tags_face_outward_on_the_reef_the_stations_and_the_processor(name, off)
 
 
 def test_a_match_follows_the_welded_layout_and_takes_the_other_by_name():
-    """Before the blue reef's face to the alliance wall; through the reef nothing is seen."""
+    """In front of the blue reef's face to the alliance wall; the reef blocks the view."""
     assert REEFSCAPE.field.tags == "2025-welded"
     eye = CameraConfig(name="eye", type=limelight_type("LL4"), mount=CameraMount(x=0.2, z=0.4))
     entry = RobotEntry(start=(2.2, 4.0, 0.0), config=replace(reefscape_robot(), cameras=(eye,)), preload=0)

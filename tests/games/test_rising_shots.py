@@ -1,4 +1,4 @@
-"""A slot above the field that takes pieces on their way up: scripts and the shooter table shoot at it."""
+"""Zone above the field that accepts rising pieces: scripts and the shooter table shoot at it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import math
 import pytest
 from crates import BALL, crates_robot
 
-from simcore.geometry.zones import BoxZone
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scoring import ScoringZone
 from simcore.match.scripted import ScriptSettings
 from simcore.pieces.shot_opening import ShotOpening
-from simcore.shooting.shot_table import make_table
-from simcore.shooting.shot_task import ShotTask
+from simcore.sweep.shot_table import make_table
+from simcore.sweep.shot_task import ShotTask
+from simcore.world.zones import BoxZone
 
 FACE, LOW, HIGH = 0.5, 1.3, 2.1
 TARGET = (FACE, 4.0, 0.5 * (LOW + HIGH))
@@ -30,7 +30,7 @@ def game(*, downward):
 
 
 @pytest.mark.parametrize("downward", [False, True])
-def test_a_script_shoots_upward_where_the_zone_takes_it_and_says_once_why_not(downward, caplog):
+def test_a_script_shoots_upward_if_the_zone_accepts_it_and_logs_once_why_not(downward, caplog):
     def script(robot):
         yield from robot.shoot_until_empty(TARGET, timeout=4.0)
 
@@ -44,7 +44,7 @@ def test_a_script_shoots_upward_where_the_zone_takes_it_and_says_once_why_not(do
     assert caplog.text.count("the ball would pass it on the way up") == (1 if downward else 0)
 
 
-def test_the_table_of_a_shooter_has_shots_on_their_way_up():
+def test_a_shooter_table_includes_rising_shots():
     task = ShotTask(game(downward=False))
     table = make_table(task, (1.1, 1.3))
     assert [row.problem for row in table.rows] == ["", ""]

@@ -1,4 +1,4 @@
-"""Brown-out and disabling stop everything that a roboRIO stops; a field of one's own works."""
+"""Brown-outs and disabling stop everything that a roboRIO stops; custom fields work."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def match():
         yield match
 
 
-def test_a_disabled_robot_coasts_and_goes_on_when_enabled_again(match):
+def test_a_disabled_robot_coasts_and_continues_when_enabled_again(match):
     robot = match.robots[0]
     for _ in range(25):
         match.tick()
@@ -56,8 +56,8 @@ def test_a_disabled_robot_coasts_and_goes_on_when_enabled_again(match):
     assert robot.mechanisms["shooter"].velocity > running
 
 
-def test_a_browned_out_robot_runs_nothing():
-    """A roboRIO that wants more than this battery ever has never gives its outputs free."""
+def test_a_brownout_stops_everything_on_the_robot():
+    """A roboRIO whose brown-out level exceeds this battery's voltage never enables its outputs."""
     weak = replace(rebuilt_robot(), battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
     entry = RobotEntry(preload=0, config=weak)
     with RebuiltSim(robots=(entry,), staging=NO_FUEL, controllers=[spin]) as match:
@@ -82,8 +82,8 @@ def full_speed(robot, time):
         (UNLIMITED, BatteryConfig(resistance=0.08, initial_charge=0.2, reset_hold=0.1), 0.5, True),
     ],
 )
-def test_full_speed_at_once_starts_any_robot_and_tells_of_brown_outs(limits, battery, way, has_brownouts, caplog):
-    """2 s at 12 V from rest. Brown-outs last from heartbeat to heartbeat; a line says when and why, one how many."""
+def test_any_robot_starts_at_full_speed_and_logs_brownouts(limits, battery, way, has_brownouts, caplog):
+    """2 s at 12 V from rest. Brown-outs last from heartbeat to heartbeat; a line has time and cause, one the count."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **limits)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=battery)
     log = MemorySink()
@@ -113,7 +113,7 @@ def test_full_speed_at_once_starts_any_robot_and_tells_of_brown_outs(limits, bat
     )
 
 
-def test_a_battery_that_starves_the_roborio_ends_the_match(caplog):
+def test_a_weak_battery_resets_the_roborio_and_stops_the_robot(caplog):
     """80 mohm and motors without limits leave 1.5 V for a heartbeat: the roboRIO boots, and nothing moves meanwhile."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **UNLIMITED)
     weak = BatteryConfig(resistance=0.08, initial_charge=0.2)
@@ -127,10 +127,10 @@ def test_a_battery_that_starves_the_roborio_ends_the_match(caplog):
     assert "1 resets of the roboRIO" in end
 
 
-def test_twelve_stalled_motors_without_limits_divide_the_batterys_voltage(caplog):
-    """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; released, all is well again.
+def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
+    """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; after release it recovers.
 
-    That of the heartbeat before a brown-out; in the next one the motors are off.
+    The voltage is that of the heartbeat before a brown-out; in the next one the motors are off.
     """
     kraken, battery = motor("Kraken X60"), BatteryConfig(resistance=0.02, reset_hold=100.0)
     drivetrain = TankConfig(
@@ -160,8 +160,8 @@ def test_twelve_stalled_motors_without_limits_divide_the_batterys_voltage(caplog
     assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
 
 
-def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):
-    """A box and a ridge; the ridge is named as our bumps are, so robots drive over it."""
+def test_a_custom_field_needs_no_built_in_names(tmp_path: Path):
+    """A box and a ridge; the ridge has the name of a built-in bump, so robots drive over it."""
     corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     box = [(4, 3, 2, 1), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
 

@@ -1,4 +1,4 @@
-"""Matches with scatter: exact without, repeatable with, nothing lost, and red does what blue does."""
+"""Matches with scatter: exact without, repeatable with, nothing lost, and red equal to blue."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def played(game: str, **settings):
         return run.report.digest, match.robots[0].chassis.pose, [(s.time, s.points[0]) for s in match.record.shots]
 
 
-def test_scatter_of_none_is_no_scatter_and_the_same_seed_is_the_same_match():
+def test_zero_scatter_equals_no_scatter_and_a_seed_repeats_the_match():
     plain, none, some, again, other = (
         played("crates", seed=3, scatter=scatter)[0]
         for scatter in (None, Scatter.none(), Scatter(), Scatter(), replace(Scatter.none(), motor_kt=0.03))
@@ -35,7 +35,7 @@ def test_scatter_of_none_is_no_scatter_and_the_same_seed_is_the_same_match():
 
 @pytest.mark.parametrize("game", ["rebuilt", "crates"])
 def test_red_is_blue_with_the_same_scatter(game):
-    """Turned for the one, mirrored for the other, where errors to the side are those of the mirrored robot."""
+    """Rotated in one game, mirrored in the other, where sideways errors are those of the mirrored robot."""
     symmetry = GAMES[game].field.symmetry
     scatter = Scatter() if symmetry.keeps_hands else replace(Scatter.none(), start_position=0.02, start_heading=0.02)
     blue, red = (played(game, seed=4, alliance=alliance, scatter=scatter) for alliance in ("blue", "red"))
@@ -46,7 +46,7 @@ def test_red_is_blue_with_the_same_scatter(game):
         assert symmetry.flip_points(np.array([point]))[0] == pytest.approx(red_point, abs=2e-3)
 
 
-def test_a_human_player_takes_the_time_that_the_scatter_says():
+def test_a_human_players_timing_follows_the_scatter():
     """A robot that waits at a station and takes nothing in: one coral falls every 1.1 s times the factor."""
     game = GAMES["reefscape"]
     robot = replace(game.robot(), intakes=(), placers=())

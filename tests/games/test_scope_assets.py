@@ -1,4 +1,4 @@
-"""Plain models for AdvantageScope, of games that bring none."""
+"""Plain AdvantageScope models of games without their own."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simcore.show.view_models import load_models
 
 
 def test_a_game_gets_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
-    """What the engine has is where the models show it, in the frame of the field."""
+    """Elements of the engine are where the models show them, in the field frame."""
     folders = write_assets(game, tmp_path)
     assert [path.is_dir() for path in folders] == [True] * 3
     assert check_folder(tmp_path, parts=0) == []

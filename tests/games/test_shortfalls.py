@@ -1,4 +1,4 @@
-"""A run in which nothing was taken in or thrown says why, where it can be known; one that went well says nothing."""
+"""Explanations of runs without intake or shots where the reason is known; none for successful runs."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ CASES = {
         r"the program believes to be at \(5\.80, 3\.00\) m, and the robot is at \(5\.80, 1\.00\) m",
     ),
 }
-"""Volts of mechanisms, what else differs, and the sentence."""
+"""Volts of mechanisms, other differences, and the message."""
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_what_fell_short_is_one_sentence(case):
+def test_each_shortfall_gives_one_message(case):
     """In a corner without fuel."""
     volts, more, said = CASES[case]
     entry = RobotEntry(start=(5.8, 1.0, 0.0), preload=more.get("preload", 0), config=more.get("config"))
@@ -73,7 +73,7 @@ def test_what_fell_short_is_one_sentence(case):
     assert re.fullmatch(said, line), line
 
 
-def test_a_feeder_that_coasts_and_throws_out():
+def test_shots_from_a_coasting_feeder_are_reported():
     with Match(REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0), preload=8)], seed=1) as match:
         parts = match.robots[0].mechanisms
         parts["feeder"].velocity, parts["shooter"].velocity = 60.0, 300.0
@@ -85,15 +85,15 @@ def test_a_feeder_that_coasts_and_throws_out():
     assert line.startswith(f"{shots} of {shots} shots left while 'feeder' was let go and coasted: brake it")
 
 
-def test_a_run_that_went_as_meant_says_nothing():
+def test_a_successful_run_reports_no_shortfall():
     run = play_auto(REBUILT, "depot", seconds=8.0)
     run.match.close()
     assert run.report.shortfalls == ()
 
 
 @pytest.mark.parametrize("period", [0.02, 0.7])
-def test_a_log_says_it_at_its_end_and_so_does_its_page(tmp_path, period):
-    """Also one that is not due in the last tick; a sink that is closed by then takes nothing more."""
+def test_log_and_page_report_the_shortfall(tmp_path, period):
+    """Also one that is not due in the last tick; a closed sink accepts nothing more."""
     log, closed = tmp_path / "run.wpilog", MemorySink()
     sinks = [WpilogSink(log, period=period), closed]
     with Match(REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0))], sinks=sinks) as match:

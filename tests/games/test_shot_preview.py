@@ -1,4 +1,4 @@
-"""The preview of a shot against the shot: the same flight, the same verdict."""
+"""Preview of a shot compared with the shot: equal flight and verdict."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from simcore.show.shot_preview import ShotPreview
 
 
 def aim(speed: float, hood: float, gate: float):
-    """Holds the shooter at an exit speed [m/s] and a hood angle [rad]; feeders at a speed [rad/s]."""
+    """Hold the shooter at an exit speed [m/s] and a hood angle [rad]; feeders at a speed [rad/s]."""
 
     def controller(robot, time: float) -> None:
         shooter = robot.shooters[0].config
@@ -28,7 +28,7 @@ def aim(speed: float, hood: float, gate: float):
 
 
 def distance(point, line) -> float:
-    """From a point to a polyline [m]."""
+    """Return the distance from a point to a polyline [m]."""
     way = np.diff(line, axis=0)
     share = np.einsum("ij,ij->i", point - line[:-1], way) / np.maximum(np.einsum("ij,ij->i", way, way), 1e-12)
     return float(np.linalg.norm(line[:-1] + np.clip(share, 0.0, 1.0)[:, None] * way - point, axis=1).min())
@@ -38,8 +38,8 @@ def distance(point, line) -> float:
     ("start", "speed", "scores"),
     [((2.5, 4.03, 0.0), 7.2, True), ((2.5, 4.03, 0.0), 5.0, False), ((2.5, 4.03, math.pi), 7.2, False)],
 )
-def test_a_shot_goes_where_its_preview_said(start, speed, scores) -> None:
-    """Within 6 cm, for wheels slow down in the tick of the shot; a hit by way of the funnel is foreseen."""
+def test_a_shot_matches_its_preview(start, speed, scores) -> None:
+    """Within 6 cm, as wheels slow down in the tick of the shot; the preview includes hits via the funnel."""
     with RebuiltSim(robots=(RobotEntry(start=start),)) as match:
         match.set_controller(0, aim(speed, 0.75, 0.0))
         match.play(0.1)
@@ -61,7 +61,7 @@ def test_a_shot_goes_where_its_preview_said(start, speed, scores) -> None:
     assert max(gaps) < 0.06, gaps
 
 
-def test_there_is_no_preview_without_a_shooter_or_while_its_wheels_are_slow() -> None:
+def test_no_preview_without_a_shooter_or_with_slow_wheels() -> None:
     with Match.bare() as match:
         assert ShotPreview(match).complete() == []
     with RebuiltSim() as match:

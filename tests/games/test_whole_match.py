@@ -1,4 +1,4 @@
-"""Whole matches of scripted players: nothing is lost, runs repeat, and each role does what it says."""
+"""Whole matches of scripted players: nothing is lost, runs repeat, and each role does its task."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from match_laws import match_of
 from games.rebuilt import REBUILT
 from games.rebuilt.autos import SETTINGS
 from games.rebuilt.scoring import MATCH
-from simcore.players.lineup import lineup, play_match
-from simcore.players.player import SKILLS, Player
+from simcore.match.players.lineup import lineup, play_match
+from simcore.match.players.player import SKILLS, Player
 
 SIX = {"red": "collector:3,shuttle:2,defender:3", "blue": "collector:3,climber:2,idle"}
 played = partial(match_of, REBUILT, options=("hub_exits", "human_players"))
@@ -48,7 +48,7 @@ def test_no_fuel_is_lost_at_any_tick(whole):
 
 
 def test_a_collector_follows_the_shifts():
-    """In shifts 1 and 3 the hub of whoever was ahead in auto is off: a player that knows it shoots nothing there."""
+    """In shifts 1 and 3 the hub of the auto leader is off: a player that knows it does not shoot then."""
     with played({"blue": "collector:3"}, at=MATCH.start("shift 1") + 4.0) as match:
         match.rules.hubs.fuel["blue"]["auto"] = 1
         match.play(14.0)
@@ -64,7 +64,7 @@ def test_a_climber_hangs_as_the_match_ends():
         assert match.robots[0].climbers[0].rung.name == "blue_tower_rung_low"
 
 
-def test_a_shuttle_throws_fuel_home():
+def test_a_shuttle_throws_fuel_into_its_alliance_zone():
     with played({"blue": "shuttle:3"}, at=MATCH.start("transition")) as match:
         match.play(14.0)
         zone = match.pieces.state.pos[match.pieces.on_field(), 0] < 4.0
@@ -72,7 +72,7 @@ def test_a_shuttle_throws_fuel_home():
 
 
 def test_a_defender_keeps_an_opponent_busy_without_a_foul():
-    """It touches, and neither pins (G418) nor reaches into the other one (G415)."""
+    """It makes contact, but neither pins (G418) nor reaches into the other robot (G415)."""
     with played({"blue": "collector:2", "red": "defender:3"}, at=MATCH.start("transition")) as match:
         touches = 0
         for _ in range(1000):
@@ -84,7 +84,7 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul():
 
 @pytest.mark.parametrize("under", [[(0.0, 0.0)], [(0.3, -0.17)], [(0.02, 0.2), (0.0, -0.06), (0.3, 0.21)]], ids=str)
 def test_a_player_gets_off_the_fuel_under_its_robot(under):
-    """Let down on fuel, it drives toward the side that hangs lower until it stands on its wheels."""
+    """Placed on fuel, it drives toward its lower side until it stands on its wheels."""
     with played({"blue": "idle"}, at=MATCH.start("transition")) as match:
         robot, pieces = match.robots[0], match.pieces
         slots = np.nonzero(pieces.on_field())[0][: len(under)]

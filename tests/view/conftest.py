@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-sys.path.append(str(Path(__file__).parents[1] / "unit"))  # for made_up_run.py
-
 
 @pytest.fixture
 def browser(tmp_path: Path) -> Iterator[object]:

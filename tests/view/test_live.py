@@ -22,8 +22,9 @@ from websockets.sync.client import connect
 from games.rebuilt import REBUILT
 from simcore import Match, RobotEntry
 from simcore.errors import OutputError
-from simcore.players.driven_robot import DriverInput, HandedOver
+from simcore.match.players.driven_robot import DriverInput, HandedOver
 from simcore.show.live_view import LiveView
+from simcore.show.play_command import _freely
 from simcore.show.view_driving import ViewDriving
 from simcore.show.view_server import LONGEST, MOST_VIEWERS, Guard, ViewServer
 from simcore.telemetry.recording import Recording
@@ -251,6 +252,61 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
         finally:
             run.end()
             view.close()
+
+
+@pytest.mark.slow
+def test_free_driving_counts_down_has_no_clock_and_looks_the_way_the_sticks_point(browser) -> None:
+    driving = ViewDriving(("shoot",), at_once=True, is_free=True)
+    view = LiveView(driving=driving)
+    with Match(
+        REBUILT, sinks=[view.sink()], robots=(RobotEntry(alliance="red", start=(3.0, 4.0, 0.0)),), practice=True
+    ) as match:
+        _freely(match, "red")
+        match.set_controller(0, HandedOver(match, "red", lambda robot, time: None, driving.input))
+        run = Run(match, view)
+        try:
+            page = browser(view.url)
+            page.call("Emulation.setFocusEmulationEnabled", enabled=True)
+            page.call(
+                "Page.addScriptToEvaluateOnNewDocument",
+                source="window.counts = []; addEventListener('DOMContentLoaded', () => new MutationObserver(() =>"
+                " counts.push(document.querySelector('.count').textContent)).observe("
+                "document.querySelector('.count'), { childList: true }));",
+            )
+            page.call("Page.navigate", url=view.url)
+            view.wait_for_viewer()
+            run.start()
+            page.wait_for("window.counts && counts.length === 4")
+            assert page.evaluate("counts") == ["3", "2", "1", ""]
+            wait_until(lambda: not view.pacer.paused)
+            before = match.time
+            wait_until(lambda: match.time > before + 0.5)
+            shown = page.evaluate(
+                "[...document.querySelectorAll('.score :is(b, span)')].map((node) => node.textContent)"
+            )
+            assert shown == ["free", "driving"]
+            eye, robot = page.evaluate(
+                "(() => { const s = simcore.player.solid; return [[...s.eye.position], [...s.control.target]]; })()"
+            )
+            assert eye[0] > robot[0] + 2.0 and abs(eye[1] - robot[1]) < 0.3, "from the red station's side"
+            page.evaluate(
+                "window.shaken = 0;"
+                "window.pad = {connected: true, mapping: 'standard', axes: [0, 0, 0, 0], buttons: [],"
+                " vibrationActuator: { playEffect: () => { shaken++; } }}; navigator.getGamepads = () => [pad];"
+                "simcore.player.onScore(1); 1"
+            )
+            assert page.evaluate("shaken") == 1
+        finally:
+            run.end()
+            view.close()
+
+
+def test_free_driving_is_enabled_after_the_match_would_be_over() -> None:
+    with Match(REBUILT, robots=(RobotEntry(),), practice=True) as match:
+        _freely(match, "blue")
+        assert match.timer.phase.mode == "teleop" and match.timer.is_enabled
+        match.timer.advance(1000.0)
+        assert match.timer.is_over and match.timer.is_enabled
 
 
 def test_what_a_page_may_not_ask_is_passed_over() -> None:

@@ -11,6 +11,7 @@ from made_up_run import SCENE, recorded
 from page_reader import PageReader
 
 from games.rebuilt import REBUILT
+from simcore import Match
 from simcore.match.runner import play_auto
 from simcore.show.page import write_page
 from simcore.show.scene import LevelLook, scene_of
@@ -56,6 +57,7 @@ def complaints(page) -> list[str]:
 def test_a_file_plays_without_a_request_by_keyboard_and_its_first_screen_has_all(browser, run) -> None:
     path, _ = run
     page = opened(browser, path, query="#t=2.5")
+    assert path.stat().st_size < 330_000
     assert page.evaluate("document.querySelector('output').textContent") == "2.50 s"
     assert page.evaluate("document.querySelector('h1').textContent") == "<b>my run</b>", "a text"
     said = []
@@ -63,11 +65,22 @@ def test_a_file_plays_without_a_request_by_keyboard_and_its_first_screen_has_all
         page.evaluate(f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))")
         said.append(page.evaluate("document.querySelector('output').textContent"))
     assert said == ["8.00 s", "7.90 s", "0.02 s", "0.12 s"]
-    page.evaluate("document.querySelector('.timeline .hit').click()")
-    first = page.evaluate("simcore.run.meta.events.find((event) => event[1] === 'hit')[0]")
-    assert page.evaluate("simcore.now") == pytest.approx(first)
-    low = page.evaluate("document.querySelector('.timeline').getBoundingClientRect().bottom")
-    assert low < 768, "field, slider and events are on the first screen of a school's laptop"
+    first, x, y = page.evaluate(
+        "(() => { const time = simcore.run.meta.events.find((event) => event[1] === 'hit')[0];"
+        " const box = simcore.line.canvas.getBoundingClientRect();"
+        " return [time, box.left + simcore.line.x(time), box.top + 28]; })()"
+    )
+    for off, wanted in ((2.0, first), (-60.0, None)):
+        for kind in ("mousePressed", "mouseReleased"):
+            page.call("Input.dispatchMouseEvent", type=kind, x=x + off, y=y, button="left", clickCount=1)
+        now = page.evaluate("simcore.now")
+        if wanted is None:  # beside all marks: the time of that place, on the same scale as the marks
+            seconds = page.evaluate("(simcore.run.end - simcore.run.start) / (simcore.line.width - 2)")
+            assert now == pytest.approx(first + off * seconds, abs=1.5 * seconds + 0.01)
+        else:
+            assert now == pytest.approx(wanted), "a click near a mark goes to its moment"
+    low = page.evaluate("document.querySelector('.bar').getBoundingClientRect().bottom")
+    assert low <= 768, "field and time line are on the first screen of a school's laptop"
     page.evaluate("simcore.jump(3.0); simcore.play()")
     page.wait_for("simcore.now > 4.0")
     page.evaluate("simcore.stop()")
@@ -102,21 +115,34 @@ def test_from_above_and_solid_agree_with_telemetry(browser, run) -> None:
       group.traverse((node) => {{ node.visible = true; }});
       s.robots[0].parts.forEach((part) => {{ part.traverse((node) => {{ node.visible = false; }}); }});
       group.children.forEach((node) => {{ if (node.isMesh) node.material = paint; }});
-      s.scene.background = new T.Color(0);
+      s.scene.background = null; s.scene.fog = null;
+      const t = p.top, fill = t.paint;
+      t.resize(900, 900, 1);
+      p.run.meta.robots[0].own_ink = '#ff00ff';
+      t.floor.width = 1;  // no ground
+      const plan = (time, isDrawn) => {{  // of the robot's rectangle, or of its arrow
+        t.paint = (look, trace) => {{ if (look.fill === '#ff00ff' && isDrawn(look)) fill.call(t, look, trace); }};
+        const {{ place }} = p.run.robot(0, time);
+        t.scale = 600;  // pixels a meter, around the robot
+        t.at = [450 - t.scale * place[0], 450 + t.scale * place[1]];
+        t.draw(time);
+        const {{ width, height }} = t.canvas, data = t.pen.getImageData(0, 0, width, height).data;
+        const [, x, y] = {SEEN}(data, width, height, (r, g, b) => r > 200 && g < 60 && b > 200);
+        return [(x - t.at[0]) / t.scale, (t.at[1] - y) / t.scale];
+      }};
       window.look = (time) => {{
         p.now = time;
         s.draw(time);
         s.robots[0].parts.forEach((part) => {{ part.visible = false; }});
-        s.stroke('trails', []); s.stroke('previews', []); s.belief.visible = false;
+        for (const name of Object.keys(s.strokes)) s.stroke(name, []);
         s.renderer.render(s.scene, s.eye);
         const w = s.canvas.width, h = s.canvas.height, data = new Uint8Array(4 * w * h);
         gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, data);
         const [n, x, y] = {SEEN}(data, w, h, (r, g, b) => r > 200 && g < 60 && b > 200);
         const at = new T.Vector3(2 * x / w - 1, 2 * y / h - 1, 0.5).unproject(s.eye).sub(s.eye.position);
         const far = s.eye.position.z / -at.z, seen = s.eye.position.clone().addScaledVector(at, far);
-        p.top.draw(time);
-        const words = p.top.robots[0].getAttribute('transform').match(/-?[\\d.]+/g).map(Number);
-        return [n, seen.x, seen.y, words[0] / 100, (p.top.height - words[1]) / 100, -words[2],
+        const center = plan(time, (look) => look.wide === 0.03), tip = plan(time, (look) => look.wide === 0.01);
+        return [n, seen.x, seen.y, ...center, Math.atan2(tip[1] - center[1], tip[0] - center[0]) * 180 / Math.PI,
           ...p.run.robot(0, time).place, ...p.run.robot(0, time).quat];
       }};
     }})()"""
@@ -135,6 +161,61 @@ def test_from_above_and_solid_agree_with_telemetry(browser, run) -> None:
         cos, sin = math.cos(yaw), math.sin(yaw)
         moved.append((cos * (x - pose[0]) + sin * (y - pose[1]), cos * (y - pose[1]) - sin * (x - pose[0])))
     assert np.std(moved, axis=0).max() < 0.01, "the same spot of the robot at all instants, to the centimeter"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("camera", ["follow", "behind"])
+def test_a_camera_that_follows_stays_between_the_walls_and_sees_the_robot(browser, run, camera) -> None:
+    page = opened(browser, run[0])
+    page.evaluate(f"simcore.setView('solid'); simcore.setCamera('{camera}'); 1")
+    length, width = REBUILT.field.size
+    for time in np.linspace(0.1, 7.9, 20):
+        x, y, z, u, v = page.evaluate(
+            f"(() => {{ simcore.show({time}); const s = simcore.solid, at = s.robots[0].group.position.clone();"
+            " at.project(s.eye); return [...s.eye.position, at.x, at.y]; })()"
+        )
+        assert 0.2 < x < length - 0.2 and 0.2 < y < width - 0.2 and 0.5 < z < 6.0
+        assert abs(u) < 0.5 and abs(v) < 0.75, "the robot is in the middle of the picture"
+    assert page.evaluate("simcore.solid.cut.uCut.value") == 1, "what stands between is seen through"
+
+
+@pytest.mark.slow
+def test_points_rise_where_they_are_made_and_only_while_it_plays(browser, run) -> None:
+    path, recording = run
+    page = opened(browser, path)
+    times, points = recording.series("Sim/Score/Blue")
+    row = int(np.nonzero(np.diff(points) > 0)[0][0]) + 1
+    first, rise = float(times[row]), int(points[row] - points[row - 1])
+    page.evaluate(
+        "window.risen = []; simcore.solid.score = (text, side, place) => risen.push([text, side, ...place]); 1"
+    )
+    page.evaluate(f"simcore.show({first - 0.3}); simcore.show({first + 5.0}); 1")
+    assert page.evaluate("risen") == [], "who jumps sees no points"
+    page.evaluate(f"for (let t = {first - 0.5}; t < {first + 0.6}; t += 0.02) simcore.show(t); 1")
+    text, side, x, y, _ = page.evaluate("risen")[0]
+    assert (text, side) == (f"+{rise}", "blue")
+    hub = next(goal.center for goal in scene_goals() if goal.alliance == "blue")
+    assert math.hypot(x - hub[0], y - hub[1]) < 1.0, "in the hub"
+
+
+def scene_goals():
+    with Match(REBUILT) as match:
+        return scene_of(match).goals
+
+
+@pytest.mark.slow
+def test_the_score_board_says_what_the_log_says(browser, run) -> None:
+    """At twenty times: both scores, the clock and the period, as a reader sees them over the picture."""
+    path, recording = run
+    page = opened(browser, path)
+    for time in np.linspace(0.1, 7.9, 20):
+        row = int(np.searchsorted(recording.times, time, side="right")) - 1
+        one = next(snapshot for k, snapshot in enumerate(recording.snapshots()) if k == row)
+        left = math.ceil(one.doubles["Sim/Match/TimeLeft"] - 1e-6)
+        page.evaluate(f"simcore.show({recording.times[row]}); 1")
+        seen = page.evaluate("[...document.querySelectorAll('.score :is(i, b, span)')].map((node) => node.textContent)")
+        blue, red = (str(one.integers[f"Sim/Score/{side}"]) for side in ("Blue", "Red"))
+        assert seen == [blue, f"{left // 60}:{left % 60:02d}", one.strings["Sim/Match/Period"], red]
 
 
 def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
@@ -165,28 +246,34 @@ def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> 
     page = opened(browser, path)
     texts = "(selector) => [...document.querySelectorAll(selector)].map((node) => node.textContent)"
     read = lambda selector: page.evaluate(f"({texts})({selector!r})")  # noqa: E731
-    assert "box <1>" in read(".top title") and read(".top box") == []
+    hovered = page.evaluate(
+        "(() => { const { canvas, at, scale } = simcore.top, box = canvas.getBoundingClientRect();"
+        " const k = box.width / canvas.width;"
+        " const x = box.left + k * (at[0] + 0.2 * scale), y = box.top + k * (at[1] - 0.2 * scale);"
+        " const event = { clientX: x, clientY: y };"
+        " canvas.dispatchEvent(new PointerEvent('pointermove', event)); return canvas.title; })()"
+    )
+    assert hovered == "box <1>"
     assert ["hit (1)", "miss (1)"] == [words.strip() for words in read(".key span") if "(" in words]
     assert read(".places figcaption") == ["Placed for blue", "Placed"]
-    page.evaluate("simcore.show(0.2); 1")
-    assert read(".cell.full") == [] and read(".counts [data-cell]") == ["Top0", "Tray0", "Shelf0"]
-    page.evaluate("simcore.show(0.9); 1")
-    assert read(".cell.full") == ["Top B", "Tray3", "Shelf1"] and read(".counts [data-cell]") == [
-        "Top1",
-        "Tray3",
-        "Shelf1",
-    ]
-    page.evaluate("document.querySelector('.key input').click()")
-    cells = page.evaluate(
-        "[...document.querySelectorAll('[data-layer=heat] g[visibility=visible] rect')].map((node) => node.textContent)"
+    page.evaluate(
+        "simcore.setView('top'); { const { top } = simcore, { words } = top; window.written = [];"
+        " top.words = (...all) => { written.push(all[3]); words.apply(top, all); }; } 1"
     )
-    assert sum(int(words.split()[0]) for words in cells) == len(recording.times), "a robot is once somewhere at a time"
+    page.evaluate("simcore.show(0.2); 1")
+    assert read(".cell.full") == [] and page.evaluate("written") == ["Top", "0", "Tray", "0", "Shelf", "0"]
+    page.evaluate("written.length = 0; simcore.show(0.9); 1")
+    assert read(".cell.full") == ["Top B", "Tray3", "Shelf1"]
+    assert page.evaluate("written") == ["Top", "1", "Tray", "3", "Shelf", "1"]
+    page.evaluate("document.querySelector('.key input').click()")
+    counts = page.evaluate("simcore.top.heat.map((cell) => cell[2])")
+    assert sum(counts) == len(recording.times), "a robot is once somewhere at a time"
     assert complaints(page) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["solid", "top"])
-def test_save_picture_is_a_png_of_what_is_seen_under_the_board(browser, run, view) -> None:
+def test_save_picture_is_a_png_of_what_is_seen_with_the_board(browser, run, view) -> None:
     page = opened(browser, run[0], size=(1200, 800), query="#t=6")
     page.evaluate(f"simcore.setView('{view}'); 1")
     page.evaluate(
@@ -195,22 +282,22 @@ def test_save_picture_is_a_png_of_what_is_seen_under_the_board(browser, run, vie
           createImageBitmap(blob).then((image) => {
             const { width, height } = image, context = new OffscreenCanvas(width, height).getContext('2d');
             context.drawImage(image, 0, 0);
-            const { data } = context.getImageData(0, 0, width, height), rows = { ink: [], fuel: [] };
+            const { data } = context.getImageData(0, 0, width, height), rows = { white: [], fuel: [] };
             for (let k = 0; k < data.length; k += 4) {
               const y = Math.floor(k / 4 / width), [r, g, b] = data.subarray(k, k + 3);
-              if (Math.max(r, g, b) < 60) rows.ink.push(y);
-              if (r > 200 && g > 160 && b < 80) rows.fuel.push(y);
+              if (Math.min(r, g, b) > 220) rows.white.push(y);
+              if (r > 180 && g > 140 && b < 90) rows.fuel.push(y);
             }
-            const title = rows.ink.filter((y) => y < 60).length;
-            window.saved = [blob.type, width, height, title, rows.fuel.length, Math.min(...rows.fuel)];
+            const count = (low, high) => rows.white.filter((y) => y >= low && y < high).length;
+            window.saved = [blob.type, width, height, count(690, 720), count(20, 60), rows.fuel.length];
           });
           return '';
         }; 1"""
     )
     page.click("Save picture")
     page.wait_for("window.saved")
-    kind, width, height, title, fuel, first = page.evaluate("saved")
-    assert (page.evaluate("file"), kind, width) == ("run_6.00s.png", "image/png", 1600)
-    assert 500 < height < 1500 and title > 500, "the title in dark letters"
-    assert fuel > 4000 and first > 120, "504 balls of it, all below the board"
+    kind, width, height, title, board, fuel = page.evaluate("saved")
+    assert (page.evaluate("file"), kind, width, height) == ("run_6.00s.png", "image/png", 1280, 720)
+    assert title > 300 and board > 150 and fuel > 4000, "title, score board, and 504 balls"
+    assert page.evaluate("simcore.solid.canvas.width === simcore.solid.home.clientWidth"), "as large as before"
     assert {url.partition(":")[0] for url in page.requests[1:]} <= {"data"} and complaints(page) == []

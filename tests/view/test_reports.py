@@ -8,15 +8,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from page_reader import report_blocks
 
 from games.rebuilt import REBUILT
 from simcore.cli import main
-from simcore.shooting.shot_files import table_page
-from simcore.shooting.shot_table import make_table
-from simcore.shooting.shot_task import ShotTask
-from simcore.show.report import chart, headline, paragraph, report_page, series, table
+from simcore.show.report import chart, headline, paragraph, report_page, series, share, table
+from simcore.sweep.shot_files import table_page
+from simcore.sweep.shot_table import make_table
+from simcore.sweep.shot_task import ShotTask
 
 X = np.arange(1.0, 9.0)
+
+
+def complaints(page) -> list[str]:
+    """What went wrong in scripts; that a picture is read back slowly is none."""
+    return [error for error in page.errors if "ReadPixels" not in error]
+
+
 BLOCKS = [
     headline("41 turns/s from 2 m", "a long detail <b> that must wrap " * 6),
     paragraph("one\ntwo"),
@@ -24,10 +32,11 @@ BLOCKS = [
     chart("curves", [series("a", X, X**2, low=X**2 - 3, high=X**2 + 3), series("b", X, [1, None, *X[2:]], kind="dots"),
                      series("c", X, X, kind="steps")], x_label="distance [m]", y_label="points",
           marks=[(3, "here")]),
+    share(0.75, 0.5, 0.9, "9 of 12 runs"),
     chart("bars", [series("", range(3), [3, 5, math.nan], kind="bars")], x_names=["left", "a very long name", "right"]),
 ]  # fmt: skip
 
-DRAWN = """[...document.querySelectorAll('figure')].map((figure) => {
+DRAWN = """[...document.querySelectorAll('figure:not(.robot)')].map((figure) => {
   const drawing = figure.lastElementChild, box = drawing.getBoundingClientRect();
   const shapes = [...drawing.querySelectorAll('path, rect, circle, text')].filter((node) => {
     const { width, height } = node.getBoundingClientRect(); return width + height > 0; });
@@ -51,7 +60,7 @@ def pages(tmp_path_factory) -> dict[str, Path]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "figures"), [("report", 2), ("shots", 4), ("check", 2)])
+@pytest.mark.parametrize(("name", "figures"), [("report", 3), ("shots", 4), ("check", 1)])
 def test_everything_is_drawn_and_nothing_overflows(browser, pages, name, figures) -> None:
     url = pages[name].as_uri()
     page = browser("about:blank")
@@ -69,10 +78,38 @@ def test_everything_is_drawn_and_nothing_overflows(browser, pages, name, figures
             drawn = page.evaluate(DRAWN)
             assert len(drawn) == figures
             for kind, shapes, outside in drawn:
-                assert shapes > 8 and outside == [], (kind, width, scheme)
+                assert shapes > (4 if kind == "share" else 8) and outside == [], (kind, width, scheme)
             papers.add(page.evaluate("getComputedStyle(document.body).backgroundColor"))
     assert len(papers) == 2, "light and dark"
-    assert set(page.requests) <= {"about:blank", url} and page.errors == []
+    assert set(page.requests) <= {"about:blank", url} and complaints(page) == []
+
+
+@pytest.mark.slow
+def test_a_share_is_a_bar_of_its_length(browser, pages) -> None:
+    """Of the whole width three quarters, and whiskers at both ends of the interval."""
+    page = browser(pages["report"].as_uri())
+    page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.share rect')")
+    whole, bar, line, low, high = page.evaluate(
+        "[...document.querySelectorAll('figure.share rect')].map((one) => {"
+        " const { left, right } = one.getBoundingClientRect(); return [left, right]; })"
+    )
+    wide = whole[1] - whole[0]
+    found = [(at - whole[0]) / wide for at in (bar[1], line[0], line[1], low[0], high[1])]
+    assert found == pytest.approx([0.75, 0.5, 0.9, 0.5, 0.9], abs=0.003)
+    assert page.evaluate("document.querySelector('figure.share figcaption').innerText") == "9 of 12 runs"
+
+
+@pytest.mark.slow
+def test_a_robot_is_drawn_with_its_measures(browser, pages) -> None:
+    """Bumpers as configured, the height of its highest corner, and no word about what is not the robot itself."""
+    page = browser(pages["check"].as_uri())
+    page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.robot canvas')")
+    (block,) = [one for one in report_blocks(pages["check"].read_text()) if one["kind"] == "robot"]
+    length, width = REBUILT.robot().bumper
+    height = max(z for solid in block["solids"] if not solid["name"] for _, _, z in solid["points"])
+    said = page.evaluate("document.querySelector('figure.robot canvas').getAttribute('aria-label')")
+    assert f": bumpers {length:.2f} m, {width:.2f} m, height {height:.2f} m;" in said
+    assert complaints(page) == []
 
 
 @pytest.mark.slow
@@ -87,5 +124,5 @@ def test_a_pointer_reads_values_and_texts_stay_texts(browser, pages) -> None:
       return figure.querySelector('figcaption').innerText.replace(/\\s+/g, ' ');
     })()"""
     assert "a 64 (61 to 67) b 8 c 8" in page.evaluate(read % (0, 0.99, 0.5))
-    assert "at right" in page.evaluate(read % (1, 0.9, 0.5))
+    assert "at right" in page.evaluate(read % (2, 0.9, 0.5))
     assert page.evaluate("document.querySelectorAll('main b').length") == 0, "a tag in a text is no tag"

@@ -103,8 +103,20 @@ export class Run {
   get start() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[0] : 0) : this.meta.start; }
   get end() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[this.groups.robots.n - 1] : 0) : this.meta.end; }
 
-  /** @param {string} name @param {number} time */
-  lampIsOn(name, time) { return Boolean(valueAt(this.meta.lamps[name], time)); }
+  /** State of an element that counts or not: on, off, pulsing, purple; null: nobody says. @param {string} name @param {number} time */
+  lamp(name, time) { return valueAt(this.meta.lamps[name], time); }
+
+  /** Pieces in a place or on a level. @param {string} name @param {number} time */
+  count(name, time) { return valueAt(this.meta.cells[name], time) ?? 0; }
+
+  /** A line of the score board, or null. @param {string} label @param {number} time */
+  text(label, time) { return valueAt(this.meta.board.find((item) => item.label === label), time); }
+
+  /** Who scores: the alliances, or the runs of a page of two. @returns {{ label: string, side: string, ink: string }[]} */
+  get sides() {
+    const runs = this.meta.robots.filter((robot) => robot.is_run);
+    return runs.length ? runs.map(({ name, ink }) => ({ label: name, side: "", ink })) : ["blue", "red"].map((side) => ({ label: side, side, ink: `var(--${side})` }));
+  }
 
   /** A live frame: its time, then the rows of all groups. @param {ArrayBuffer} buffer */
   append(buffer) {

@@ -1,15 +1,13 @@
 // A run as it happens: frames and the state of the run over one socket, what a person drives with, and buttons for the field.
 import { inflate } from "./data.js";
 import { make } from "./dom.js";
-import { Charts, drawEvents, drawTables, tableOf } from "./panels.js";
+import { tableOf } from "./panels.js";
 import { Player } from "./player.js";
-import { keyOf } from "./symbols.js";
 
 const BEHIND = 0.012;  // [s] that pictures are behind the newest frame, to be drawn between two
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
 const QUIET = 50;  // [ms] between two messages of a driver whose keys stay as they are
 const find = (selector) => document.querySelector(selector);
-const clockOf = (seconds) => `${Math.floor(Math.max(0, seconds) / 60)}:${String(Math.floor(Math.max(0, seconds) % 60)).padStart(2, "0")}`;
 
 export class Live {
   constructor() {
@@ -77,10 +75,26 @@ export class Live {
     this.touch();
     if (meta.drive.robots.length) {
       this.driveButton.hidden = false;
-      if (meta.drive.at_once) this.drive(true);
+      if (meta.drive.at_once) { this.drive(true); this.countDown(3); }
     }
+    player.onScore = () => this.rumble();
+    if (player.solid) player.solid.isDriven = Boolean(meta.drive.at_once);
     document.body.classList.add("live");
   }
+
+  /** Three, two, one, with the run on hold. */
+  countDown(left) {
+    this.send({ do: "pause", value: left > 0 });
+    find(".count").textContent = left > 0 ? String(left) : "";
+    this.player.sounds.play(left > 0 ? "count" : "start");
+    if (left > 0) setTimeout(() => this.countDown(left - 1), 700);
+  }
+
+  /** The standard gamepad that is there, or undefined. */
+  get pad() { return (navigator.getGamepads ? [...navigator.getGamepads()] : []).find((one) => one && one.connected && one.mapping === "standard"); }
+
+  /** A driver feels points. */
+  rumble() { if (this.isDriving) this.pad?.vibrationActuator?.playEffect("dual-rumble", { duration: 120, strongMagnitude: 0.6, weakMagnitude: 0.8 }); }
 
   state({ board, cells, lamps, previews, values, says, time, paused, clock, reached }) {
     const { meta } = this.player.run;
@@ -101,16 +115,8 @@ export class Live {
     this.clock = clock;
     this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving && find(".sticks").hidden ? [this.meta.drive.help] : [], ...says]);
     if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Go on" : "Pause";
-    const big = find(".clock");
-    big.hidden = !clock;
-    if (clock) {
-      find(".clock b").textContent = clockOf(Math.ceil(clock.left - 1e-6));
-      find(".clock span").textContent = clock.period;
-      find(".clock .blue").textContent = clock.blue ?? "";
-      find(".clock .red").textContent = clock.red ?? "";
-      this.player.sounds.see({ ...clock, time: clock.time });
-    }
-    this.player.range();
+    if (clock) this.player.sounds.see(clock);
+    this.player.line.update();
   }
 
   step(stamp) {
@@ -138,18 +144,12 @@ export class Live {
     Object.assign(run.meta, { events: meta.events, tables: meta.tables, facts: meta.facts, phases: meta.phases, shots: meta.shots, taken: meta.taken, charts: meta.charts });
     run.bytes = bytes;
     const go = (time) => player.jump(time);
-    drawEvents(find(".timeline"), find(".events"), run, go);
-    drawTables(find(".tables"), run, go);
-    player.charts = new Charts(find(".charts-home"), run, go);
-    find(".key").replaceChildren(...keyOf(run));
-    player.heat();
-    find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
+    player.report(go);
     const sheet = find(".sheet");
     sheet.replaceChildren(make("h2", {}, meta.verdict), ...meta.tables.slice(0, 1).map((table) => tableOf(table, go)),
       make("p", {}, make("button", { type: "button", onclick: () => this.again() }, "again (R)"), " ",
         make("button", { type: "button", onclick: () => { sheet.hidden = true; } }, "look at the run")));
     sheet.hidden = false;
-    player.range();
     player.show(run.end);
   }
 
@@ -178,6 +178,7 @@ export class Live {
     if (on === this.isDriving) return;
     this.isDriving = on;
     this.down.clear();
+    if (on && navigator.userActivation?.isActive) this.player.sounds.first();
     this.driveButton.textContent = on ? "stop driving" : "drive";
     this.driveButton.setAttribute("aria-pressed", String(on));
     document.body.classList.toggle("driving", on);
@@ -200,6 +201,7 @@ export class Live {
         event.preventDefault();
         event.stopImmediatePropagation();
         this.down.add(event.code);
+        this.player.sounds.first();
         this.sendInput();
         return;
       }
@@ -222,7 +224,7 @@ export class Live {
   sendInput() {
     if (!this.isDriving || document.hidden || !document.hasFocus() || this.socket.readyState !== WebSocket.OPEN) return;
     const rounded = (value) => Math.round(1000 * Math.max(-1, Math.min(1, value))) / 1000;
-    const pad = (navigator.getGamepads ? [...navigator.getGamepads()] : []).find((one) => one && one.connected && one.mapping === "standard");
+    const { pad } = this;
     const input = { robot: this.player && this.player.solid ? this.player.solid.robot : 0, keys: [...this.down] };
     if (pad) Object.assign(input, { axes: [...pad.axes].slice(0, 4).map(rounded), buttons: [...pad.buttons].slice(0, 8).map((one) => rounded(one.value)) });
     else if (this.sticks.used) Object.assign(input, { axes: this.sticks.axes.map(rounded), buttons: this.sticks.buttons });

@@ -15,6 +15,6 @@ async function start() {
   const meta = JSON.parse(new TextDecoder().decode(await inflate(text("run"))));
   const player = window.simcore = new Player(meta, await inflate(text("data")));
   const wanted = Number(new URLSearchParams(location.hash.slice(1)).get("t"));
-  player.show(location.hash.includes("t=") && Number.isFinite(wanted) ? wanted : player.run.start);
+  player.show(location.hash.includes("t=") && Number.isFinite(wanted) ? wanted : meta.failure ? player.run.end : player.run.start);
 }
 start();

@@ -1,27 +1,60 @@
-// Everything around the drawings: score board, marks over the time, tables, boards of places and charts.
+// Everything around the drawings: score board, tables, boards of places and charts.
 import { chart } from "./charts.js";
 import { unpack, valueAt } from "./data.js";
 import { make, svg } from "./dom.js";
+import { MARKS } from "./timeline.js";
 
-const MARKS = { mode: "\u25b6", put: "\u21e9", hit: "\u25cf", miss: "\u2715", pass: "\u2192", flying: "\u25cb", score: "+", slip: "\u2248",
-  bump: "\u25b2", "brown-out": "\u25bc", foul: "\u25c6", placed: "\u25a3" };
-const ROWS = [["mode", "put"], ["hit", "miss", "pass", "flying"], ["placed", "score", "foul"], ["slip", "bump", "brown-out"]];
+/** Score of both sides, clock and period, over the picture: the same in a run, live, and in what is shared of it. */
+export class Score {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run */
+  constructor(home, run) {
+    this.run = run;
+    this.home = home;
+    this.sides = run.sides.map((one) => ({ ...one, node: make("i", { class: one.side || null, style: one.side ? null : `background:${one.ink}` }) }));
+    this.clock = make("b");
+    this.period = make("span");
+    const [first, ...rest] = this.sides.map(({ node }) => node);
+    home.replaceChildren(...first ? [first] : [], make("div", {}, this.clock, this.period), ...rest);
+  }
 
-/** Score board: labels with a text each, and squares for strips of lights. */
+  /** What it says at a time. @param {number} time */
+  at(time) {
+    const { run } = this, states = Object.keys(run.meta.lamps).map((name) => [name.split("_")[0], run.lamp(name, time)]);
+    const isFree = run.meta.drive && run.meta.drive.free;
+    return { clock: isFree ? "free" : run.text("time left", time) ?? "", period: isFree ? "driving" : run.text("period", time) ?? "", sides: this.sides.map(({ label, side }) => ({
+      text: run.text(label, time) ?? "", name: side ? "" : label, lit: states.find(([whose, state]) => whose === side && state && state !== "off")?.[1] ?? "" })) };
+  }
+
+  draw(time) {
+    const now = this.at(time);
+    now.sides.forEach(({ text, name, lit }, k) => {
+      const { node } = this.sides[k];
+      if (node.textContent !== text) node.textContent = text;
+      node.dataset.lit = lit;
+      node.title = name;
+    });
+    if (this.clock.textContent !== now.clock) this.clock.textContent = now.clock;
+    if (this.period.textContent !== now.period) this.period.textContent = now.period;
+    this.home.hidden = !now.clock && now.sides.every(({ text }) => !text);
+  }
+}
+
+/** What else the run says of a time: labels with a text each, and squares for strips of lights. */
 export class Board {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     this.home = home;
     this.run = run;
     this.nodes = new Map();
+    this.above = new Set(["time left", "period", ...run.sides.map(({ label }) => label)]);
     home.replaceChildren();
   }
 
-  draw(time) {
-    for (const item of this.run.meta.board) this.put(item.label, valueAt(item, time));
-    const apart = this.run.meta.robots.map((_, k) => this.run.robot(k, time)).filter((pose) => pose && pose.belief)
-      .map(({ place, belief }) => Math.hypot(place[0] - belief[0], place[1] - belief[1]).toFixed(2));
-    this.put("pose estimate off by", apart.length ? `${apart.join(", ")} m` : null);
+  /** @param {number} time @param {number | null} chosen robot, whose belief is told */
+  draw(time, chosen) {
+    for (const item of this.run.meta.board) if (!this.above.has(item.label)) this.put(item.label, valueAt(item, time));
+    const pose = chosen === null ? null : this.run.robot(chosen, time);
+    this.put("pose estimate off by", pose && pose.belief ? `${Math.hypot(pose.place[0] - pose.belief[0], pose.place[1] - pose.belief[1]).toFixed(2)} m` : null);
   }
 
   /** Show a label with its text; none while there is no text. */
@@ -29,9 +62,7 @@ export class Board {
     let node = this.nodes.get(label);
     if (text === null && !node) return;
     if (!node) {
-      const value = make("b");
-      const kind = ["blue", "red", "period", "time left"].includes(label) ? label.replace(" ", "-") : "other";
-      const item = make("li", { class: kind }, make("span", {}, label), value);
+      const value = make("b"), item = make("li", {}, make("span", {}, label), value);
       this.home.append(item);
       this.nodes.set(label, node = { item, value, text: null });
     }
@@ -45,23 +76,12 @@ export class Board {
   }
 }
 
-/** Rows of marks over the time, and the same as a list for readers without a pointer.
- * @param {HTMLElement} home @param {HTMLElement} list @param {import("./data.js").Run} run @param {(time: number) => void} go */
-export function drawEvents(home, list, run, go) {
-  const { start, end } = run, rows = [];
-  for (const kinds of ROWS) {
-    const mine = run.meta.events.filter(([, kind]) => kinds.includes(kind));
-    if (!mine.length) continue;
-    const marks = mine.map(([time, kind, text]) => make("button", {
-      type: "button", tabindex: "-1", class: kind, title: `${time.toFixed(2)} s: ${text}`, style: `left:${100 * (time - start) / (end - start || 1)}%`,
-      onclick: () => go(time) }, MARKS[kind]));
-    const name = kinds.filter((kind) => mine.some((event) => event[1] === kind)).join(", ");
-    rows.push(make("div", { class: "row" }, make("span", {}, name), make("div", {}, ...marks)));
-  }
-  home.replaceChildren(...rows);
+/** What happened, as a list for readers without a pointer.
+ * @param {HTMLElement} home @param {import("./data.js").Run} run @param {(time: number) => void} go */
+export function drawEvents(home, run, go) {
   const lines = run.meta.events.map(([time, kind, text]) => make("li", {}, jump(time, `${time.toFixed(2)} s`, go), " ",
     make("span", { class: kind, "aria-hidden": "true" }, MARKS[kind]), ` ${text}`));
-  list.replaceChildren(...lines.length ? [make("details", {}, make("summary", {}, `Events (${lines.length})`), make("ol", {}, ...lines))] : []);
+  home.replaceChildren(...lines.length ? [make("details", {}, make("summary", {}, `Events (${lines.length})`), make("ol", {}, ...lines))] : []);
 }
 
 const jump = (time, text, go) => make("button", { type: "button", class: "to", onclick: () => go(time) }, text);
@@ -112,19 +132,20 @@ function placeBoard(levels) {
   return svg("svg", { viewBox: `0 0 ${BOARD.width} ${22 + BOARD.row * levels.length}` }, ...parts);
 }
 
-/** Counts in places of the field and on their boards. */
+/** Counts in places of the field, on boards. */
 export class Places {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
-    const { levels, cells } = run.meta;
+    const { levels } = run.meta;
+    this.run = run;
     home.replaceChildren(...[...new Set(levels.map(({ alliance }) => alliance))].map((alliance) => make("figure", {},
       make("figcaption", {}, make("strong", {}, alliance ? `Placed for ${alliance}` : "Placed")), placeBoard(levels.filter((level) => level.alliance === alliance)))));
-    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => ({ node, steps: cells[node.getAttribute("data-cell")] ??= { times: [], values: [] } }));
+    this.cells = [...home.querySelectorAll("[data-cell]")];
   }
 
   draw(time) {
-    for (const { node, steps } of this.cells) {
-      const count = valueAt(steps, time) ?? 0, number = node.querySelector(".n");
+    for (const node of this.cells) {
+      const count = this.run.count(node.getAttribute("data-cell"), time), number = node.querySelector(".n");
       node.classList.toggle("full", count > 0);
       if (number) number.textContent = String(count);
     }

@@ -1,72 +1,49 @@
-// A picture of the run as it is seen now: title and score board over the 3D view, or over the field from above.
-const WIDTH = 1600, EDGE = 24;  // [px]
+// What is shared of a run, as a picture or frame by frame as a video: the view with score board, title and time.
+import { ink } from "./top.js";
+
+export const SHARED = [1280, 720];  // [px]
 const FONT = 'system-ui, "Segoe UI", Roboto, Arial, sans-serif';
+const LIT = { purple: "#b04cff" };
 
-/** Colors of the page's theme by name. */
-const colorOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-
-/** An SVG of the page as an image; it has no style sheet of its own, so rules and colors go with it. @param {SVGElement} drawing */
-async function imageOf(drawing, width, height) {
-  const copy = /** @type {SVGElement} */ (drawing.cloneNode(true));
-  copy.setAttribute("width", width);
-  copy.setAttribute("height", height);
-  copy.setAttribute("font-family", FONT);
-  const style = document.createElementNS("http://www.w3.org/2000/svg", "style");
-  style.textContent = document.querySelector("style").textContent;
-  copy.prepend(style);
-  const text = new XMLSerializer().serializeToString(copy).replace(/var\(--([\w-]+)\)/g, (_, name) => colorOf(name));
-  const image = new Image();
-  image.src = `data:image/svg+xml,${encodeURIComponent(text)}`;
-  await image.decode();
-  return image;
-}
-
-/** Draw the board's labels and texts in lines as wide as the picture; returns its height. Without a canvas it is only measured. */
-function drawBoard(context, items, top, isDrawn) {
-  let x = EDGE, y = top;
-  for (const { label, text } of items) {
-    context.font = `600 24px ${FONT}`;
-    let wide = context.measureText(text).width;
-    context.font = `16px ${FONT}`;
-    wide = Math.max(wide, context.measureText(label).width);
-    if (x > EDGE && x + wide > WIDTH - EDGE) { x = EDGE; y += 62; }
-    if (isDrawn) {
-      context.fillStyle = colorOf("muted");
-      context.fillText(label, x, y + 16);
-      context.font = `600 24px ${FONT}`;
-      context.fillStyle = colorOf(["blue", "red"].includes(label) ? label : "ink");
-      context.fillText(text, x, y + 44);
-    }
-    x += wide + 30;
+/** Draw the view as large as a shared picture, with all that stands over it. @param {CanvasRenderingContext2D} pen @param {import("./player.js").Player} player */
+export function compose(pen, player) {
+  const [width, height] = SHARED, { solid, top, run, isPlan } = player, now = player.score.at(player.now);
+  Object.assign(pen, { fillStyle: ink("paper"), textBaseline: "middle", textAlign: "center", shadowBlur: 0 });
+  pen.fillRect(0, 0, width, height);
+  if (!isPlan) {
+    const sky = pen.createLinearGradient(0, 0, 0, height);
+    solid.theme.sky.forEach((color, k) => sky.addColorStop(k / 2, color));
+    pen.fillStyle = sky;
+    pen.fillRect(0, 0, width, height);
   }
-  return items.length ? y + 62 - top : 0;
-}
-
-/** The picture as a canvas. @param {import("./player.js").Player} player */
-export async function pictureOf(player) {
-  const { solid, top, board, run } = player, isSolid = solid && player.viewChoice.value !== "top";
-  const { width, height } = isSolid ? { width: solid.canvas.clientWidth, height: solid.canvas.clientHeight } : top.drawing.viewBox.baseVal;
-  const tall = Math.round(WIDTH * height / width), canvas = document.createElement("canvas"), context = canvas.getContext("2d");
-  const items = [{ label: "time", text: `${player.now.toFixed(2)} s` }, ...[...board.nodes].map(([label, { text }]) => ({ label, text }))]
-    .filter(({ text }) => text && !text.startsWith("led:"));
-  const head = 64, low = head + drawBoard(context, items, head, false);
-  canvas.width = WIDTH;
-  canvas.height = low + tall;
-  context.fillStyle = colorOf("paper");
-  context.fillRect(0, 0, canvas.width, canvas.height);
-  context.fillStyle = colorOf("ink");
-  context.font = `700 30px ${FONT}`;
-  context.fillText(run.meta.title, EDGE, 44, WIDTH - 2 * EDGE);
-  drawBoard(context, items, head, true);
-  if (isSolid) {
-    const before = solid.renderer.getPixelRatio();
-    solid.sharpen(WIDTH / width);
-    solid.draw(player.now);
-    context.drawImage(solid.canvas, 0, low, WIDTH, tall);
-    solid.sharpen(before);
-    solid.draw(player.now);
-  } else context.drawImage(await imageOf(top.drawing, WIDTH, tall), 0, low);
-  return canvas;
+  pen.drawImage(isPlan ? top.canvas : solid.canvas, 0, 0, width, height);
+  const text = (words, x, y, font, color) => { Object.assign(pen, { fillStyle: color, font: `${font} ${FONT}` }); pen.fillText(words, x, y); };
+  const [left, ...rest] = now.sides, middle = width / 2, wide = now.clock ? 62 : 4;
+  const box = (side, own, x, across) => {
+    Object.assign(pen, { shadowColor: LIT[side.lit] ?? "#fff", shadowBlur: side.lit ? 22 : 0, fillStyle: own.side ? { blue: "#1e54b7", red: "#c42828" }[own.side] : ink(own.ink) });
+    pen.beginPath();
+    pen.roundRect(x, 12, across, 50, 8);
+    pen.fill();
+    pen.shadowBlur = 0;
+    text(side.name ? `${side.name} ${side.text}` : side.text, x + across / 2, 38, "700 32px", "#fff");
+  };
+  const size = (side) => { pen.font = `700 32px ${FONT}`; return Math.max(84, pen.measureText(side.name ? `${side.name} ${side.text}` : side.text).width + 28); };
+  if (now.clock || now.sides.some((side) => side.text)) {
+    Object.assign(pen, { fillStyle: "#14171ce0" });
+    pen.beginPath();
+    pen.roundRect(middle - wide - size(left) - 8, 6, 2 * wide + size(left) + rest.reduce((sum, side) => sum + size(side), 0) + 16, 62, 12);
+    pen.fill();
+    box(left, run.sides[0], middle - wide - size(left), size(left));
+    rest.forEach((side, k) => box(side, run.sides[k + 1], middle + wide, size(side)));
+    text(now.clock, middle, 31, "700 34px", "#fff");
+    text(now.period, middle, 57, "500 14px", "#d6dbe2");
+  }
+  pen.fillStyle = "#14171cb8";
+  pen.fillRect(0, height - 34, width, 34);
+  pen.textAlign = "left";
+  text(run.meta.title, 16, height - 17, "600 17px", "#fff");
+  pen.textAlign = "right";
+  text(`${player.now.toFixed(1)} s \u00b7 simcore`, width - 16, height - 17, "500 15px", "#d6dbe2");
 }
 
 /** Hand a file to the reader. @param {Blob} blob @param {string} name */

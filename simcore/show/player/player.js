@@ -1,15 +1,18 @@
 // The player: one time, drawn from above and in three dimensions, with everything around it; keys, play, speeds, views.
 import { Run, rowAt } from "./data.js";
 import { make } from "./dom.js";
-import { Board, Charts, Places, drawEvents, drawTables } from "./panels.js";
-import { download, pictureOf } from "./picture.js";
+import { keyOf } from "./key.js";
+import { Board, Charts, Places, Score, drawEvents, drawTables } from "./panels.js";
+import { SHARED, compose, download } from "./picture.js";
 import { CAMERAS, Solid } from "./solid.js";
 import { Sounds } from "./sound.js";
-import { keyOf } from "./symbols.js";
+import { TimeLine } from "./timeline.js";
 import { Top } from "./top.js";
 
 export const VIEWS = ["both", "top", "solid"];
 const CLIP = 10;  // [s]
+const LATELY = 0.6;  // [s] after which points are no longer those of what has gone
+const DRAG = 4;  // [px]; a pointer that has moved less has clicked
 const find = (selector) => document.querySelector(selector);
 
 export class Player {
@@ -23,6 +26,9 @@ export class Player {
     this.sounds = new Sounds();
     this.states = new Int8Array(this.run.pieces.length);
     this.places = new Float32Array(3 * this.run.pieces.length);
+    this.gone = [];  // [time, place] of pieces that went in flight
+    this.points = {};
+    this.rises = [];  // [time, side, points] whose place is not known yet
     this.drawnAt = null;
     this.build();
   }
@@ -31,15 +37,11 @@ export class Player {
     const { meta } = this.run, go = (time) => this.jump(time);
     document.title = meta.title;
     find("h1").textContent = meta.title;
-    find(".notes").replaceChildren(...meta.notes.map((text) => make("p", { class: "note" }, text)));
-    find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
-    find(".key").replaceChildren(...keyOf(this.run));
+    const notes = meta.notes.map((text) => make("p", { class: "note" }, text));
+    find(".notes").replaceChildren(...meta.failure ? [make("p", { class: "failure" }, meta.failure), make("details", {}, make("summary", {}, "what the test says"), ...notes)] : notes);
     this.top = new Top(find(".top"), this.run);
-    this.counts = new Places(find(".places"), this.run);
+    this.score = new Score(find(".score"), this.run);
     this.board = new Board(find(".board"), this.run);
-    this.charts = new Charts(find(".charts-home"), this.run, go);
-    drawEvents(find(".timeline"), find(".events"), this.run, go);
-    drawTables(find(".tables"), this.run, go);
     try {
       find(".solid canvas")?.remove();
       this.solid = new Solid(find(".solid"), this.run);
@@ -47,59 +49,80 @@ export class Player {
     } catch (error) {
       this.solid = null;  // a browser without WebGL
       find(".solid").replaceChildren(make("p", { class: "note" }, `this browser draws no 3D: ${error.message}`));
+      find(".views").classList.add("flat");
     }
-    this.bar();
+    this.bar(go);
+    this.report(go);
     if (this.solid) this.solid.onCamera = (name) => { this.cameraChoice.value = name; };
-    this.heat();
+    this.pointers();
+    this.choose(null);
     this.setView(this.solid ? meta.view || "both" : "top");
     if (this.solid && meta.camera) this.setCamera(meta.camera);
     new ResizeObserver(() => this.resize()).observe(find(".views"));
     addEventListener("keydown", (event) => this.onKey(event));
   }
 
-  bar() {
+  /** What is said of the whole run. */
+  report(go) {
+    const { meta } = this.run;
+    find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
+    find(".key").replaceChildren(...keyOf(this.run), ...this.heat());
+    this.counts = new Places(find(".places"), this.run);
+    this.charts = new Charts(find(".charts-home"), this.run, go);
+    drawEvents(find(".events"), this.run, go);
+    drawTables(find(".tables"), this.run, go);
+    this.line.update();
+  }
+
+  bar(go) {
     const { meta } = this.run, choice = (label, options, act) => {
       const select = make("select", { "aria-label": label, title: label, onchange: () => { act(select.value); select.blur(); } },
         ...options.map(([value, text]) => make("option", { value }, text)));
       return select;
     };
-    this.slider = find(".bar input");
-    this.clock = find(".bar output");
-    this.button = find("#play");
-    this.slider.oninput = () => this.jump(Number(this.slider.value));
-    this.button.onclick = () => { this.toggle(); this.button.blur(); };
+    this.line = new TimeLine(find(".line"), this.run, go);
+    this.slider = this.line.slider;
+    this.clock = make("output");
+    this.button = make("button", { type: "button", id: "play", "aria-label": "play or pause (space)", onclick: () => { this.toggle(); this.button.blur(); } }, "Play");
     this.speed = choice("speed", [0.1, 0.25, 0.5, 1, 2, 4].map((value) => [value, `${value}x`]), () => this.onSpeed(Number(this.speed.value)));
     this.speed.value = "1";
-    this.viewChoice = choice("view", [["both", "both views"], ["top", "from above"], ["solid", "3D"]], (value) => this.setView(value));
+    this.viewChoice = choice("view (V)", [["both", "3D, and from above"], ["top", "from above, and 3D"], ["solid", "3D"]], (value) => this.setView(value));
     this.cameraChoice = choice("camera (C)", CAMERAS.map((name) => [name, `camera: ${name}`]), (value) => this.setCamera(value));
-    const robots = meta.robots.map((robot, k) => [String(k), robot.name || `robot ${k}`]);
-    this.robotChoice = choice("robot of the camera", robots, (value) => this.setRobot(Number(value)));
+    const robots = meta.robots.map(({ label }, k) => [String(k), label.length < 5 ? `robot ${label}` : label]);
+    this.robotChoice = choice("robot", [["", "all robots"], ...robots], (value) => this.choose(value === "" ? null : Number(value)));
     this.trailChoice = choice("trails", [["lately", "trails: last 5 s"], ["whole", "trails: all"], ...robots.map(([k, name]) => [k, `trails: ${name}`]), ["none", "no trails"]],
       (value) => { this.top.trail = value; this.draw(); });
     this.trailChoice.value = this.top.trail;
-    const tools = [this.speed, ...this.solid ? [this.viewChoice, this.cameraChoice] : [], ...robots.length > 1 && this.solid ? [this.robotChoice] : [], this.trailChoice];
+    const tools = [this.button, this.clock, this.speed, ...this.solid ? [this.viewChoice, this.cameraChoice] : [], ...robots.length > 1 ? [this.robotChoice] : [], this.trailChoice];
     if (meta.phases.length || this.isLive) tools.push(this.sounds.button);
-    if (this.solid && window.MediaRecorder) tools.push(this.clipButton = make("button", { type: "button", onclick: () => this.clip() }, "clip"));
-    tools.push(make("button", { type: "button", onclick: () => this.savePicture() }, "Save picture"));
+    if (this.solid && window.MediaRecorder) tools.push(this.clipButton = make("button", { type: "button", title: "the last 10 s as a video, 1280 x 720", onclick: () => this.clip() }, "Save clip"));
+    tools.push(make("button", { type: "button", title: "a PNG of what is seen, 1280 x 720", onclick: () => this.savePicture() }, "Save picture"));
     find(".tools").replaceChildren(...tools);
     find(".bar").hidden = false;
-    this.range();
-  }
-
-  range() {
-    this.slider.min = this.run.start;
-    this.slider.max = this.run.end;
-    this.slider.step = 0.02;
   }
 
   heat() {
-    const boxes = Object.entries(this.top.heatMaps()).map(([name, layer]) => {
-      layer.setAttribute("visibility", "hidden");
-      this.top.layers.heat.append(layer);
-      const box = make("input", { type: "checkbox", onchange: () => layer.setAttribute("visibility", box.checked ? "visible" : "hidden") });
-      return make("label", {}, box, ` heat map: ${name}`);
-    });
-    find(".key").append(...boxes);
+    const maps = this.top.heatMaps(), boxes = Object.keys(maps).map((name) => make("input", { type: "checkbox", "data-map": name, onchange: (event) => {
+      for (const box of boxes) if (box !== event.target) box.checked = false;
+      this.top.heat = event.target.checked ? maps[name] : null;
+      this.draw();
+    } }));
+    this.top.heat = null;
+    return boxes.map((box) => make("label", {}, box, ` heat map: ${box.dataset.map}`));
+  }
+
+  /** A click on a robot chooses it, one beside it none; a click on the small view swaps it with the large one. */
+  pointers() {
+    let from = [0, 0];
+    for (const [name, other] of [["top", "both"], ["solid", "top"]]) {
+      const home = find(`.${name}`), isInset = () => getComputedStyle(home).position === "absolute";
+      home.addEventListener("pointerdown", (event) => { from = [event.clientX, event.clientY]; });
+      home.addEventListener("click", (event) => {
+        if (Math.hypot(event.clientX - from[0], event.clientY - from[1]) > DRAG) return;
+        if (isInset()) this.setView(find(".views").dataset.view === "both" ? "top" : other === "top" ? "both" : "top");
+        else if (this.run.meta.robots.length > 1) this.choose(name === "top" ? this.top.robotAt(event, this.now) : this.solid.robotAt(event));
+      });
+    }
   }
 
   setView(name) {
@@ -114,53 +137,80 @@ export class Player {
     this.draw();
   }
 
-  setRobot(number) {
-    this.solid.robot = number;
-    this.robotChoice.value = String(number);
+  /** Look at one robot: its belief, its camera; null: at none of several. @param {number | null} number */
+  choose(number) {
+    const chosen = number ?? (this.run.meta.robots.length === 1 ? 0 : null);
+    this.chosen = this.top.chosen = chosen;
+    if (this.solid) this.solid.chosen = chosen;
+    if (this.solid && chosen !== null) this.solid.robot = chosen;
+    this.robotChoice.value = number === null ? "" : String(number);
     this.draw();
   }
 
   resize() {
     if (this.solid) this.solid.resize();
+    this.top.resize();
     this.draw();
   }
 
   // --- drawing --------------------------------------------------------------------------------------------------------
 
-  drawSolid() {
-    if (this.solid && find(".views").dataset.view !== "top") this.solid.draw(this.now);
-  }
+  drawSolid() { if (this.solid) this.solid.draw(this.now); }
 
   draw() {
     const time = this.now;
-    if (this.isLive || find(".views").dataset.view !== "solid") this.top.draw(time);
+    if (find(".views").dataset.view !== "solid") this.top.draw(time);
     this.drawSolid();
-    this.board.draw(time);
+    this.score.draw(time);
+    this.board.draw(time, this.chosen);
     this.counts.draw(time);
     if (!this.isLive || this.last === null) this.charts.draw(time);
+    if (this.onPicture) this.onPicture();
   }
 
-  /** Flash and sound for what was in the air when it was last looked at, and is nowhere now. */
+  /** Flash and sound for what was in the air when it was last looked at and is nowhere now, and points that rise from there. */
   watchScores(time) {
     const isNear = this.drawnAt !== null && time > this.drawnAt && time - this.drawnAt < 0.5;
-    let scored = 0;
     this.run.eachPiece(time, (row, x, y, z, state) => {
       if (isNear && this.states[row] === 2 && state === 0) {
         const place = this.places.slice(3 * row, 3 * row + 3);
         this.top.flash(place);
         if (this.solid) this.solid.flash(place);
-        scored++;
+        this.gone.push([time, place]);
       }
       this.states[row] = state;
       if (state) this.places.set([x, y, z], 3 * row);
     });
+    this.gone = this.gone.filter(([when]) => Math.abs(time - when) < LATELY);
+    let points = 0;
+    for (const { label, side } of this.run.sides) {
+      const now = Number(this.run.text(label, time) ?? 0), rise = now - (this.points[label] ?? now);
+      this.points[label] = now;
+      if (isNear && rise > 0) { points += rise; this.rises.push([time, side, rise]); }
+    }
+    this.rises = this.rises.filter(([when, side, rise]) => {
+      const isLate = time - when > LATELY, place = Math.abs(time - when) > 2 * LATELY ? null : this.placeOfScore(side, time, isLate);
+      if (place && this.solid) this.solid.score(`+${rise}`, side, place);
+      return !place && !isLate && time >= when;
+    });
     this.drawnAt = time;
-    if (scored) this.sounds.play("scored");
+    if (points) { this.sounds.play("scored"); this.onScore(points); }
+  }
+
+  onScore(_points) {}
+
+  /** Where a side has scored: where a piece went on its half, of what goes nowhere at its only robot. */
+  placeOfScore(side, time, isLate) {
+    const { robots, field } = this.run.meta, mine = robots.map((_, k) => k).filter((k) => !side || robots[k].alliance === side);
+    const near = this.gone.filter(([, [x]]) => !side || (x < field.size[0] / 2) === (side === "blue"));
+    if (near.length) return near.at(-1)[1];
+    const pose = isLate && mine.length === 1 ? this.run.robot(mine[0], time) : null;
+    return pose && [pose.place[0], pose.place[1], pose.place[2] + 0.5];
   }
 
   show(time) {
     this.now = Math.min(this.run.end, Math.max(this.run.start, time));
-    this.slider.value = this.now;
+    this.slider.value = String(this.now);
     this.slider.setAttribute("aria-valuetext", `${this.now.toFixed(2)} seconds`);
     this.clock.textContent = `${this.now.toFixed(2)} s`;
     this.watchScores(this.now);
@@ -212,28 +262,52 @@ export class Player {
 
   onSpeed(_speed) {}
 
+  // --- to share -------------------------------------------------------------------------------------------------------
+
+  get isPlan() { return !this.solid || this.viewChoice.value === "top"; }
+
+  /** Draw at the size of what is shared, then as before. */
+  async atSize(act) {
+    const [width, height] = SHARED;
+    if (this.solid) { this.solid.sharpen(1); this.solid.resize(width, height); }
+    this.top.resize(width, height, 1);
+    this.draw();
+    await act();
+    if (this.solid) this.solid.sharpen(this.solid.finest);
+    this.resize();
+  }
+
   /** The last ten seconds as a video file, recorded while they are played once more. */
   clip() {
-    const end = Math.max(this.now, Math.min(this.run.end, this.run.start + CLIP));
-    const type = ["video/mp4", "video/webm"].find((one) => MediaRecorder.isTypeSupported(one));
-    const recorder = new MediaRecorder(this.solid.canvas.captureStream(30), { mimeType: type }), parts = [];
+    const end = Math.max(this.now, Math.min(this.run.end, this.run.start + CLIP)), canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = SHARED;
+    const type = ["video/mp4", "video/webm"].find((one) => MediaRecorder.isTypeSupported(one)), pen = canvas.getContext("2d");
+    const recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 6e6 }), parts = [];
     recorder.ondataavailable = (event) => parts.push(event.data);
-    recorder.onstop = () => {
-      download(new Blob(parts, { type }), `clip.${type.slice(6)}`);
-      this.clipButton.textContent = "clip";
-    };
     this.clipButton.textContent = "recording";
     this.jump(end - CLIP);
-    this.onStop = () => { this.onStop = null; recorder.stop(); };
-    recorder.start();
-    this.play();
-    this.until = end;
+    return this.atSize(() => new Promise((resolve) => {
+      this.onPicture = () => compose(pen, this);
+      this.onStop = () => { this.onStop = this.onPicture = null; recorder.stop(); };
+      recorder.onstop = () => {
+        download(new Blob(parts, { type }), `clip.${type.slice(6)}`);
+        this.clipButton.textContent = "Save clip";
+        resolve(null);
+      };
+      recorder.start();
+      this.play();
+      this.until = end;
+    }));
   }
 
   /** What is seen now as a PNG file. */
-  async savePicture() {
-    const canvas = await pictureOf(this);
-    canvas.toBlob((blob) => download(blob, `run_${this.now.toFixed(2)}s.png`), "image/png");
+  savePicture() {
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = SHARED;
+    return this.atSize(() => {
+      compose(canvas.getContext("2d"), this);
+      canvas.toBlob((blob) => download(blob, `run_${this.now.toFixed(2)}s.png`), "image/png");
+    });
   }
 
   nextCamera() {

@@ -1,10 +1,10 @@
 // Shows a report: blocks of text, tables and drawings that Python has listed (simcore/show/report.py).
 import { chart } from "./charts.js";
-import { make } from "./dom.js";
-import { robotViews } from "./robot_views.js";
+import { make, svg } from "./dom.js";
+import { robotModel } from "./robot_model.js";
 
 const LONG = 40;  // letters of a cell that may be broken into lines
-const DRAWINGS = { chart, robot: robotViews };
+const DRAWINGS = { chart, robot: robotModel, share };
 
 /** A table whose numbers stand to the right. @param {{ columns: string[], rows: (string | number | boolean | null)[][], caption: string }} block */
 function table({ columns, rows, caption }) {
@@ -15,6 +15,13 @@ function table({ columns, rows, caption }) {
   const heads = columns.map((name, k) => make("th", { scope: "col", ...look(k) }, name));
   const lines = rows.map((row) => make("tr", {}, ...row.map((value, k) => make(k ? "td" : "th", { ...k ? {} : { scope: "row" }, ...look(k, value) }, text(value)))));
   return make("div", { class: "wide", tabindex: "0" }, make("table", {}, caption ? make("caption", {}, caption) : "", make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
+}
+
+/** A bar of how often, with the interval of what that says. @param {HTMLElement} home @param {{ value: number, low: number, high: number, text: string }} block */
+function share(home, { value, low, high, text }) {
+  const rect = (x, width, y, height, fill) => svg("rect", { x: 100 * x, y, width: 100 * width, height, fill });
+  home.replaceChildren(make("figcaption", {}, text), svg("svg", { viewBox: "0 0 100 10", preserveAspectRatio: "none", role: "img", "aria-label": text },
+    rect(0, 1, 0, 10, "var(--grid)"), rect(0, value, 0, 10, "var(--hit)"), rect(low, high - low, 3.5, 3, "var(--ink)"), rect(low, 0.003, 1.5, 7, "var(--ink)"), rect(high - 0.003, 0.003, 1.5, 7, "var(--ink)")));
 }
 
 /** @param {HTMLElement} home @param {ReportBlock[]} blocks */

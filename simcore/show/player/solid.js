@@ -4,7 +4,11 @@ import { turned, unpack, yawOf } from "./data.js";
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
 const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures that are too few and enough; least share of pixels
-const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
+const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff9a3d, GHOST = 0xd81b8c;
+const SIDES = { blue: 0x3d8bff, red: 0xff3b30, purple: 0xb04cff };
+const FRAME = /^#(9ea5ae|70767f)$/;  // colors of a frame, which differ between the robots of a match
+export const THEMES = { light: { sky: ["#7f9dbd", "#cfdce9", "#e6edf4"], haze: 0xd6e0ea, hall: 0xaab4be, sun: 2.1, light: 1.75, carpet: "#565c66" },
+  dark: { sky: ["#0a0e15", "#182230", "#232f3e"], haze: 0x1a232e, hall: 0x1c232c, sun: 1.9, light: 1.35, carpet: "#464c56" } };
 
 export class Solid {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
@@ -13,10 +17,13 @@ export class Solid {
     this.home = home;
     this.camera = "free";
     this.robot = 0;
+    this.chosen = null;
+    this.isDriven = false;  // sticks are of the field: who drives looks away from their own station
     this.previews = [];
     this.flashes = [];
     this.isPlain = drawsInSoftware();
-    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain });
+    this.theme = THEMES[matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"];
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain, alpha: true });  // the sky is the page's
     this.finest = this.isPlain ? 1 : Math.min(devicePixelRatio, 2);
     this.renderer.setPixelRatio(this.finest);
     this.pace = 1000 / 60;  // [ms] between pictures, a mean
@@ -28,12 +35,11 @@ export class Solid {
     this.canvas.setAttribute("aria-label", "the field in three dimensions; drag to turn, wheel to come nearer");
     home.prepend(this.canvas);
     this.scene = new THREE.Scene();
-    this.scene.background = new THREE.Color(matchMedia("(prefers-color-scheme: dark)").matches ? 0x2b3440 : 0xcfdbe8);
-    this.eye = new THREE.PerspectiveCamera(45, 2, 0.05, 120);
+    this.eye = new THREE.PerspectiveCamera(45, 2, 0.1, 120);
     this.eye.up.set(0, 0, 1);
     this.control = new THREE.OrbitControls(this.eye, this.canvas);
     this.control.maxPolarAngle = 1.55;
-    this.control.addEventListener("start", () => { if (!["free", "follow"].includes(this.camera)) this.look("free", true); });
+    this.control.addEventListener("start", () => { if (["follow", "free"].includes(this.camera)) this.isHeld = true; else this.look("free", true); });
     this.control.addEventListener("change", () => this.onMove());
     this.onMove = () => {};
     this.onCamera = (/** @type {string} */ _name) => {};
@@ -43,8 +49,8 @@ export class Solid {
 
   build() {
     const { meta } = this.run, [length, width] = meta.field.size;
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x96969b, 1.7));
-    const sun = this.sun = new THREE.DirectionalLight(0xfffaf0, 2.1);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x7d828c, this.theme.light));
+    const sun = this.sun = new THREE.DirectionalLight(0xfffaf0, this.theme.sun);
     sun.position.set(length / 2 - 3, -4, 14);
     sun.target.position.set(length / 2, width / 2, 0);
     sun.castShadow = !this.isPlain;
@@ -53,15 +59,22 @@ export class Solid {
     sun.shadow.bias = -4e-4;
     sun.shadow.normalBias = 0.03;
     this.scene.add(sun, sun.target);
+    this.soot = drawn(64, 64, (pen) => radial(pen, 64, [[0, "#000b"], [0.45, "#0008"], [1, "#0000"]]));
+    this.light = drawn(128, 128, (pen) => radial(pen, 128, [[0, "#fff"], [0.3, "#fff6"], [0.65, "#fff2"], [1, "#fff0"]]));
+    this.cut = { uTo: { value: new THREE.Vector3() }, uCut: { value: 0 } };
+    this.hall();
     this.lamps = {};
     for (const solid of meta.field.solids) {
       const mesh = this.mesh(solid);
-      if (solid.name) (this.lamps[solid.name] ??= []).push(mesh.material);
+      mesh.geometry.computeBoundingBox();
+      if (mesh.geometry.boundingBox.max.z < 0) continue;  // a carpet
+      this.fadeable(mesh.material);
+      if (solid.name) (this.lamps[solid.name] ??= []).push(mesh);
       this.scene.add(mesh);
     }
-    if (!meta.field.solids.length) this.plainField();
+    this.glows = Object.fromEntries(Object.entries(this.lamps).map(([name, meshes]) => [name, this.glow(meshes)]));
     this.tags();
-    this.robots = meta.robots.map((robot, number) => {
+    this.robots = meta.robots.map((robot) => {
       const group = new THREE.Group(), parts = [];
       const model = meta.models[robot.model];
       for (const solid of model.body) group.add(this.mesh(solid, robot));
@@ -71,54 +84,56 @@ export class Solid {
         parts.push(part);
         group.add(part);
       }
-      this.number(group, robot, number);
+      this.number(group, robot);
+      group.add(this.stain(1.35 * robot.size[0], 1.35 * robot.size[1]));
       this.scene.add(group);
       return { group, parts };
     });
     this.kinds = meta.kinds.map((kind) => {
-      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [9, 6] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
-        kind.solids.length ? kind.solids.map((solid) => [this.geometry(solid), solid.color, solid.opacity]) :
-        [[new THREE.BoxGeometry(...kind.size), kind.color, 1]];
-      return geometries.map(([geometry, color, opacity]) => {
-        const material = new THREE.MeshStandardMaterial({ color, roughness: 0.75, opacity, transparent: opacity < 1 });
-        const meshes = new THREE.InstancedMesh(geometry, material, Math.max(1, kind.count));
-        meshes.castShadow = meshes.receiveShadow = true;
-        meshes.frustumCulled = false;
-        this.scene.add(meshes);
-        return meshes;
-      });
+      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [kind.count > 100 ? 8 : 14, kind.count > 100 ? 6 : 10] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
+        kind.solids.map((solid) => [this.geometry(solid), solid.color, solid.opacity]);
+      return geometries.map(([geometry, color, opacity]) => this.instances(geometry, this.paint({ color, opacity, transparent: opacity < 1 }), kind.count));
     });
+    const shade = new THREE.PlaneGeometry(1, 1);
+    this.shades = this.isPlain ? meta.kinds.map((kind) => this.instances(shade, this.stainPaint(), kind.count)) : [];
     this.index = meta.kinds.map(() => 0);
     this.order = this.run.pieces.map(({ kind }) => this.index[kind]++);
-    this.strokes = Object.fromEntries([["trails", TRAIL], ["sight", SIGHT], ["previews", PREVIEW]].map(([name, color]) => {
+    this.strokes = Object.fromEntries([["trails", TRAIL], ["sight", SIGHT], ["previews", PREVIEW], ["belief", GHOST]].map(([name, color]) => {
       const lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color }));
       lines.frustumCulled = false;
       this.scene.add(lines);
       return [name, lines];
     }));
+    this.ring = new THREE.Mesh(new THREE.RingGeometry(0.66, 0.74, 40), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.8, depthWrite: false }));
+    this.scene.add(this.ring);
     this.matrix = new THREE.Matrix4();
     this.whole = new THREE.Matrix4();
     this.hidden = new THREE.Matrix4().makeScale(0, 0, 0);
     this.one = new THREE.Vector3(1, 1, 1);
+    this.size = new THREE.Vector3();
     this.place = new THREE.Vector3();
     this.turn = new THREE.Quaternion();
-    this.belief = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0x7a1254 }));
-    this.scene.add(this.belief);
+    this.level = new THREE.Quaternion();
+  }
+
+  /** A dull surface; without a graphics card one that costs less. */
+  paint(look) { return this.isPlain ? new THREE.MeshLambertMaterial({ fog: false, ...look }) : new THREE.MeshStandardMaterial({ roughness: 0.75, ...look }); }
+
+  instances(geometry, material, count) {
+    const meshes = new THREE.InstancedMesh(geometry, material, Math.max(1, count));
+    meshes.castShadow = meshes.receiveShadow = true;
+    meshes.frustumCulled = false;
+    this.scene.add(meshes);
+    return meshes;
   }
 
   /** @param {SolidData} solid */
-  geometry({ vertices, faces, scale }) {
-    const points = unpack(this.run.bytes, vertices), corners = unpack(this.run.bytes, faces), found = new THREE.BufferGeometry();
-    found.setAttribute("position", new THREE.Float32BufferAttribute(Float32Array.from(points, (value) => value * scale), 3));
-    found.setIndex(new THREE.BufferAttribute(new Uint16Array(corners.buffer), 1));
-    found.computeVertexNormals();
-    return found;
-  }
+  geometry(solid) { return geometryOf(this.run.bytes, solid); }
 
   /** @param {SolidData} solid @param {RobotData | null} robot */
   mesh(solid, robot = null) {
-    const color = robot && solid.name === "bumper" ? robot.bumper : solid.color;
-    const material = new THREE.MeshStandardMaterial({ color, roughness: 0.75, opacity: solid.opacity, transparent: solid.opacity < 1, depthWrite: solid.opacity >= 1 });
+    const color = robot && solid.name === "bumper" ? robot.bumper : robot && robot.frame && FRAME.test(solid.color) ? robot.frame : solid.color;
+    const material = this.paint({ color, opacity: solid.opacity, transparent: solid.opacity < 1, depthWrite: solid.opacity >= 1 });
     if (solid.opacity < 1) material.side = THREE.DoubleSide;
     const found = new THREE.Mesh(this.geometry(solid), material);
     found.castShadow = solid.opacity >= 1;
@@ -126,26 +141,78 @@ export class Solid {
     return found;
   }
 
-  /** Carpet, and every element of the field as a low block, for a game without a model of its field. */
-  plainField() {
-    const { size: [length, width], outlines } = this.run.meta.field;
-    const block = (corners, low, high, color) => {
-      const n = corners.length, points = [];
-      for (let k = 1; k + 1 < n; k++) for (const c of [0, k, k + 1]) points.push(...corners[c], high);
-      corners.forEach((corner, k) => {
-        const next = corners[(k + 1) % n];
-        points.push(...corner, low, ...next, low, ...next, high, ...corner, low, ...next, high, ...corner, high);
-      });
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
-      geometry.computeVertexNormals();
-      const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color, roughness: 0.8, side: THREE.DoubleSide }));
-      mesh.receiveShadow = true;
-      mesh.castShadow = high > 0;
-      this.scene.add(mesh);
+  /** Let a material be seen through where it stands between the eye and the robot that the camera follows. */
+  fadeable(material) {
+    material.onBeforeCompile = (shader) => {
+      Object.assign(shader.uniforms, this.cut);
+      shader.vertexShader = shader.vertexShader.replace("void main() {", "varying vec3 vAt;\nvoid main() {")
+        .replace("#include <project_vertex>", "#include <project_vertex>\nvAt = (modelMatrix * vec4(transformed, 1.0)).xyz;");
+      shader.fragmentShader = shader.fragmentShader.replace("void main() {", `varying vec3 vAt; uniform vec3 uTo; uniform float uCut;
+void main() {
+  if (uCut > 0.0 && vAt.z > 0.3) {
+    vec3 way = uTo - cameraPosition; float t = dot(vAt - cameraPosition, way) / dot(way, way);
+    if (t < 0.92 && distance(vAt, cameraPosition + t * way) < 0.35 + 0.65 * t && mod(floor(gl_FragCoord.x), 3.0) + mod(floor(gl_FragCoord.y), 3.0) > 0.5) discard;
+  }`);
     };
-    block([[-0.5, -0.5], [length + 0.5, -0.5], [length + 0.5, width + 0.5], [-0.5, width + 0.5]], -0.03, -0.002, "#5c6168");
-    for (const [, , color, corners] of outlines) block(corners, 0, 0.3, color);
+  }
+
+  /** Everything around the elements: sky, a floor that fades into haze, and the carpet with grain, seams and soft shade under what stands on it. */
+  hall() {
+    const { size: [length, width], outlines } = this.run.meta.field, { theme } = this, middle = [length / 2, width / 2];
+    this.home.style.background = `linear-gradient(${theme.sky.join()})`;
+    this.scene.fog = new THREE.Fog(theme.haze, 24, 48);
+    // large and level: without a graphics card their light is worked out once
+    const flat = (look) => this.isPlain ? new THREE.MeshBasicMaterial(look) : this.paint(look);
+    const floor = new THREE.Mesh(new THREE.CircleGeometry(48, 40), flat({ color: theme.hall }));
+    floor.position.set(...middle, -0.05);
+    floor.receiveShadow = true;
+    const dots = 64, carpet = drawn(dots * Math.ceil(length), dots * Math.ceil(width), (pen) => {
+      const { width: w, height: h } = pen.canvas, s = w / length;
+      pen.fillStyle = theme.carpet;
+      pen.fillRect(0, 0, w, h);
+      pen.fillStyle = pen.createPattern(grain(), "repeat");
+      pen.fillRect(0, 0, w, h);
+      pen.setTransform(s, 0, 0, -h / width, 0, h);
+      pen.fillStyle = "#0004";
+      for (let x = 1.83; x < length; x += 1.83) pen.fillRect(x, 0, 0.02, width);  // widths of carpet, six feet
+      Object.assign(pen, { shadowColor: "#000a", shadowBlur: 0.35 * s, fillStyle: "#0006" });
+      for (const [, , corners] of outlines) {
+        pen.beginPath();
+        for (const [x, y] of corners) pen.lineTo(x, y);
+        pen.fill();
+      }
+    });
+    if (!this.isPlain) carpet.anisotropy = 8;
+    const cloth = new THREE.Mesh(new THREE.PlaneGeometry(length, width), flat({ map: carpet, fog: false }));
+    [cloth.renderOrder, floor.renderOrder] = [1, 2];  // last of all, where they are not covered
+    cloth.position.set(...middle, -0.0005);
+    cloth.receiveShadow = true;
+    this.scene.add(floor, cloth);
+  }
+
+  stainPaint() { return new THREE.MeshBasicMaterial({ map: this.soot, transparent: true, depthWrite: false, fog: false }); }
+
+  /** Soft shade on the carpet under something. */
+  stain(length, width) {
+    const found = new THREE.Mesh(new THREE.PlaneGeometry(length, width), this.stainPaint());
+    found.position.z = 0.006;
+    return found;
+  }
+
+  /** Halo of an element that counts, over it and on the carpet around it. */
+  glow(meshes) {
+    const box = new THREE.Box3(), size = new THREE.Vector3(), middle = new THREE.Vector3();
+    for (const mesh of meshes) box.expandByObject(mesh);
+    box.getCenter(middle);
+    box.getSize(size);
+    const look = { map: this.light, transparent: true, depthWrite: false, blending: THREE.AdditiveBlending, fog: false };
+    const halo = new THREE.Sprite(new THREE.SpriteMaterial({ ...look, opacity: 0.6 }));
+    halo.position.set(middle.x, middle.y, Math.min(middle.z + 0.5, 2));
+    halo.scale.setScalar(2.6 * Math.max(size.x, size.y));
+    const pool = new THREE.Mesh(new THREE.PlaneGeometry(size.x + 4, size.y + 4), new THREE.MeshBasicMaterial({ ...look, opacity: 0.5 }));
+    pool.position.set(middle.x, middle.y, 0.008);
+    this.scene.add(halo, pool);
+    return [halo, pool];
   }
 
   /** A plate with its number for each AprilTag. */
@@ -159,19 +226,19 @@ export class Solid {
       plate.quaternion.set(a, b, c, w);
       plate.position.set(x, y, z);
       plate.translateX(0.012);
+      this.fadeable(plate.material);
       this.scene.add(plate);
     }
   }
 
   /** The robot's number on its bumpers. */
-  number(group, robot, number) {
-    const [length, width] = robot.size, [low, high] = robot.heights, tall = 0.8 * (high - low), text = robot.name || String(number);
-    const material = written(text, "transparent", "#fff", 0.8, text.length > 2 ? 4 : 2);
-    for (const [x, y, turn] of [[0, 1, Math.PI], [0, -1, 0], [1, 0, Math.PI / 2], [-1, 0, -Math.PI / 2]]) {
-      const plate = new THREE.Mesh(new THREE.PlaneGeometry(tall * (text.length > 2 ? 4 : 2), tall), material);
+  number(group, { size: [length, width], heights: [low, high], label, open }) {
+    const tall = 0.92 * (high - low), wide = label.length > 2 ? 4 : 2, material = written(label, "transparent", "#fff", 0.8, wide);
+    for (const [x, y, turn] of [[0, 1, Math.PI], [0, -1, 0], [1, 0, Math.PI / 2], ...open ? [] : [[-1, 0, -Math.PI / 2]]]) {
+      const plate = new THREE.Mesh(new THREE.PlaneGeometry(tall * wide, tall), material);
       plate.geometry.rotateX(Math.PI / 2);
       plate.geometry.rotateZ(turn);
-      plate.position.set(x * (length / 2 + 0.006), y * (width / 2 + 0.006), (low + high) / 2);
+      plate.position.set(x * (length / 2 + 0.008), y * (width / 2 + 0.008), (low + high) / 2);
       group.add(plate);
     }
   }
@@ -195,19 +262,26 @@ export class Solid {
     });
     this.drawPieces(time);
     this.drawTrails(time);
-    this.drawBeliefs(time);
+    this.drawChosen(time);
     this.stroke("sight", run.lines(time).flat(2));
     this.stroke("previews", this.previews);
-    for (const [name, materials] of Object.entries(this.lamps)) {
-      const isOn = run.lampIsOn(name, time);
-      for (const material of materials) {
-        material.emissive.copy(material.color);
-        material.emissiveIntensity = isOn ? 0.9 : 0;
-      }
-    }
+    for (const [name, meshes] of Object.entries(this.lamps)) this.shine(name, meshes, run.lamp(name, time), time);
     this.moveCamera(time);
     this.fade();
     this.renderer.render(this.scene, this.eye);
+  }
+
+  /** An element shines while it counts, blinks before that changes, and is purple when all is over. */
+  shine(name, meshes, state, time) {
+    const isOn = state && state !== "off" && (state !== "pulsing" || time * 3 % 1 < 0.6);
+    for (const { material } of meshes) {
+      material.emissive.copy(material.color);
+      material.emissiveIntensity = isOn ? 0.75 : 0;
+    }
+    for (const one of this.glows[name]) {
+      one.visible = Boolean(isOn);
+      one.material.color.setHex(SIDES[state] ?? SIDES[name.split("_")[0]] ?? 0xffffff);
+    }
   }
 
   drawPieces(time) {
@@ -221,8 +295,11 @@ export class Solid {
         if (state > 2 && this.robots[state - 3]) matrix = this.whole.multiplyMatrices(this.robots[state - 3].group.matrix, matrix);
       }
       for (const meshes of this.kinds[kind]) meshes.setMatrixAt(this.order[row], matrix);
+      if (!this.isPlain) return;
+      const wide = state && state < 3 ? 2 * look.radius * (1.15 + 0.6 * z) : 0;  // a shadow that grows fainter is larger
+      this.shades[kind].setMatrixAt(this.order[row], wide ? this.matrix.compose(this.place.set(x, y, 0.004), this.level, this.size.set(wide, wide, 1)) : this.hidden);
     });
-    for (const meshes of this.kinds.flat()) meshes.instanceMatrix.needsUpdate = true;
+    for (const meshes of [...this.kinds.flat(), ...this.shades]) meshes.instanceMatrix.needsUpdate = true;
   }
 
   drawTrails(time) {
@@ -239,40 +316,61 @@ export class Solid {
     this.stroke("trails", points);
   }
 
-  /** A frame on the carpet where a robot believes to be. */
-  drawBeliefs(time) {
-    const points = [];
-    this.run.meta.robots.forEach(({ size: [length, width] }, k) => {
-      const pose = this.run.robot(k, time);
-      if (!pose || !pose.belief) return;
-      const [x, y, yaw] = pose.belief, cos = Math.cos(yaw), sin = Math.sin(yaw);
+  /** A ring around the robot that was chosen among several, and a frame on the carpet where it believes to be. */
+  drawChosen(time) {
+    const { robots } = this.run.meta, points = [], pose = this.chosen === null ? null : this.run.robot(this.chosen, time);
+    this.ring.visible = Boolean(pose) && robots.length > 1;
+    if (this.ring.visible) this.ring.position.set(pose.place[0], pose.place[1], pose.place[2] + 0.012);
+    if (pose && pose.belief) {
+      const [length, width] = robots[this.chosen].size, [x, y, yaw] = pose.belief, cos = Math.cos(yaw), sin = Math.sin(yaw);
       const corner = (u, v) => [x + cos * u - sin * v, y + sin * u + cos * v, 0.02];
       const [a, b, c, d, tip] = [[length / 2, width / 2], [length / 2, -width / 2], [-length / 2, -width / 2], [-length / 2, width / 2], [length / 2 + 0.15, 0]].map(([u, v]) => corner(u, v));
       for (const one of [a, b, b, c, c, d, d, a, a, tip, tip, b]) points.push(...one);
-    });
-    replace(this.belief, points);
+    }
+    this.stroke("belief", points);
   }
 
   stroke(name, points) { replace(this.strokes[name], points); }
 
   /** A light where something has scored. */
-  flash(place) {
-    const ring = new THREE.Mesh(new THREE.SphereGeometry(0.12, 16, 12), new THREE.MeshBasicMaterial({ color: 0xfff2a8, transparent: true }));
-    ring.position.set(...place);
-    this.scene.add(ring);
-    this.flashes.push([ring, performance.now()]);
+  flash(place) { this.rise(new THREE.Mesh(new THREE.SphereGeometry(0.12, 12, 8), new THREE.MeshBasicMaterial({ color: 0xfff2a8, transparent: true })), place, 600, 0, 3); }
+
+  /** Points that rise where they were made. @param {string} text @param {string} side @param {ArrayLike<number>} place */
+  score(text, side, place) {
+    const material = new THREE.SpriteMaterial({ map: written(text, "transparent", side === "red" ? "#ff8a80" : side === "blue" ? "#8ab4ff" : "#fff", 0.8, 2).map, depthTest: false, fog: false });
+    const sprite = new THREE.Sprite(material);
+    sprite.scale.set(1.5, 0.75, 1);
+    this.rise(sprite, [place[0], place[1], place[2] + 0.4], 1300, 1.3, 0);
+  }
+
+  rise(node, [x, y, z], lasts, up, grows) {
+    node.position.set(x, y, z);
+    this.scene.add(node);
+    this.flashes.push({ node, since: performance.now(), z, lasts, up, grows });
   }
 
   fade() {
     const now = performance.now();
-    this.flashes = this.flashes.filter(([ring, since]) => {
-      const share = (now - since) / 600;
-      ring.scale.setScalar(1 + 3 * share);
-      ring.material.opacity = Math.max(0, 1 - share);
+    this.flashes = this.flashes.filter(({ node, since, z, lasts, up, grows }) => {
+      const share = (now - since) / lasts;
+      if (grows) node.scale.setScalar(1 + grows * share);
+      node.position.z = z + up * share;
+      node.material.opacity = Math.max(0, 1 - share * share);
       if (share < 1) return true;
-      this.scene.remove(ring);
+      this.scene.remove(node);
       return false;
     });
+  }
+
+  /** Number of the robot that is seen at a pointer, or null. */
+  robotAt(event) {
+    const box = this.canvas.getBoundingClientRect(), at = new THREE.Vector3();
+    const far = this.robots.map(({ group }) => {
+      at.copy(group.position).project(this.eye);
+      return group.visible && at.z < 1 ? Math.hypot((at.x + 1) / 2 * box.width + box.left - event.clientX, (1 - at.y) / 2 * box.height + box.top - event.clientY) : Infinity;
+    });
+    const nearest = far.indexOf(Math.min(...far)), reach = nearest < 0 ? 0 : Math.max(24, 0.6 * box.height / this.eye.position.distanceTo(this.robots[nearest].group.position));
+    return nearest >= 0 && far[nearest] < reach ? nearest : null;
   }
 
   // --- camera ---------------------------------------------------------------------------------------------------------
@@ -282,11 +380,14 @@ export class Solid {
     this.camera = name;
     const [length, width] = this.run.meta.field.size;
     if (name === "free" && !stays) {
-      this.eye.position.set(length / 2, -0.62 * length, 0.62 * length);
+      const down = (56 + 28 * Math.min(0.6, Math.max(0, 2.25 - this.eye.aspect))) * Math.PI / 180;  // steeper in a picture that is less wide
+      this.eye.position.set(length / 2, 0.46 * width - Math.cos(down), Math.sin(down));
       this.control.target.set(length / 2, 0.46 * width, 0);
       this.fit();
     }
-    if (name === "follow") this.kept = null;
+    this.kept = null;
+    this.isHeld = stays;
+    this.seenAt = null;
     this.control.enabled = name !== "above";
     this.eye.fov = name === "station" ? 62 : 45;
     if (name !== "free") this.eye.clearViewOffset();
@@ -299,7 +400,7 @@ export class Solid {
   fit() {
     const [length, width] = this.run.meta.field.size, { eye, control } = this;
     const away = eye.position.clone().sub(control.target).normalize();
-    const corners = [0, length].flatMap((x) => [0, width].flatMap((y) => [0, 1.8].map((z) => new THREE.Vector3(x, y, z))));
+    const corners = [0, length].flatMap((x) => [0, width].flatMap((y) => [0, 1.2].map((z) => new THREE.Vector3(x, y, z))));
     eye.clearViewOffset();
     let low = 0, high = 0;
     for (let far = 6; far < 80; far *= 1.02) {
@@ -308,7 +409,7 @@ export class Solid {
       eye.updateMatrixWorld();
       const seen = corners.map((corner) => corner.clone().project(eye));
       [low, high] = [Math.min(...seen.map(({ y }) => y)), Math.max(...seen.map(({ y }) => y))];
-      if (seen.every(({ x, z }) => Math.abs(x) < 0.97 && z < 1) && high - low < 1.9) break;
+      if (seen.every(({ x, z }) => Math.abs(x) < 0.99 && z < 1) && high - low < 1.94) break;
     }
     const wide = 1000 * eye.aspect;
     eye.setViewOffset(wide, 1000, 0, -250 * (high + low), wide, 1000);
@@ -318,6 +419,7 @@ export class Solid {
     const pose = this.run.robot(this.robot, time), [length, width] = this.run.meta.field.size, { eye, control } = this;
     this.eye.up.set(0, 0, 1);
     const robot = this.run.meta.robots[this.robot], side = robot && robot.alliance === "red" ? -1 : 1;
+    this.cut.uCut.value = pose && ["follow", "behind"].includes(this.camera) ? 1 : 0;
     if (this.camera === "station") {
       const [x, y] = this.run.meta.field.stations[this.robot % 3 + (side < 0 ? 3 : 0)];
       eye.position.set(x + side * 0.05, y, 1.57);  // eyes of standing adults, at the glass
@@ -329,21 +431,32 @@ export class Solid {
       eye.position.set(length / 2, width / 2, tall);
       eye.lookAt(length / 2, width / 2, 0);
       control.target.set(length / 2, width / 2, 0);
-    } else if (pose && this.camera === "behind") {
-      const yaw = yawOf(pose.quat), [x, y, z] = pose.place;
-      eye.position.set(x - 2.6 * Math.cos(yaw), y - 2.6 * Math.sin(yaw), z + 1.6);
-      eye.lookAt(x + 1.5 * Math.cos(yaw), y + 1.5 * Math.sin(yaw), z + 0.3);
-      control.target.set(x, y, z);
-    } else if (pose && this.camera === "follow") {
-      const target = new THREE.Vector3(...pose.place);
-      if (this.kept === null) {
-        control.target.copy(target);
-        eye.position.copy(target).add(new THREE.Vector3(-4.2 * side, 0, 3));
-      } else eye.position.add(target).sub(control.target);
-      control.target.copy(target);
-      this.kept = target;
-      eye.lookAt(target);
-    } else eye.lookAt(control.target);
+    } else if (this.cut.uCut.value) this.chase(pose, time, side);
+    else eye.lookAt(control.target);
+  }
+
+  /** From behind a robot: behind its front, or behind its motion as long as nobody turns the view; always between the walls. */
+  chase(pose, time, side) {
+    const { eye, control } = this, [x, y, z] = pose.place, size = this.run.meta.field.size, isFollow = this.camera === "follow";
+    const target = new THREE.Vector3(x, y, z + 0.3);
+    this.cut.uTo.value.copy(target);
+    if (this.isHeld && this.kept) eye.position.add(target).sub(this.kept);
+    else {
+      const before = isFollow ? this.run.robot(this.robot, Math.max(this.run.start, time - 0.8)) : null;
+      const [u, v] = before ? [x - before.place[0], y - before.place[1]] : [0, 0], isMoving = Math.hypot(u, v) > 0.25 && Math.hypot(u, v) < 6;
+      const wanted = isFollow && this.isDriven ? (side < 0 ? Math.PI : 0) : !isFollow ? yawOf(pose.quat) : isMoving ? Math.atan2(v, u) : this.seenAt === null ? (side < 0 ? Math.PI : 0) : this.course;
+      const since = this.seenAt === null ? -1 : time - this.seenAt, k = since < 0 || since > 0.5 ? 1 : 1 - Math.exp(-(isFollow ? 2.5 : 9) * since);
+      this.course = (k === 1 ? 0 : this.course) + (k === 1 ? wanted : k * Math.atan2(Math.sin(wanted - this.course), Math.cos(wanted - this.course)));
+      this.seenAt = time;
+      const [far, up] = isFollow ? [3.6, 2.2] : [3.0, 1.7], at = [x - far * Math.cos(this.course), y - far * Math.sin(this.course)];
+      const inside = at.map((one, q) => Math.min(Math.max(one, 0.25), size[q] - 0.25));
+      eye.position.set(...inside, z + up + 0.7 * Math.hypot(at[0] - inside[0], at[1] - inside[1]));
+    }
+    this.kept = target;
+    control.target.copy(target);
+    const ahead = isFollow ? 0.6 : 0.8;
+    eye.lookAt(x + ahead * Math.cos(this.course ?? 0), y + ahead * Math.sin(this.course ?? 0), z + 0.3);
+    if (this.isHeld) eye.lookAt(target);
   }
 
   /** Draws fewer pixels while pictures come too late, and more when there is time again.
@@ -359,19 +472,33 @@ export class Solid {
   /** Takes so many pixels for one of the screen. @param {number} ratio */
   sharpen(ratio) { if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio); }
 
-  resize() {
-    const { clientWidth: width, clientHeight: height } = this.home;
+  /** Fits the picture to its place, or to a width and height [px]. */
+  resize(width = this.home.clientWidth, height = this.home.clientHeight) {
     if (!width || !height) return;
     this.renderer.setSize(width, height, false);
     const before = this.eye.aspect;
     this.eye.aspect = width / height;
     this.eye.updateProjectionMatrix();
-    if (this.camera === "free" && Math.abs(before - this.eye.aspect) > 0.01) this.fit();
+    if (this.camera === "free" && Math.abs(before - this.eye.aspect) > 0.01) this.isHeld ? this.fit() : this.look("free");
   }
 }
 
+/** Triangles of a solid. @param {Uint8Array} bytes @param {SolidData} solid */
+function geometryOf(bytes, { vertices, faces, scale }) {
+  return shaped(Float32Array.from(unpack(bytes, vertices), (value) => value * scale), new THREE.BufferAttribute(new Uint16Array(unpack(bytes, faces).buffer), 1));
+}
+
+/** Triangles of corners [m] and an index. */
+export function shaped(points, index) {
+  const found = new THREE.BufferGeometry();
+  found.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  found.setIndex(index);
+  found.computeVertexNormals();
+  return found;
+}
+
 /** Whether there is no graphics card: shadows, smooth edges and fine balls would take most of the time. */
-function drawsInSoftware() {
+export function drawsInSoftware() {
   const context = document.createElement("canvas").getContext("webgl2"), info = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
   if (context) context.getExtension("WEBGL_lose_context")?.loseContext();
@@ -387,23 +514,53 @@ function replace(lines, points) {
   lines.geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
 }
 
-/** A material with a text in its middle. */
-function written(text, paper, ink, size, wide = 1) {
-  const canvas = document.createElement("canvas"), tall = 96;
-  [canvas.width, canvas.height] = [tall * wide, tall];
-  const pen = canvas.getContext("2d");
-  if (paper !== "transparent") { pen.fillStyle = paper; pen.fillRect(0, 0, canvas.width, tall); }
-  if (paper !== "transparent") { pen.fillStyle = ink; pen.fillRect(8, 8, tall - 16, tall - 16); ink = "#fff"; }
-  pen.fillStyle = ink;
-  pen.textAlign = "center";
-  pen.textBaseline = "middle";
-  pen.font = `bold ${size * tall}px system-ui, sans-serif`;
-  if (paper === "transparent") {  // also seen on white plates
-    Object.assign(pen, { strokeStyle: "#14171c", lineWidth: 9, lineJoin: "round" });
-    pen.strokeText(text, canvas.width / 2, tall / 2 + 4, canvas.width - 8);
+/** A picture that is drawn once, as a texture. */
+function drawn(width, height, draw) {
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height];
+  draw(canvas.getContext("2d"));
+  const found = new THREE.CanvasTexture(canvas);
+  found.colorSpace = THREE.SRGBColorSpace;
+  return found;
+}
+
+function radial(pen, size, stops) {
+  const fade = pen.createRadialGradient(size / 2, size / 2, 0, size / 2, size / 2, size / 2);
+  for (const [at, color] of stops) fade.addColorStop(at, color);
+  pen.fillStyle = fade;
+  pen.fillRect(0, 0, size, size);
+}
+
+/** Grain of a carpet, which repeats. */
+function grain() {
+  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
+  canvas.width = canvas.height = 96;
+  const dots = pen.createImageData(96, 96);
+  for (let k = 0, seed = 7; k < dots.data.length; k += 4) {
+    seed = seed * 16807 % 2147483647;
+    dots.data.set(seed % 2 ? [255, 255, 255, seed % 13] : [0, 0, 0, seed % 23], k);
   }
-  pen.fillText(text, canvas.width / 2, tall / 2 + 4, canvas.width - 8);
-  const texture = new THREE.CanvasTexture(canvas);
+  pen.putImageData(dots, 0, 0);
+  return canvas;
+}
+
+/** A material with a text in its middle. */
+export function written(text, paper, ink, size, wide = 1) {
+  const tall = 96, texture = drawn(tall * wide, tall, (pen) => {
+    const { width } = pen.canvas;
+    if (paper !== "transparent") {
+      Object.assign(pen, { fillStyle: paper });
+      pen.fillRect(0, 0, width, tall);
+      pen.fillStyle = ink;
+      pen.fillRect(8, 8, tall - 16, tall - 16);
+    }
+    Object.assign(pen, { fillStyle: paper === "transparent" ? ink : "#fff", textAlign: "center", textBaseline: "middle", font: `bold ${size * tall}px system-ui, sans-serif` });
+    if (paper === "transparent") {  // also seen on white plates
+      Object.assign(pen, { strokeStyle: "#14171c", lineWidth: 9, lineJoin: "round" });
+      pen.strokeText(text, width / 2, tall / 2 + 4, width - 8);
+    }
+    pen.fillText(text, width / 2, tall / 2 + 4, width - 8);
+  });
   texture.anisotropy = 4;
   return new THREE.MeshBasicMaterial({ map: texture, transparent: true, side: THREE.DoubleSide });
 }

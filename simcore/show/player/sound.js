@@ -8,6 +8,7 @@ const CUES = {  // notes: frequency [Hz], when [s], how long [s]
   last: [[988, 0, 0.12], [988, 0.18, 0.12], [988, 0.36, 0.3]],
   end: [[294, 0, 1.2], [220, 0, 1.2]],
   scored: [[1175, 0, 0.07]],
+  count: [[587, 0, 0.12]],
 };
 const LAST = 30.5;  // [s] before the end: a part of the match that begins later is its last
 const JUMP = 2;  // [s]; who goes farther at once has jumped, and hears nothing
@@ -36,6 +37,9 @@ export class Sounds {
     this.button.setAttribute("aria-pressed", String(on));
     this.button.blur();
   }
+
+  /** Who drives hears, unless the button has said otherwise. */
+  first() { if (!this.context) this.turn(true); }
 
   /** What a clock shows: period, whether robots are enabled, time since the start and left [s]. */
   see(clock) {

@@ -97,7 +97,7 @@ def bench():
     """A bench with fresh devices; the robot is enabled without delay unless a test says otherwise."""
     pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     from simcore import season
-    from simcore.phoenix6_emulator import EnableDelays, install, uninstall
+    from simcore.robotcode.emulator import EnableDelays, install, uninstall
 
     season.wpilib_simulation.pause_timing()  # the library's own enable feed runs on the FPGA clock
     made = Bench(install(delays=EnableDelays(enable=0.0, disable=0.0)))

@@ -31,13 +31,13 @@ class Device:
 
 
 def group_of(device):
-    from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
+    from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup
 
     return FollowerGroup(BuiltDevice("TalonFX", DeviceAddress(device.device_id), device))
 
 
-def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):
-    from simcore.phoenix6.ctre_maker import MAKER
+def test_a_flywheel_with_lost_first_answers_is_still_guessed(bench):
+    from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     device = Device(bench.talon(5, feedback__sensor_to_mechanism_ratio=1.5, slot0__k_s=0.12), 3)
     gearbox = MAKER.guess(group_of(device)).mechanism.gearbox
@@ -46,9 +46,9 @@ def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):
     assert device.configurator.asked == sorted(device.configurator.asked) and len(device.configurator.asked) == 4
 
 
-def test_a_device_that_never_answers_is_named_and_nothing_else_is_lost(bench):
-    from simcore.phoenix6.ctre_maker import MAKER
-    from simcore.phoenix6.talon_motor import is_configured_clockwise
+def test_a_silent_device_is_named_and_the_others_work(bench):
+    from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
+    from simcore.robotcode.makers.phoenix6.talon_motor import is_configured_clockwise
 
     device = Device(bench.talon(6), 99)
     with pytest.raises(ConfigError, match=r"6: could not read its configuration .RX_TIMEOUT, asked 5 times"):
@@ -57,9 +57,9 @@ def test_a_device_that_never_answers_is_named_and_nothing_else_is_lost(bench):
         is_configured_clockwise(device)
 
 
-def test_the_default_friction_stops_a_guess_that_is_let_go(bench):
+def test_the_default_friction_stops_an_undriven_guess(bench):
     """No kS: 0.2 V. From 12 V it coasts for (12 - 0.2) / 0.2 of its time constant of 50 ms, some 3 s."""
-    from simcore.phoenix6.ctre_maker import MAKER
+    from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     shaft = MAKER.guess(group_of(bench.talon(7))).mechanism
     shaft.set_volts(12.0)

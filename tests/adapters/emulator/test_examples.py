@@ -7,7 +7,7 @@ import pytest
 pytestmark = pytest.mark.usefixtures("bench")
 
 
-def test_talonfx_open_loop_follows_the_stick_and_reads_itself(bench):
+def test_talonfx_open_loop_follows_the_stick_and_its_own_position(bench):
     """TalonFX: a duty cycle from a joystick, and signals printed from time to time."""
     from phoenix6 import controls
 
@@ -239,7 +239,7 @@ def _on(talon, *names):
     return limits
 
 
-def test_wait_for_all_returns_signals_of_one_moment(bench):
+def test_wait_for_all_returns_simultaneous_signals(bench):
     """WaitForAll: several signals at one rate, waited for together; in simulated time they are there at once."""
     from phoenix6 import BaseStatusSignal, controls
 

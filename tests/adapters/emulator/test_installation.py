@@ -9,7 +9,7 @@ import pytest
 def test_the_library_gets_its_native_side_back(bench):
     from phoenix6.phoenix_native import Native
 
-    from simcore.phoenix6_emulator import install, installed, uninstall
+    from simcore.robotcode.emulator import install, installed, uninstall
 
     assert type(Native.instance()).__name__ == "EmulatedNative"
     assert install() is installed()
@@ -37,7 +37,7 @@ def test_the_library_gets_its_native_side_back(bench):
 def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change, words):
     from phoenix6.phoenix_native import Native
 
-    from simcore.phoenix6_emulator.installation import SeamError, check_seam
+    from simcore.robotcode.emulator.installation import SeamError, check_seam
 
     check_seam()
     monkeypatch.setattr(Native, "_Native__c_args", change(Native._Native__c_args))
@@ -48,10 +48,10 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
 
 
 @pytest.mark.parametrize("cls", ["TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi"])
-def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(bench, cls):
+def test_configurations_read_as_applied_and_a_full_one_resets_the_rest(bench, cls):
     from phoenix6 import configs
 
-    from simcore.phoenix6_emulator.emulated_device import parse_config
+    from simcore.robotcode.emulator.emulated_device import parse_config
 
     make = getattr(configs, f"{cls}Configuration")
     device = bench.device(cls, 1)
@@ -88,12 +88,12 @@ def test_one_group_leaves_the_others_alone(bench):
     assert back.slot1.k_p != 0.1
 
 
-def test_devices_drive_only_while_enabled_and_a_little_late(bench):
+def test_devices_drive_only_while_enabled_with_a_delay(bench):
     """The wall clock shows 49 ms from enable to volts and 86 ms from disable to none."""
     from phoenix6 import controls, unmanaged
 
-    from simcore.phoenix6_emulator import EnableDelays
-    from simcore.phoenix6_emulator.emulated_device import EnableState
+    from simcore.robotcode.emulator import EnableDelays
+    from simcore.robotcode.emulator.emulated_device import EnableState
 
     bench.emulator.enable = EnableState(bench.emulator.clock, EnableDelays())
     talon = bench.talon()
@@ -113,7 +113,7 @@ def test_devices_drive_only_while_enabled_and_a_little_late(bench):
     assert times.index(False) in (16, 17)
 
 
-def test_a_request_sent_once_is_obeyed_for_a_tenth_of_a_second(bench):
+def test_a_request_sent_once_lasts_a_tenth_of_a_second(bench):
     from phoenix6 import controls
 
     talon = bench.talon()
@@ -125,7 +125,7 @@ def test_a_request_sent_once_is_obeyed_for_a_tenth_of_a_second(bench):
 
 
 @pytest.mark.parametrize("parts", [1, 2, 5])
-def test_a_step_in_parts_is_the_same_step(bench, parts):
+def test_a_step_in_parts_equals_one_step(bench, parts):
     """A profile is a closed form of time: 5 ms at once or in parts, to the last digits."""
     from phoenix6 import configs, controls
 
@@ -162,12 +162,12 @@ def test_tasks_run_at_their_time_within_a_step(bench):
 
 
 @pytest.mark.parametrize("mirror", [False, True])
-def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
+def test_wpilib_sim_devices_mirror_outputs_on_request(bench, mirror):
     import hal
     from phoenix6 import controls
 
     from simcore import season
-    from simcore.phoenix6_emulator import EnableDelays, install, uninstall
+    from simcore.robotcode.emulator import EnableDelays, install, uninstall
 
     uninstall()
     bench.emulator = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
@@ -212,7 +212,7 @@ REFUSALS = {
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_what_is_not_modelled_or_no_number_is_refused_by_its_name(bench, name):
+def test_unmodelled_or_nan_values_are_refused_by_name(bench, name):
     from phoenix6 import controls
 
     from simcore.errors import NonFiniteError
@@ -233,7 +233,7 @@ def test_versions_and_licences_are_those_of_the_library(bench):
     assert unmanaged.get_phoenix_version() == 0x1A0300
 
 
-def test_stubbed_devices_do_nothing_and_complain_about_nothing(bench):
+def test_stubbed_devices_accept_every_call(bench):
     from phoenix6 import controls, hardware
 
     talon = hardware.TalonFX.none()
@@ -242,7 +242,7 @@ def test_stubbed_devices_do_nothing_and_complain_about_nothing(bench):
     assert talon.get_position().status.is_ok()
 
 
-def test_a_new_position_lasts_over_a_change_of_ratio(bench):
+def test_a_new_position_survives_a_change_of_ratio(bench):
     """As on CTRE's simulation: the rotor's count is what is set."""
     from phoenix6 import configs
 

@@ -15,7 +15,7 @@ def names(statuses):
     return [status.name for status in statuses]
 
 
-def test_generated_telemetry_writes_structs_into_a_log_that_takes_everything(bench):
+def test_generated_telemetry_writes_structs_to_a_log(bench):
     """CTRE's generated telemetry.py does this 250 times a second."""
     from phoenix6 import SignalLogger
     from phoenix6.hoot_schema_type import HootSchemaType
@@ -45,11 +45,11 @@ def test_generated_telemetry_writes_structs_into_a_log_that_takes_everything(ben
     assert SignalLogger.stop().is_ok()
 
 
-def test_a_bus_with_a_hoot_file_that_is_not_there_is_a_bus(bench):
+def test_a_bus_with_a_missing_hoot_file_works(bench):
     """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`, imported at any time."""
     from phoenix6 import CANBus, HootReplay, hardware
 
-    from simcore.phoenix6_emulator.emulated_native import IS_2027
+    from simcore.robotcode.emulator.emulated_native import IS_2027
 
     if IS_2027:
         pytest.skip("a CANBus of 26.70 takes no hoot file")
@@ -90,13 +90,13 @@ def test_every_getter_and_command_without_arguments_of_a_device_answers(bench, n
     assert called > 20
 
 
-def test_every_function_that_the_python_library_calls_is_known():
+def test_every_function_of_the_python_library_is_emulated():
     """What is missing is a request of differential mechanisms, and nothing else."""
     import phoenix6
 
-    from simcore import phoenix6_emulator
+    from simcore.robotcode import emulator
 
-    phoenix6_emulator.install()
+    emulator.install()
     from phoenix6.phoenix_native import Native
 
     libraries = (Native.instance(), Native.api_instance())
@@ -105,7 +105,7 @@ def test_every_function_that_the_python_library_calls_is_known():
         for function in re.findall(r"\.(c_(?:ctre|Phoenix)\w+)\(", path.read_text()):
             if not any(_has(library, function) for library in libraries):
                 missing.add(function.removeprefix("c_ctre_phoenix6_RequestControl"))
-    phoenix6_emulator.uninstall()
+    emulator.uninstall()
     assert {m for m in missing if not m.startswith(("Diff_", "Differential"))} == set()
 
 

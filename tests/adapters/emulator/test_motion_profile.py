@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
 
-from simcore.phoenix6_emulator.control_laws import Expo, SCurve, VelocityRamp
+from simcore.robotcode.emulator.control_laws import Expo, SCurve, VelocityRamp
 
 number = st.floats(-20.0, 20.0)
 DT = 0.005
@@ -90,7 +90,7 @@ def test_a_velocity_ramp_arrives(goals, a, jerk):
 
 
 @given(goal=number, parts=st.integers(2, 5))
-def test_time_in_pieces_is_the_same_time(goal, parts):
+def test_several_short_steps_equal_one_long_step(goal, parts):
     whole, pieces = SCurve(), SCurve()
     for _ in range(100):
         whole.advance(goal, 3.0, 9.0, 60.0, DT)

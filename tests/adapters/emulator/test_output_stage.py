@@ -20,7 +20,7 @@ def put_out(bench, talon, request, seconds=0.04):
         ("torque", lambda c, x: c.TorqueCurrentFOC(300.0 * x), 300.0, "get_torque_current"),
     ],
 )
-def test_an_open_loop_ramp_rises_at_its_rate_and_starts_anew_after_neutral(bench, unit, request_of, full, read):
+def test_an_open_loop_ramp_rises_at_its_rate_and_restarts_after_neutral(bench, unit, request_of, full, read):
     """Full scale in the ramp's time: 12 V, 1, 300 A."""
     from phoenix6 import controls
 
@@ -41,7 +41,7 @@ def test_an_open_loop_ramp_rises_at_its_rate_and_starts_anew_after_neutral(bench
         bench.run(0.04, lambda: talon.set_control(controls.NeutralOut()))
 
 
-def test_a_ramp_goes_on_from_the_output_of_the_request_before(bench):
+def test_a_ramp_continues_from_the_previous_requests_output(bench):
     from phoenix6 import controls
 
     talon = bench.talon(closed_loop_ramps__voltage_closed_loop_ramp_period=1.0, slot0__k_v=1.0)
@@ -102,7 +102,7 @@ def test_every_gain_of_every_slot_acts(bench, slot, arm):
     assert talon.get_control_mode().value.name == "POSITION_VOLTAGE_FOC"
 
 
-def test_a_velocity_loop_takes_kd_on_the_acceleration_and_ks_from_its_goal(bench):
+def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_its_goal(bench):
     from phoenix6 import controls, signals
 
     talon = bench.talon(
@@ -122,7 +122,7 @@ def test_a_velocity_loop_takes_kd_on_the_acceleration_and_ks_from_its_goal(bench
 @pytest.mark.parametrize(
     ("at", "goal", "error"), [(0.9, 0.1, 0.2), (0.0, 0.5, -0.5), (3.2, 0.1, -0.1), (0.0, 2.75, -0.25)]
 )
-def test_continuous_wrap_takes_the_short_way(bench, at, goal, error):
+def test_continuous_wrap_takes_the_shorter_way(bench, at, goal, error):
     from phoenix6 import controls
 
     talon = bench.talon(slot0__k_p=1.0, closed_loop_general__continuous_wrap=True)
@@ -130,7 +130,7 @@ def test_continuous_wrap_takes_the_short_way(bench, at, goal, error):
     assert put_out(bench, talon, controls.PositionVoltage(goal)) == pytest.approx(error, abs=1e-6)
 
 
-def test_an_integral_follows_its_equation_and_ends_with_the_request(bench):
+def test_an_integral_follows_its_equation_and_resets_with_the_request(bench):
     """kI e t, kept when the goal changes, gone with another kind of request or after a disable."""
     from phoenix6 import controls
 
@@ -208,13 +208,13 @@ def test_over_voltage_turns_the_bridge_off(bench):
     ],
     ids=["volts", "duty cycle", "amperes", "amperes over the limit", "coast"],
 )
-def test_a_mechanism_keeps_the_limits_of_its_controller_which_reports_its_amperes(bench, request_of, amps):
+def test_a_mechanism_obeys_its_controllers_limits_and_reports_its_current(bench, request_of, amps):
     from phoenix6 import controls, unmanaged
 
-    from simcore.phoenix6.talon_motor import TalonFXMotorSim
     from simcore.robot.dc_motor import motor
     from simcore.robot.gearbox import GearboxConfig
     from simcore.robot.mechanisms import FlywheelConfig, FlywheelSim
+    from simcore.robotcode.makers.phoenix6.talon_motor import TalonFXMotorSim
 
     talon = bench.talon(current_limits__stator_current_limit_enable=True, current_limits__stator_current_limit=40.0)
     wheel = FlywheelSim(FlywheelConfig(gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=1.0), inertia=0.05))

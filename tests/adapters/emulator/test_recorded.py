@@ -41,7 +41,7 @@ def test_every_run_in_every_process_is_bit_identical(simulated):
 
 
 @pytest.mark.realtime
-def test_the_recording_is_still_what_ctres_simulation_does(simulated):
+def test_the_recording_still_matches_ctres_simulation(simulated):
     names = ["VoltageOut", "VelocityVoltage", "PositionVoltage, fused", "MotionMagicVoltage", "MotionMagicExpoVoltage",
              "Follower", "PositionVoltage, kI", "VoltageOut, stator 40 A"]  # fmt: skip
     real = compare.run("real", names)
@@ -52,7 +52,7 @@ def test_the_recording_is_still_what_ctres_simulation_does(simulated):
 
 
 @pytest.mark.realtime
-def test_devices_keep_to_their_budget():
+def test_devices_stay_within_their_time_budget():
     """12 TalonFX, 4 CANcoder and a Pigeon 2 at 1 kHz: at most 1 ms per 20 ms tick; the best of three runs counts."""
     pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     best = math.inf

@@ -8,8 +8,8 @@ from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
 
 
-def test_constants_become_a_model_by_their_attribute_names(bench):
-    from simcore.phoenix6.swerve import swerve_config
+def test_constants_become_a_model_by_attribute_name(bench):
+    from simcore.robotcode.makers.phoenix6.swerve import swerve_config
 
     limits = SimpleNamespace(
         stator_current_limit=120.0,

@@ -29,7 +29,7 @@ def test_two_motors_of_one_id_move_apart(bench, on):
         assert talon.configurator.refresh(slot).is_ok() and slot.k_p == gain
 
 
-def test_the_name_rio_is_that_of_the_own_bus(bench, on):
+def test_the_name_rio_means_the_roborios_bus(bench, on):
     from phoenix6 import controls
 
     one, same = on("rio", "TalonFX", 3), on("", "TalonFX", 3)
@@ -37,7 +37,7 @@ def test_the_name_rio_is_that_of_the_own_bus(bench, on):
     assert same.get_motor_voltage().value == pytest.approx(3.0)
 
 
-def test_a_follower_hears_only_its_own_bus(bench, on):
+def test_a_follower_follows_only_on_its_own_bus(bench, on):
     from phoenix6 import controls, signals
 
     lead, decoy = on("rio", "TalonFX", 3), on("canivore", "TalonFX", 4)
@@ -55,7 +55,7 @@ def test_a_follower_hears_only_its_own_bus(bench, on):
     assert far.get_motor_voltage().value == 0.0
 
 
-def test_a_remote_encoder_is_that_of_the_own_bus(bench, on):
+def test_a_remote_encoder_is_on_the_controllers_bus(bench, on):
     from phoenix6 import signals
 
     fused = {
@@ -85,9 +85,9 @@ def test_gyros_ranges_and_motors_with_own_encoders_are_told_apart(bench, on):
 
 
 def test_physics_and_a_team_s_own_simulation_reach_the_device_of_the_right_bus(bench, on):
-    from simcore.phoenix6.built_devices import watch_simulations
-    from simcore.phoenix6.sensor_ports import sim_state_of
     from simcore.quantities import DeviceAddress
+    from simcore.robotcode.makers.phoenix6.built_devices import watch_simulations
+    from simcore.robotcode.makers.phoenix6.sensor_ports import sim_state_of
 
     own, far = on("rio", "TalonFX", 3), on("canivore", "TalonFX", 3)
     asked = []

@@ -15,14 +15,14 @@ import hal
 import wpilib
 from phoenix6 import hardware, swerve, unmanaged
 
-import simcore.phoenix6.swerve as adapter
-from simcore.devices.ownership import Ownership
+import simcore.robotcode.makers.phoenix6.swerve as adapter
 from simcore.errors import SimcoreError
-from simcore.phoenix6 import require_phoenix6
-from simcore.phoenix6.built_devices import require_distinct
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robotpy.attach import is_port_taken
-from simcore.robotpy.attached_physics import AttachedPhysics
+from simcore.robotcode.makers.phoenix6 import require_phoenix6
+from simcore.robotcode.makers.phoenix6.built_devices import require_distinct
+from simcore.robotcode.program.ownership import Ownership
+from simcore.robotcode.sim.attach import is_port_taken
+from simcore.robotcode.sim.attached_physics import AttachedPhysics
 
 PORTS = {
     "PWM": '[[mechanism]]\nname = "hood"\nkind = "servo"\npwm = 7\nmin_deg = 0\nmax_deg = 90\ndeg_per_second = 400\n',
@@ -86,7 +86,7 @@ def main() -> None:
 
     file.write_text('[[mechanism]]\nname = "roller"\nkind = "roller"\nleader = 30\ngearing = 2.0\n')
     roller = hardware.TalonFX(31)
-    import simcore.robotpy.attached_physics as attached
+    import simcore.robotcode.sim.attached_physics as attached
     from games.rebuilt import REBUILT
 
     attached.find_game, attached.installed_games = lambda name: REBUILT, lambda: {"rebuilt": REBUILT}

@@ -170,7 +170,7 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
     ALIGNED = signals.MotorAlignmentValue.ALIGNED
     emulator = None
     if mode == "simulated":
-        from simcore.phoenix6_emulator import installed
+        from simcore.robotcode.emulator import installed
 
         emulator = installed()
     bus = CANBus("rio")
@@ -271,7 +271,7 @@ def main() -> None:
     driver_station.set_enabled(True)
     driver_station.notify_new_data()
     if mode == "simulated":
-        from simcore.phoenix6_emulator import EnableDelays, install
+        from simcore.robotcode.emulator import EnableDelays, install
 
         season.wpilib_simulation.pause_timing()
         install(delays=EnableDelays(enable=0.0, disable=0.0))

@@ -12,11 +12,11 @@ import numpy as np
 import wpilib
 from wpilib.simulation import pauseTiming
 
-from simcore.devices.makers import device_of, maker_of, watch_makers
-from simcore.devices.motor_ports import ShaftPorts, SuppliedMotor
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.gyro import Gyro, gyro_config
+from simcore.robotcode.program.makers import device_of, maker_of, watch_makers
+from simcore.robotcode.program.motor_ports import ShaftPorts, SuppliedMotor
 
 DT, HEADING, PITCH, ROLL = 0.005, 2.5, 0.1, -0.05
 

@@ -22,8 +22,8 @@ from phoenix6 import unmanaged
 from robotpy.main import main as robotpy_main
 from wpilib.simulation import DriverStationSim
 
-import simcore.phoenix6.swerve  # noqa: F401  - as a physics.py does, before the robot is built
-from simcore.robotpy.robot_physics import RobotPhysics
+import simcore.robotcode.makers.phoenix6.swerve  # noqa: F401  - as a physics.py does, before the robot is built
+from simcore.robotcode.sim.robot_physics import RobotPhysics
 
 running: list[RobotPhysics] = []
 

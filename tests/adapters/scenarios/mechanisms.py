@@ -10,9 +10,9 @@ from realtime import DT, Loop, enable, report, start
 from wpilib.simulation import DCMotorSim, FlywheelSim, SingleJointedArmSim
 from wpimath.system.plant import DCMotor, LinearSystemId
 
-from simcore.phoenix6.talon_motor import TalonFXMotorSim
 from simcore.robot import mechanisms
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robotcode.makers.phoenix6.talon_motor import TalonFXMotorSim
 
 CW = signals.InvertedValue.CLOCKWISE_POSITIVE
 CCW = signals.InvertedValue.COUNTER_CLOCKWISE_POSITIVE

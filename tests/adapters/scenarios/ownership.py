@@ -12,13 +12,13 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.ownership import Ownership
-from simcore.phoenix6.ctre_maker import MAKER
-from simcore.phoenix6.sensor_ports import own_writer
 from simcore.quantities import DeviceAddress
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robotpy.device_assignment import DeviceAssignment, short_names
+from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
+from simcore.robotcode.makers.phoenix6.sensor_ports import own_writer
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.ownership import Ownership
+from simcore.robotcode.sim.device_assignment import DeviceAssignment, short_names
 
 
 def reads(device: hardware.TalonFX, rotations: float) -> bool:

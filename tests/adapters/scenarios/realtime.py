@@ -15,7 +15,7 @@ import numpy as np
 from phoenix6 import unmanaged
 from wpilib.simulation import DriverStationSim, RoboRioSim, pauseTiming, stepTiming
 
-from simcore import phoenix6_emulator
+from simcore.robotcode import emulator
 
 DT = 0.005
 SIMULATED = bool(os.environ.get("SIMULATED"))
@@ -24,7 +24,7 @@ SIMULATED = bool(os.environ.get("SIMULATED"))
 def start() -> None:
     """The HAL without a robot, and no diagnostics server that could meet another process."""
     if SIMULATED:
-        phoenix6_emulator.install()
+        emulator.install()
         pauseTiming()
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     hal.initialize(500, 0)
@@ -58,7 +58,7 @@ class Loop:
             watch(k * DT)
             if SIMULATED:
                 stepTiming(DT)  # the library feeds its enable signal by the robot's clock
-                phoenix6_emulator.installed().step(DT)
+                emulator.installed().step(DT)
             self.work.append(time.perf_counter() - now)
 
     @property

@@ -11,11 +11,11 @@ import rev
 import wpilib
 from wpilib.simulation import DriverStationSim, pause_timing, step_timing
 
-from simcore.revlib.rev_maker import MAKER
-from simcore.revlib.spark_motor import SparkMotorSim
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robotcode.makers.revlib.rev_maker import MAKER
+from simcore.robotcode.makers.revlib.spark_motor import SparkMotorSim
 
 CT = rev.SparkLowLevel.ControlType
 DT = 0.005

@@ -21,8 +21,8 @@ from robotpy.main import main as robotpy_main
 from wpilib import DriverStation, RobotController
 from wpilib.simulation import DriverStationSim
 
-import simcore.phoenix6.swerve as swerve
-from simcore.robotpy.robot_physics import RobotPhysics, field_control
+import simcore.robotcode.makers.phoenix6.swerve as swerve
+from simcore.robotcode.sim.robot_physics import RobotPhysics, field_control
 
 
 class Play:

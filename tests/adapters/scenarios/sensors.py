@@ -8,11 +8,11 @@ from phoenix6 import configs, controls, hardware, signals
 from realtime import Loop, enable, report, start
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.sensor_ports import CANdiEncoderSim, CANrangeSim
-from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ArmSim
+from simcore.robotcode.makers.phoenix6.sensor_ports import CANdiEncoderSim, CANrangeSim
+from simcore.robotcode.makers.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 
 TURN = math.tau
 

@@ -12,11 +12,11 @@ from wpilib.simulation import RoboRioSim
 from wpimath.system.plant import DCMotor
 
 from simcore.loop.battery import draw
-from simcore.phoenix6.sensor_ports import CANcoderSim, Pigeon2Sim
-from simcore.phoenix6.talon_motor import TalonFXMotorSim, TalonPort
 from simcore.robot.battery import Battery
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import FlywheelConfig, FlywheelSim
+from simcore.robotcode.makers.phoenix6.sensor_ports import CANcoderSim, Pigeon2Sim
+from simcore.robotcode.makers.phoenix6.talon_motor import TalonFXMotorSim, TalonPort
 
 
 def main() -> None:

@@ -11,12 +11,12 @@ import rev
 from wpilib.simulation import DriverStationSim, pauseTiming, stepTiming
 from wpimath.system.plant import DCMotor
 
-from simcore.revlib.rev_maker import MAKER
-from simcore.revlib.spark_configuration import read_spark_configuration
-from simcore.revlib.spark_loop import Command, SparkLoop
-from simcore.revlib.spark_motor import SparkMotorSim
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robotcode.makers.revlib.rev_maker import MAKER
+from simcore.robotcode.makers.revlib.spark_configuration import read_spark_configuration
+from simcore.robotcode.makers.revlib.spark_loop import Command, SparkLoop
+from simcore.robotcode.makers.revlib.spark_motor import SparkMotorSim
 
 CT = rev.SparkLowLevel.ControlType
 SLOT = rev.ClosedLoopSlot.kSlot0

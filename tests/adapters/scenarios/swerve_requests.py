@@ -16,7 +16,7 @@ from wpilib.simulation import DriverStationSim, RoboRioSim
 
 IS_REAL = sys.argv[1] == "real"
 if not IS_REAL:
-    from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
+    from simcore.robotcode.sim.simulated_phoenix import install_simulated_phoenix
 
     PHOENIX = install_simulated_phoenix()
 

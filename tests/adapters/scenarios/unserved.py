@@ -8,9 +8,9 @@ from importlib.util import find_spec
 import hal
 import wpilib
 
-from simcore.devices.makers import watch_makers
-from simcore.devices.object_graph import ObjectGraph
-from simcore.devices.unserved import unserved_devices
+from simcore.robotcode.program.makers import watch_makers
+from simcore.robotcode.program.object_graph import ObjectGraph
+from simcore.robotcode.program.unserved import unserved_devices
 
 
 class Intake:

@@ -11,7 +11,7 @@ from pathlib import Path
 from phoenix6 import unmanaged
 from robotpy.main import main as robotpy_main
 
-from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.robotcode.sim.robot_physics import RobotPhysics
 
 
 def answer(physics: RobotPhysics) -> None:

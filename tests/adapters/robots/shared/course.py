@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from wpilib.simulation import DriverStationSim
 
-import simcore.phoenix6.swerve as swerve
+import simcore.robotcode.makers.phoenix6.swerve as swerve
 
 WAY = 5.0  # [m]
 FIELD_WIDTH = 8.069  # [m]

@@ -3,8 +3,8 @@ from wpilib import DriverStation
 
 from games.rebuilt import REBUILT
 from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, TankConfig
-from simcore.devices.motor_ports import ShaftPorts, SuppliedMotor
-from simcore.robotpy.wpilib_ports import EncoderPort, PWMMotorPort, WPILibGyroPort
+from simcore.robotcode.program.motor_ports import ShaftPorts, SuppliedMotor
+from simcore.robotcode.sim.wpilib_ports import EncoderPort, PWMMotorPort, WPILibGyroPort
 
 
 class PhysicsEngine(RobotPhysics):

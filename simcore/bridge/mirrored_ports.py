@@ -1,0 +1,310 @@
+"""Ports of a program in another process, in the HAL of this one: opened as there, outputs as there, inputs sent there.
+
+So `simcore.toml`, drivetrains and mechanisms on ports work as for a Python program. The class of what is on a PWM port
+is not known here, and neither is whether the program has inverted it: signs are those of the signal.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any
+
+from simcore import season
+from simcore.bridge import packets
+from simcore.bridge.packets import INPUTS, OUTPUTS, SIM_VALUE, Record
+from simcore.robot_file.robot_settings import RobotSettings
+
+hal: Any = season.hal
+hal_simulation: Any = season.hal_simulation
+wpilib: Any = season.wpilib
+sim: Any = season.wpilib_simulation
+
+__all__ = ["MirroredPorts"]
+
+_JOYSTICKS = range(6)
+_VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
+    1: ("Boolean", bool), 2: ("Double", float), 4: ("Int", int), 8: ("Int", int), 16: ("Long", int),
+}  # fmt: skip
+"""By the HAL's code of a type: its name in WPILib, and what makes one of a number; an enumeration is its number."""
+_GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
+"""Gyros by the first part of their SimDevice."""
+_INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
+_OUTPUT_NAMES = list(OUTPUTS)
+_TEXTS = ("SetGameSpecificMessage", "SetEventName")
+
+
+class MirroredPorts:
+    """What a program has opened, here.
+
+    Args:
+        settings: Of simcore.toml, which names solenoids.
+        follows: Whether the driver station of the program rules, and not the one here.
+    """
+
+    def __init__(self, settings: RobotSettings, *, follows: bool = False) -> None:
+        self._settings = settings
+        self._follows = follows
+        self.has_started = False
+        """Whether the program has come to its loop."""
+        self.errors: list[str] = []
+        """What the program has reported; who reads it clears it."""
+        self._state: dict[str, dict[tuple[int, int], float]] = {name: {} for name in OUTPUTS}
+        self._open: dict[tuple[str, int], Any] = {}
+        self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []
+        self._sent: list[float] = []
+        self._texts = dict.fromkeys(_TEXTS, "")
+        self._choices: dict[str, str] = {}
+        self._names: dict[int, tuple[str, str, int, float]] = {}
+        """By handle: SimDevice, value, type and what it was at first."""
+        self._values: dict[int, Any] = {}
+        self._devices: dict[str, Any] = {}
+        self._kept: list[Any] = []
+        self._take: dict[str, Callable[[int, int, float], None]] = {
+            "GetPWMSpeed": lambda n, _, value: sim.PWMSim(n).setSpeed(value),
+            "GetPWMPosition": lambda n, _, value: sim.PWMSim(n).setPosition(value),
+            "GetPWMPulseMicrosecond": lambda n, _, value: sim.PWMSim(n).setPulseMicrosecond(int(value)),
+            "GetDIOValue": self._take_dio,
+            "GetAnalogGyroAngle": self._take_gyro,
+            "GetRelayForward": lambda n, _, value: sim.RelaySim(n).setForward(bool(value)),
+            "GetRelayReverse": lambda n, _, value: sim.RelaySim(n).setReverse(bool(value)),
+            "GetEncoderDistancePerPulse": self._take_distance,
+            "GetEncoderReset": self._take_reset,
+            "GetCTREPCMSolenoidOutput": lambda n, s, value: sim.CTREPCMSim(n).setSolenoidOutput(s, bool(value)),
+            "GetREVPHSolenoidOutput": lambda n, s, value: sim.REVPHSim(n).setSolenoidOutput(s, bool(value)),
+        }
+        if follows:
+            self._take |= {name: self._follow(name) for name in OUTPUTS if name.startswith("GetDriverStation")}
+        self._add_driver_station()
+
+    # --- from the program -----------------------------------------------------------------------------------------
+
+    def take(self, found: Iterable[Record]) -> None:
+        """Take what has changed in the program; from its start on, what it opens is opened here."""
+        changed: list[Record] = []
+        choosers: list[list[str]] = []
+        opens = False
+        for record in found:
+            if record.kind < len(OUTPUTS):
+                name = _OUTPUT_NAMES[record.kind]
+                self._state[name][record.number, record.sub] = record.value
+                opens |= "Initialized" in name or name == "GetProgramStarted"
+                changed.append(record)
+            elif record.kind == SIM_VALUE:
+                changed.append(record)
+            elif record.kind == packets.VALUE_NAME:
+                device, name = record.parts
+                self._names[record.number] = (device, name, record.sub, record.value)
+            elif record.kind == packets.CHOOSER:
+                choosers += [[]] if record.sub == 0 else []
+                choosers[-1].append(record.parts[0])
+            elif record.kind == packets.ERROR_TEXT:
+                self.errors.append(record.text.decode("utf-8", "replace"))
+        for texts in choosers:
+            self._show_chooser(*texts)
+        self.has_started = self.has_started or bool(self._now("GetProgramStarted"))
+        if not self.has_started:
+            return
+        if opens:
+            self._open_ports()
+            known = ((name, key, value) for name in self._take for key, value in self._state[name].items())
+            changed += [Record(_OUTPUT_NAMES.index(name), sub, n, value) for name, (n, sub), value in known]
+        if len(self._values) < len(self._names):
+            self._open_values()
+        for record in changed:
+            if record.kind == SIM_VALUE:
+                self._take_value(record.number, record.value)
+            elif take := self._take.get(_OUTPUT_NAMES[record.kind]):
+                take(record.number, record.sub, record.value)
+
+    def _now(self, name: str, number: int = 0) -> float:
+        return self._state[name].get((number, 0), 0.0)
+
+    def _take_dio(self, number: int, _: int, value: float) -> None:
+        if not self._now("GetDIOIsInput", number):
+            sim.DIOSim(number).setValue(bool(value))
+
+    def _take_distance(self, number: int, _: int, value: float) -> None:
+        if encoder := self._open.get(("Encoder", number)):
+            encoder.setDistancePerPulse(value)
+
+    def _take_reset(self, number: int, _: int, value: float) -> None:
+        if value and (encoder := self._open.get(("Encoder", number))):
+            sim.EncoderSim(encoder).setReset(True)
+
+    def _take_gyro(self, number: int, _: int, value: float) -> None:
+        """Reset a gyro that the program has reset: its angle is zero, and nobody has sent that."""
+        gyro = self._open.get(("AnalogGyro", number))
+        if gyro and value == 0.0 != sim.AnalogGyroSim(number).getAngle():
+            gyro.reset()
+
+    def _follow(self, name: str) -> Callable[[int, int, float], None]:
+        """Return what does as the driver station of the program does."""
+        show = getattr(sim.DriverStationSim, name.replace("GetDriverStation", "set"))
+        make = hal.AllianceStationID if name.endswith("Id") else bool
+        return lambda number, sub, value: show(make(int(value)))
+
+    # --- opening ----------------------------------------------------------------------------------------------------
+
+    def _opened(self, name: str) -> list[int]:
+        return sorted(number for (number, _), value in self._state[name].items() if value)
+
+    def _make(self, what: str, number: int, build: Any, *args: Any) -> Any:
+        """Open a port, and return what is on it; None: it is open already, or cannot be opened here."""
+        if (what, number) in self._open:
+            return None
+        try:
+            self._open[what, number] = build(*args)
+        except RuntimeError:  # two objects of the program are on it
+            self._open[what, number] = None
+        return self._open[what, number]
+
+    def _open_ports(self) -> None:
+        """Open what has several ports first: an encoder has digital inputs of its own."""
+        for n in self._opened("GetPWMInitialized"):
+            self._make("PWM", n, wpilib.PWMSparkMax, n)
+        for n in self._opened("GetEncoderInitialized"):
+            channels = [int(self._now(f"GetEncoderDigitalChannel{letter}", n)) for letter in "AB"]
+            if made := self._make("Encoder", n, wpilib.Encoder, *channels):
+                self._open |= dict.fromkeys((("DIO", channel) for channel in channels), made)
+                encoder = sim.EncoderSim(made)
+                self._add("SetEncoderCount", n, encoder.getCount)
+                self._add("SetEncoderPeriod", n, encoder.getPeriod)
+                self._add("SetEncoderDirection", n, encoder.getDirection)
+        for n in self._opened("GetDutyCycleInitialized"):
+            channel = int(self._now("GetDutyCycleDigitalChannel", n))
+            if made := self._make("DutyCycle", n, self._duty_cycle, channel):
+                self._open["DIO", channel] = made
+                self._add("SetDutyCycleOutput", n, sim.DutyCycleSim.createForChannel(channel).getOutput)
+        for n in self._opened("GetAnalogGyroInitialized"):
+            if made := self._make("AnalogGyro", n, wpilib.AnalogGyro, n):
+                self._open["Analog", n] = made
+                self._add("SetAnalogGyroAngle", n, sim.AnalogGyroSim(n).getAngle)
+                self._add("SetAnalogGyroRate", n, sim.AnalogGyroSim(n).getRate)
+        for n in self._opened("GetAnalogInInitialized"):
+            build = wpilib.AnalogEncoder if self._has_device(f"AnalogEncoder[{n}]") else wpilib.AnalogInput
+            if self._make("Analog", n, build, n):
+                self._add("SetAnalogInVoltage", n, sim.AnalogInputSim(n).getVoltage)
+        for n in self._opened("GetDIOInitialized"):
+            is_input = bool(self._now("GetDIOIsInput", n))
+            build = wpilib.DigitalInput if is_input else wpilib.DigitalOutput
+            if self._make("DIO", n, build, n) and is_input:
+                self._add("SetDIOValue", n, sim.DIOSim(n).getValue)
+        for n in {*self._opened("GetRelayInitializedForward"), *self._opened("GetRelayInitializedReverse")}:
+            self._make("Relay", n, wpilib.Relay, n)
+        for m in self._settings.mechanisms:  # of a module's coils the HAL does not know which are opened
+            model, _, number = m.module.partition(" ")
+            if model and self._now(f"Get{model}Initialized", int(number)):
+                for channel in m.channels:
+                    coil = int(number), getattr(wpilib.PneumaticsModuleType, model), channel
+                    self._make(m.module, channel, wpilib.Solenoid, *coil)
+
+    def _has_device(self, name: str) -> bool:
+        return any(device == name for device, *_ in self._names.values())
+
+    def _duty_cycle(self, channel: int) -> Any:
+        if self._has_device(f"DutyCycle:DutyCycleEncoder[{channel}]"):
+            return wpilib.DutyCycleEncoder(channel)
+        self._kept.append(wpilib.DigitalInput(channel))
+        return wpilib.DutyCycle(self._kept[-1])
+
+    # --- SimDevices -------------------------------------------------------------------------------------------------
+
+    def _open_values(self) -> None:
+        for handle in [handle for handle in self._names if handle not in self._values]:
+            device, name, code, value = self._names[handle]
+            type_name, make = _VALUE_TYPES[code]
+            if device not in self._devices:
+                gyro = _GYROS.get(re.sub(r"\[.*", "", device))
+                is_there = device in sim.SimDeviceSim.enumerateDevices("")
+                build = hal.SimDevice if gyro is None else lambda _, gyro=gyro: getattr(wpilib, gyro)()
+                self._devices[device] = None if is_there else build(device)
+            made, there = self._devices[device], sim.SimDeviceSim(device)
+            if isinstance(made, hal.SimDevice):
+                self._kept.append(getattr(made, f"create{type_name}")(name, 2, make(value)))
+            elif name not in [known for known, _ in there.enumerateValues()]:
+                continue  # another port than that of the gyro here
+            shown = getattr(there, f"get{type_name}")(name)
+            shown.set(make(value))
+            self._values[handle] = shown
+            self._add("", handle, shown.get)
+
+    def _take_value(self, handle: int, value: float) -> None:
+        device, name, code, _ = self._names[handle]
+        if (shown := self._values.get(handle)) is None:
+            return
+        gyro = self._devices[device]
+        if value == 0.0 != shown.get() and name.startswith("angle") and hasattr(gyro, "reset"):
+            gyro.reset()
+        shown.set(_VALUE_TYPES[code][1](value))
+
+    # --- to the program -------------------------------------------------------------------------------------------
+
+    def inputs(self) -> list[Record]:
+        """Return what has changed here since the last call."""
+        found = []
+        for row, (code, sub, number, get) in enumerate(self._inputs):
+            value = float(get())
+            if value != self._sent[row]:
+                self._sent[row] = value
+                found.append(Record(code, sub, number, value))
+        return found
+
+    def driver_station(self) -> list[Record]:
+        """Return a packet of the driver station: `inputs`, and joysticks and texts that have changed."""
+        station = wpilib.DriverStation
+        station.refreshData()
+        found = self.inputs()
+        said = station.getGameSpecificMessage(), station.getEventName()
+        for name, text in zip(_TEXTS, said, strict=True):
+            if self._texts[name] != text:
+                self._texts[name] = text
+                found.append(Record(_INPUT_KINDS[name], 0, 0, 0.0, text.encode()))
+        table = season.ntcore.NetworkTableInstance.get_default()
+        for key, before in self._choices.items():
+            choice = table.get_entry(f"{key}/selected").get_string(before)
+            if choice != before:
+                self._choices[key] = choice
+                found.append(Record(packets.SELECT, 0, 0, 0.0, f"{key}\0{choice}".encode()))
+        for port in _JOYSTICKS:
+            if ("joystick", port) not in self._open and any(hal_simulation.getJoystickCounts(port)):
+                self._open["joystick", port] = True
+                self._add_joystick(port, *hal_simulation.getJoystickCounts(port))
+        return [*found, Record(packets.NEW_DATA, 0, 0, 0.0)]
+
+    def _add(self, name: str, number: int, get: Callable[[], float], sub: int = 0) -> None:
+        self._inputs.append((_INPUT_KINDS[name] if name else SIM_VALUE, sub, number, get))
+        self._sent.append(math.nan)
+
+    def _add_driver_station(self) -> None:
+        station, match = sim.DriverStationSim, wpilib.DriverStation
+        self._add("SetRoboRioVInVoltage", 0, sim.RoboRioSim.getVInVoltage)
+        if self._follows:
+            return
+        for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached", "DsAttached", "MatchTime"):
+            self._add(f"SetDriverStation{name}", 0, getattr(station, f"get{name}"))
+        self._add("SetDriverStationAllianceStationId", 0, lambda: int(station.getAllianceStationId()))
+        self._add("SetMatchType", 0, lambda: int(match.getMatchType()))
+        self._add("SetMatchNumber", 0, match.getMatchNumber)
+        self._add("SetReplayNumber", 0, match.getReplayNumber)
+
+    def _add_joystick(self, port: int, *counts: int) -> None:
+        station = wpilib.DriverStation
+        names = ("SetJoystickAxisCount", "SetJoystickButtonCount", "SetJoystickPOVCount")
+        for name, count in zip(names, counts, strict=True):
+            self._add(name, port, partial(float, count))
+        for axis in range(counts[0]):
+            self._add("SetJoystickAxis", port, partial(station.getStickAxis, port, axis), axis)
+        for hat in range(counts[2]):
+            self._add("SetJoystickPOV", port, partial(station.getStickPOV, port, hat), hat)
+        self._add("SetJoystickButtonsValue", port, partial(station.getStickButtons, port))
+
+    def _show_chooser(self, key: str, model: str, default: str, active: str, *options: str) -> None:
+        """Show a chooser of the program's dashboard on NetworkTables here."""
+        table = season.ntcore.NetworkTableInstance.get_default()
+        self._choices.setdefault(key, "")
+        for name, text in ((".type", model), ("default", default), ("active", active)):
+            table.get_entry(f"{key}/{name}").set_string(text)
+        table.get_entry(f"{key}/options").setStringArray(list(options))

@@ -1,0 +1,188 @@
+"""A robot under test whose program runs in another process: driven as `RobotTest` drives one of this process."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from types import SimpleNamespace
+
+from simcore import season
+from simcore.bridge.mirrored_ports import MirroredPorts
+from simcore.bridge.packets import CLOCK, LOOK, Record
+from simcore.bridge.robot_process import ProgramError, RobotProcess
+from simcore.errors import ConfigError
+from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings
+from simcore.robotcode.sim.attach import PhysicsHook, watch_program
+from simcore.robotcode.sim.attached_physics import AttachedPhysics
+from simcore.robotcode.sim.robot_test import RobotTest
+from simcore.units import TICK
+
+Timer = season.wpilib.Timer
+simulation = season.wpilib_simulation
+
+__all__ = ["ServedRobot", "require_ports"]
+
+_log = logging.getLogger(__name__)
+
+_LOOK = 5  # ticks between two looks at the dashboard's choosers, while the robot is disabled
+_POLL = 0.005  # wall time between two questions whether the program has started [s]
+
+
+class Program:
+    """Stands for the robot object, which is in another process."""
+
+
+class ServedRobot(RobotTest):
+    """The fixture `sim` of a program in another process.
+
+    Args:
+        process: Started, and not connected yet.
+        file: That describes the robot.
+        game: Name of the game; None: as the file says.
+        engine: Name of the physics engine; None: as the file says.
+        match: A whole match with scripted players, by its name; None: as the file says.
+        real_time: Whether the program's clock goes by itself, on the wall clock.
+        follows: Whether the program's own driver station enables it, such as that of WPILib's window.
+
+    Raises:
+        ConfigError: The file makes no sense, or names a device that cannot be stepped.
+    """
+
+    def __init__(
+        self,
+        process: RobotProcess,
+        file: Path,
+        *,
+        game: str | None = None,
+        engine: str | None = None,
+        match: str | None = None,
+        real_time: bool = False,
+        follows: bool = False,
+    ) -> None:
+        settings = read_settings(file)
+        require_ports(settings)
+        AttachedPhysics.ownership = watch_program()
+        AttachedPhysics.folder, AttachedPhysics.file_name = file.parent, file.name
+        AttachedPhysics.game_name, AttachedPhysics.engine_name, AttachedPhysics.match_name = game, engine, match
+        season.initialize_hal()
+        if not real_time:
+            simulation.pause_timing()
+        self._process = process
+        self._ports = MirroredPorts(settings, follows=follows)
+        self._is_real_time = real_time
+        self._served: AttachedPhysics | None = None
+        self._ticked = 0
+        self._due = 0.0
+        control = SimpleNamespace(_thread=None, _reraise=SimpleNamespace(exception=None), robot_is_alive=True)
+        super().__init__(control, Program(), PhysicsHook([AttachedPhysics], nullcontext))
+
+    def connect(self) -> None:
+        """Wait for the program's loop, and open what it has opened.
+
+        Raises:
+            ProgramError: It has not come to its loop in time.
+        """
+        end = time.monotonic() + self._process.patience
+        self._ports.take(self._process.connect())
+        self._exchange(0.0, [Record(CLOCK, 0, 0, float(self._is_real_time))])
+        while not self._ports.has_started:
+            if time.monotonic() > end:
+                raise ProgramError(
+                    f"the robot program has connected and not come to its first loop in {self._process.patience:g} s: "
+                    "a constructor or robotInit waits; --wait gives it longer"
+                )
+            time.sleep(_POLL)
+            self._exchange(0.0, [])
+
+    def ask_choosers(self) -> None:
+        """Ask the program for its choosers, which are on NetworkTables here from then on."""
+        self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
+
+    def _run_robot(self) -> None:
+        """Build the physics of what the program has opened, and put it on the field."""
+        self.connect()
+        self._hook.begin(self.robot)
+        assert self._hook.engine is not None
+        self._served = self._hook.engine[0]
+        self._exchange(0.5 * self._served.part, self._ports.driver_station())
+
+    def _advance(self, seconds: float) -> None:
+        """Step program and physics in turns, a part of a tick at a time.
+
+        The program's clock is half a part ahead, so that sensors show each loop what they read at its instant. What the
+        driver station says comes with the part of the loop, as it does for a program in this process.
+        """
+        physics = self._served
+        assert physics is not None
+        parts = round(seconds / physics.part)
+        for number in range(parts):
+            if self._is_real_time:
+                self._wait_for(physics.part)
+            else:
+                simulation.step_timing(physics.part + 0.5e-6)  # which cuts to whole microseconds
+            physics.do_due()
+            values = self._ports.inputs()
+            if number == parts - 1:
+                values = [*self._ports.driver_station(), *self._look()]
+            self._exchange(0.0 if self._is_real_time else physics.part, values)
+        physics.update_sim(float(Timer.get_monotonic_timestamp()), TICK)
+        self._ticked += 1
+
+    def _look(self) -> list[Record]:
+        is_due = self._mode == "disabled" and self._ticked % _LOOK == 0
+        return [Record(LOOK, 0, 0, 0.0)] if is_due else []
+
+    def _exchange(self, seconds: float, values: list[Record]) -> None:
+        self._ports.take(self._process.exchange(round(1e6 * seconds), values))
+        for text in self._ports.errors:
+            if text not in self.warnings:
+                _log.warning("the program reports: %s", text)
+        self._ports.errors.clear()
+
+    def _wait_for(self, seconds: float) -> None:
+        """Wait on the wall clock until the next part is due."""
+        self._due = max(self._due + seconds, time.monotonic() - TICK)
+        time.sleep(max(0.0, self._due - time.monotonic()))
+
+    @contextmanager
+    def _watched(self, awaited: str) -> Iterator[None]:
+        """Leave it to the process, which has a limit of its own."""
+        yield
+
+
+def require_ports(settings: RobotSettings) -> None:
+    """Refuse what cannot be stepped from outside, by name.
+
+    Raises:
+        ConfigError: The file names such a device.
+    """
+    table = settings.drivetrain
+    named = [("[drivetrain]", model) for model in (table.controller, table.steer_controller, table.gyro) if model]
+    named += [(f"[[mechanism]] {m.name!r}", m.controller) for m in settings.mechanisms]
+    named += [(f"[[mechanism]] {m.name!r}", "CANcoder") for m in settings.mechanisms if m.cancoder is not None]
+    named += [(f"[[sensor]] {s.name!r}", s.keys[0][0]) for s in settings.sensors]
+    for where, model in named:
+        for prefix, why in _REFUSED.items():
+            if model.startswith(prefix):
+                raise ConfigError(f"simcore.toml {where}: {model} {why}; {_WORKS}")
+
+
+_WORKS = (
+    "what works over the bridge: controllers "
+    f"{', '.join(PORT_CONTROLLERS)}, encoders and switches on DIO, analog inputs, duty cycles, ADIS16448, ADIS16470, "
+    "ADXRS450 and AnalogGyro (docs/java.md)"
+)
+_CTRE = "of CTRE lives on the wall clock in simulation and cannot be stepped"
+_REV = (
+    "of REV computes its output only where the program calls SparkSim.iterate(velocity, busVoltage, 0.02) in "
+    "simulationPeriodic, from a velocity that the program must know"
+)
+_REFUSED = {
+    **dict.fromkeys(("TalonFX", "CANcoder", "Pigeon2", "CANrange", "CANdi", "CANdle", "TalonSRX", "VictorSPX"), _CTRE),
+    "SPARK": _REV,
+    "navX": "reads its simulated yaw on a thread of the wall clock",
+}

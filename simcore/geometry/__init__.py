@@ -1,1 +1,0 @@
-"""Frames, quaternions, zones and the symmetry of the field: mathematics on arrays, nothing else."""

@@ -1,0 +1,172 @@
+"""A robot that a person drives: field-relative with two sticks, a button for the intake and four for actions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from simcore.errors import ConfigError
+from simcore.match.game import PlayedMatch
+from simcore.match.players.lineup import WhileEnabled
+from simcore.match.scoring import Alliance
+from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
+from simcore.quantities import COUNT, Quantity, require_fields, shown
+from simcore.robot.robot import Controller, Robot
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.units import TICK
+
+__all__ = ["DrivenRobot", "Driver", "DriverControls", "DriverInput", "HandedOver"]
+
+_STICK = Quantity("", -1.0, 1.0)
+_MOST_TURN = math.tau  # [rad/s], at full stick
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverInput:
+    """Present input of a driver."""
+
+    ahead: float = 0.0
+    """Away from the driver's station, as a share of full speed [-]."""
+    left: float = 0.0
+    """To the left as seen from the driver's station, as a share of full speed [-]."""
+    turn: float = 0.0
+    """Counter-clockwise seen from above, as a share of full rate [-]."""
+    intake: bool = False
+    """Whether to take pieces in."""
+    action: int | None = None
+    """Index of the game's action whose button is held; None, or an index without an action: none."""
+    device: str = "keyboard"
+    """Name of the input device."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, ahead=_STICK, left=_STICK, turn=_STICK, action=COUNT)
+
+
+Driver: TypeAlias = Callable[[], "DriverInput | None"]
+"""Function that returns the present input; None while nobody drives."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverControls:
+    """Buttons of a driver in a game; sticks and intake are equal in all games."""
+
+    settings: ScriptSettings = field(default_factory=ScriptSettings)
+    """Settings of how the robot is handled."""
+    actions: Mapping[str, Script] = field(default_factory=dict)
+    """Up to four scripts by their names for people, in the order of the buttons; each runs while its button is held."""
+    rest: Callable[[ScriptedRobot], None] = lambda robot: None
+    """Function that commands the mechanisms while no action runs; called at the start and after each action."""
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if len(self.actions) > 4:
+            raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
+
+    def controller(self, match: PlayedMatch, alliance: Alliance, driver: Driver) -> DrivenRobot:
+        """Make the controller that follows a driver."""
+        return DrivenRobot(self, match, alliance, driver)
+
+
+class DrivenRobot(ScriptedRobot):
+    """Controller that follows a driver; for robots with swerve.
+
+    While an action steers, for example to aim, the sticks have no effect. While nobody drives, the robot stands still.
+
+    Args:
+        controls: Buttons of the driver.
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        driver: Source of the driver's input.
+    """
+
+    def __init__(self, controls: DriverControls, match: PlayedMatch, alliance: Alliance, driver: Driver) -> None:
+        super().__init__(lambda _: self._follow(), match, alliance, controls.settings)
+        self._controls = controls
+        self._driver = driver
+        self._is_steered = False
+        self._last = -math.inf
+
+    def __call__(self, robot: Robot, time: float) -> None:
+        """Run one tick."""
+        if time > self._last + 1.5 * TICK:  # the robots were disabled in between
+            super().stop()
+        self._last = time
+        super().__call__(robot, time)
+
+    def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
+        """Steer for the script of an action; the sticks have no effect in this tick."""
+        self._is_steered = True
+        super().accelerate_to(vx, vy, turn)
+
+    def stop(self) -> None:
+        """Stand still; the sticks have no effect in this tick."""
+        self._is_steered = True
+        super().stop()
+
+    # --- inside -------------------------------------------------------------------------------------------------
+
+    def _follow(self) -> Steps:
+        actions = tuple(self._controls.actions.values())
+        number: int | None = None  # of the held action
+        steps: Steps | None = None  # of that action, until it ends
+        self._controls.rest(self)
+        while True:
+            wants = self._driver()
+            held = None if wants is None or wants.action not in range(len(actions)) else wants.action
+            if held != number:
+                if steps is not None:
+                    self._end(steps)
+                number, steps = held, None if held is None else actions[held](self)
+            self.intake(wants is not None and wants.intake)
+            self._is_steered = False
+            if steps is not None and next(steps, self) is self:
+                self._end(steps)
+                steps = None
+            if wants is None:
+                super().stop()
+            elif not self._is_steered:
+                self._steer(wants)
+            yield
+
+    def _end(self, steps: Steps) -> None:
+        steps.close()
+        self.hold_fire()
+        self._controls.rest(self)
+
+    def _steer(self, wants: DriverInput) -> None:
+        drive = self.robot.drive
+        assert isinstance(drive, SwerveDrive)
+        # left is reversed at a mirrored station
+        hand = 1.0 if self.alliance == "blue" or self._symmetry.keeps_hands else -1.0
+        super().accelerate_to(drive.max_speed * wants.ahead, hand * drive.max_speed * wants.left)
+        self._velocity = (*self._velocity[:2], hand * min(_MOST_TURN, drive.max_omega) * wants.turn)
+
+
+class HandedOver:
+    """A robot that plays an auto until a person takes over, who then drives it while robots may move.
+
+    Args:
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        auto: Controller before the take-over.
+        driver: Source of the driver's input.
+        from_teleop: Whether a person can take over in teleop only.
+    """
+
+    def __init__(
+        self, match: PlayedMatch, alliance: Alliance, auto: Controller, driver: Driver, *, from_teleop: bool = False
+    ) -> None:
+        controls = match.game.driving or DriverControls()
+        self._driven = WhileEnabled(match, lambda: controls.controller(match, alliance, driver))
+        self._match, self._auto, self._driver = match, auto, driver
+        self._from_teleop = from_teleop
+        self.is_taken = False
+        """Whether a person has taken over."""
+
+    def __call__(self, robot: Robot, time: float) -> None:
+        """Run one tick."""
+        may = not self._from_teleop or self._match.timer.phase.mode == "teleop"
+        self.is_taken = self.is_taken or (may and self._driver() is not None)
+        (self._driven if self.is_taken else self._auto)(robot, time)

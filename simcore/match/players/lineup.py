@@ -1,0 +1,226 @@
+"""Line-ups of whole matches in text form, and the robots and players made from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.game import Auto, Game, PlayedMatch, RobotEntry, Role
+from simcore.match.match import Match
+from simcore.match.players.player import SKILLS
+from simcore.match.runner import AutoRun, play_robots
+from simcore.match.scoring import Alliance
+from simcore.quantities import DURATION, require
+from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.units import TICK
+
+__all__ = [
+    "ME",
+    "Seat",
+    "WhileEnabled",
+    "entries",
+    "find_role",
+    "lineup",
+    "match_seconds",
+    "play_match",
+    "plays",
+    "read_player",
+    "take_seats",
+]
+
+ME = "me"
+"""Name of the robot in a line-up that does not play a role."""
+_LEVEL = 2
+"""Default level of a player."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """One robot of a match with its player."""
+
+    alliance: Alliance
+    role: str
+    """`ME`, or a role of the game."""
+    level: int = _LEVEL
+
+    def __str__(self) -> str:
+        return self.role if self.role == ME else f"{self.role}:{self.level}"
+
+
+def find_role(game: Game, name: str) -> Role:
+    """Return a role by name.
+
+    Raises:
+        UnknownNameError: If the game has none of that name.
+        ConfigError: If the game has no roles.
+    """
+    if not game.roles:
+        raise ConfigError(f"game {game.name} has no scripted players")
+    if name not in game.roles:
+        raise UnknownNameError(f"role of {game.name}", name, game.roles)
+    return game.roles[name]
+
+
+def read_player(game: Game, text: str) -> tuple[str, int]:
+    """Parse role and level of a player: `collector:3`, or `collector`, which is level 2.
+
+    Raises:
+        UnknownNameError: If the game has no such role.
+        ConfigError: If there is no such level.
+    """
+    name, colon, level = text.strip().partition(":")
+    role = find_role(game, name.strip())
+    known = [str(number) for number in range(1, len(SKILLS) + 1)]
+    if colon and level.strip() not in known:
+        raise ConfigError(f"player {text.strip()!r}: the level must be one of {', '.join(known)}, got {level!r}")
+    return role.name, int(level) if colon else _LEVEL
+
+
+def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
+    """Return seats of a match in the order of its robots: the alliance of `me` first, with `me` at its head, else blue.
+
+    Args:
+        game: Game to play.
+        red: Players of red, separated by commas or plus signs, e.g. `collector:3,idle`; empty: none.
+        blue: Players of blue, likewise.
+
+    Raises:
+        ConfigError: If there are too many robots or none, two of `me`, or an unknown level.
+        UnknownNameError: If the game has no such role.
+    """
+    sides: dict[Alliance, list[Seat]] = {"blue": [], "red": []}
+    texts: dict[Alliance, str] = {"blue": blue, "red": red}
+    for alliance, text in texts.items():
+        for one in text.replace("+", ",").split(",") if text.strip() else ():
+            if one.strip().startswith(f"{ME}:"):
+                raise ConfigError(f"player {one.strip()!r}: {ME!r} plays --auto and has no level, so give {ME!r}")
+            seat = Seat(alliance, ME) if one.strip() == ME else Seat(alliance, *read_player(game, one))
+            sides[alliance].append(seat)
+        if len(sides[alliance]) > len(game.starts):
+            raise ConfigError(
+                f"an alliance of {game.name} has at most {len(game.starts)} robots, got {len(sides[alliance])} "
+                f"in --{alliance} {text}"
+            )
+    mine = [seat for side in sides.values() for seat in side if seat.role == ME]
+    if len(mine) > 1:
+        raise ConfigError(f"one robot of a match can be {ME!r}, got {len(mine)}")
+    seats = sorted((seat for side in sides.values() for seat in side), key=lambda seat: seat.role != ME)
+    if not seats:
+        raise ConfigError("nobody plays: give --red or --blue players, e.g. --blue collector:3,idle")
+    return tuple(sorted(seats, key=lambda seat: seat.alliance != (mine[0].alliance if mine else "blue")))
+
+
+def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None) -> tuple[RobotEntry, ...]:
+    """Return robots of a match, each with its role's config, and that of `ME` in place of the game's."""
+    return tuple(
+        RobotEntry(alliance=seat.alliance, config=robot if role is None else role.config and role.config())
+        for seat in seats
+        for role in [None if seat.role == ME else find_role(game, seat.role)]
+    )
+
+
+def take_seats(
+    match: Match,
+    seats: Sequence[Seat],
+    me: Callable[[], Controller] | None = None,
+    hand_over: Callable[[Match, int, Controller], Controller] | None = None,
+) -> None:
+    """Set players as the controllers of a match's robots while these may move.
+
+    Args:
+        match: Match with the robots of `entries`.
+        seats: Seats of its robots.
+        me: Function that makes the controller of `ME`; None: it stands still.
+        hand_over: Function that makes a scripted robot, by number and controller, one that a person can take over.
+    """
+    for number, seat in enumerate(seats):
+        match.record.robots[number].player = str(seat)
+        if seat.role == ME:
+            match.set_controller(number, None if me is None else WhileEnabled(match, me))
+            continue
+        own = WhileEnabled(match, _maker(match, number, seat))
+        match.set_controller(number, own if hand_over is None else hand_over(match, number, own))
+
+
+def play_match(
+    game: Game,
+    seats: Sequence[Seat],
+    *,
+    me: Callable[[Match], Controller] | None = None,
+    robot: RobotConfig | None = None,
+    hand_over: Callable[[Match, int, Controller], Controller] | None = None,
+    seconds: float | None = None,
+    options: Iterable[str] = (),
+    **settings: Any,
+) -> AutoRun:
+    """Play a whole match headless, until its score is final.
+
+    Args:
+        game: Game to play.
+        seats: Seats, from `lineup`.
+        me: Function that makes the controller of `ME`, e.g. from `plays`; None: it stands still.
+        robot: Config of `ME` in place of the game's robot.
+        hand_over: See `take_seats`.
+        seconds: Simulated time to play [s]; None: to the end.
+        options: Options of the game that are on, in addition to those that are on in matches.
+        settings: Further arguments of `simcore.match.runner.play_robots`.
+    """
+    length = match_seconds(game) if seconds is None else seconds
+    require("a match", "seconds", length, DURATION)
+    return play_robots(
+        game,
+        entries(game, seats, robot),
+        lambda match: take_seats(match, seats, None if me is None else lambda: me(match), hand_over),
+        name="match",
+        players=[f"{seat.alliance} {seat}" for seat in seats],
+        seconds=length,
+        options={*options, *(option.name for option in game.options if option.in_matches)},
+        **settings,
+    )
+
+
+def plays(auto: Auto) -> Callable[[PlayedMatch], Controller]:
+    """Return a function that makes the controller of `ME` for an auto; it stands still afterwards."""
+    return lambda match: auto.controller(match, match.alliances[0])
+
+
+def match_seconds(game: Game) -> float:
+    """Return the duration of a whole match until its score is final [s]."""
+    return game.clock.duration + game.assessment + 2.0 * TICK
+
+
+def _maker(match: PlayedMatch, number: int, seat: Seat) -> Callable[[], Controller]:
+    role = find_role(match.game, seat.role)
+    return lambda: role.controller(match, match.alliances[number], seat.level)
+
+
+class WhileEnabled:
+    """Controller that runs another one while robots may move, and makes it again for each auto.
+
+    Args:
+        match: Match in which it plays.
+        make: Function that makes the controller.
+    """
+
+    def __init__(self, match: PlayedMatch, make: Callable[[], Controller]) -> None:
+        self._match = match
+        self._make = make
+        self._controller: Controller | None = None
+        self._was_auto = False
+
+    def __call__(self, robot: Robot, time: float) -> None:
+        """Run one tick."""
+        timer = self._match.timer
+        is_auto = timer.is_enabled and timer.phase.mode == "auto"
+        if self._controller is None or (is_auto and not self._was_auto):
+            self._controller = self._make()
+        self._was_auto = is_auto
+        if timer.is_enabled:
+            self._controller(robot, time)
+            return
+        robot.drive.stop()
+        for mechanism in robot.mechanisms.values():
+            mechanism.coast()

@@ -1,0 +1,628 @@
+"""Scripted robots that play a match with others: they see the field at intervals, find routes, collect and aim.
+
+A player knows as much as a driver: the positions of robots and pieces at its last look, the clock, the game data, and
+the pieces in its own robot. Routes are on a grid of the carpet; defense keeps to the pinning rule.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from simcore.loop.compiled import compiled
+from simcore.match.foul_book import pins_of
+from simcore.match.game import FieldDefinition, PlayedMatch, Role
+from simcore.match.scoring import Alliance
+from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
+from simcore.quantities import FIELD_PLACE, require_fields
+from simcore.robot.robot import Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import TICK, degrees
+from simcore.world.field import FieldElement
+from simcore.world.rotation import rotate, wrap_angle
+from simcore.world.shapes import outline_points
+from simcore.world.symmetry import Pose
+
+__all__ = ["SKILLS", "Defense", "PlayScript", "Player", "RouteMap", "SeenRobot", "Skill", "idle", "make_role"]
+
+Place = tuple[float, float]
+"""Place on the carpet, blue field frame [m]."""
+
+_CELL = 0.2  # [m]
+_FINE = 4  # points per cell and axis at which elements are sampled
+_FLAT = 0.05  # [m]; lower elements do not slow a robot down
+_HALF = 0.42  # [m]; half of a robot and a margin: its center comes no nearer to a wall
+_CORNER = 0.6  # [m]; a robot that turns this near to a wall touches it
+_BLOCKED, _TIGHT = 60.0, 1.5  # cost per meter; high and not infinite, so that a robot inside gets out
+_RAMP = 8.0  # cost per meter; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
+_ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the added cost per meter there
+_DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, which goes in steps of 45 degrees
+
+
+class RouteMap:
+    """Cost map of a field, and routes over it.
+
+    Args:
+        field: Definition of the field, with its symmetry and drivable elements.
+        elements: Elements of the loaded field.
+        height: Height of a robot [m]; higher elements do not stop it.
+        flipped: Whether to plan for red.
+    """
+
+    def __init__(
+        self, field: FieldDefinition, elements: Iterable[FieldElement], *, height: float, flipped: bool
+    ) -> None:
+        from scipy.ndimage import distance_transform_edt
+
+        self._size = np.array(field.size)
+        self.shape = (round(field.size[0] / _CELL), round(field.size[1] / _CELL))
+        self._step = field.size[0] / self.shape[0], field.size[1] / self.shape[1]
+        solid, ramp = self._rasters(elements, field.drivable, height)
+        fine = np.array(self._step) / _FINE
+        away = distance_transform_edt(np.pad(~solid, 1), sampling=fine)[1:-1, 1:-1]
+        cost = np.where(away < _HALF, _BLOCKED, np.where(away < _CORNER, _TIGHT, 1.0)) + (_RAMP - 1.0) * ramp
+        cells = cost.reshape(self.shape[0], _FINE, self.shape[1], _FINE)
+        ramps = np.any(ramp.reshape(cells.shape), axis=(1, 3))
+        self._to_ramp: FloatArray = (
+            distance_transform_edt(~ramps, sampling=self._step) if ramps.any() else np.full(self.shape, np.inf)
+        )
+        # the middle of a cell represents it: otherwise a passage narrower than two cells would close
+        self._cost = cells[:, _FINE // 2 - 1 : _FINE // 2 + 1, :, _FINE // 2 - 1 : _FINE // 2 + 1].mean(axis=(1, 3))
+        if flipped:
+            turn = (slice(None, None, -1), slice(None, None, -1 if field.symmetry.keeps_hands else None))
+            self._cost, self._to_ramp = self._cost[turn].copy(), self._to_ramp[turn].copy()
+        x, y = ((np.arange(n) + 0.5) * s for n, s in zip(self.shape, self._step, strict=True))
+        self._centers = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        self._edges = a, b = _neighbors(self.shape)  # rows and columns of the graph's matrix
+        flat = self._centers.reshape(-1, 2)
+        self._half_lengths = 0.5 * np.linalg.norm(flat[a] - flat[b], axis=1)
+        self._row_ends = np.searchsorted(a, np.arange(len(flat) + 1)).astype(np.int32)
+
+    def _rasters(
+        self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
+    ) -> tuple[BoolArray, BoolArray]:
+        """Return which fine points are blocked for a robot, and which are drivable elements."""
+        fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
+        solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
+        step = np.array(self._step) / _FINE
+        for element in elements:
+            z = outline_points(element.shape)[:, 2] + element.position[2]
+            is_ramp = any(fnmatchcase(element.name, pattern) for pattern in drivable)
+            if z.max() < _FLAT or z.min() > height:
+                continue
+            outline = element.outline()
+            first = np.maximum(0, np.ceil(outline.min(axis=0) / step - 0.5)).astype(int)
+            last = np.minimum(fine, np.floor(outline.max(axis=0) / step + 0.5)).astype(int)
+            if (last <= first).any():
+                continue
+            x, y = ((np.arange(a, b) + 0.5) * s for a, b, s in zip(first, last, step, strict=True))
+            edges = np.roll(outline, -1, axis=0) - outline
+            inside = np.ones((len(x), len(y)), dtype=bool)
+            for (ex, ey), (cx, cy) in zip(edges.tolist(), outline.tolist(), strict=True):
+                inside &= ex * (y[None, :] - cy) - ey * (x[:, None] - cx) >= 0.0
+            (ramp if is_ramp else solid)[first[0] : last[0], first[1] : last[1]] |= inside
+        return solid, ramp
+
+    # --- queries --------------------------------------------------------------------------------------------------
+
+    def is_ramp(self, place: Place, within: float = 0.0) -> bool:
+        """Return whether a place is on a drivable element, or within a distance of one [m]."""
+        return bool(self._to_ramp[self._cell(place)] <= within)
+
+    def is_free(self, place: Place) -> bool:
+        """Return whether a robot's center can be there."""
+        inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
+        return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
+
+    def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
+        """Return corners of the cheapest route from a place to another, without the first.
+
+        Args:
+            start: Present place of the robot [m].
+            goal: Goal of the robot [m].
+            others: Centers of other robots [m]; one on the goal is no obstacle.
+        """
+        cost = self._cost
+        for x, y in others:
+            if math.dist((x, y), goal) < _ROBOT[0]:
+                continue
+            if cost is self._cost:
+                cost = cost.copy()
+            around = _NEAR_ROBOT[0] + _CELL
+            (i, j), (k, m) = self._cell((x - around, y - around)), self._cell((x + around, y + around))
+            part, centers = cost[i : k + 1, j : m + 1], self._centers[i : k + 1, j : m + 1]
+            away = np.hypot(centers[..., 0] - x, centers[..., 1] - y)
+            for reach, more in (_ROBOT, _NEAR_ROBOT):
+                part[away < reach] += more
+        length = math.dist(start, goal)
+        if self._line_cost(cost, start, goal) <= _DETOUR * length:
+            return [goal]
+        flat = cost.ravel()
+        a, b = self._edges
+        weights = self._half_lengths * (flat[a] + flat[b])
+        graph: Any = csr_array((weights, b, self._row_ends), shape=(flat.size, flat.size))
+        width = self.shape[1]
+        first, last = (i * width + j for i, j in (self._cell(start), self._cell(goal)))
+        costs, before = (row[0] for row in dijkstra(graph, indices=[last], return_predecessors=True))
+        way, node = [], int(before[first])
+        while node >= 0 and node != last:
+            way.append(node)
+            node = int(before[node])
+        middles = [(float(x), float(y)) for x, y in self._centers.reshape(-1, 2)[way]] + [goal]
+        left = [*costs[way].tolist(), 0.0]
+        total = float(costs[first])
+        # go straight to the farthest cell that costs no more that way than cell by cell
+        for n in range(len(middles) - 1, 0, -1):
+            if self._line_cost(cost, start, middles[n]) <= _DETOUR * (total - left[n]):
+                return middles[n:]
+        return middles
+
+    def _cell(self, place: Place) -> tuple[int, int]:
+        i, j = (int(p / s) for p, s in zip(place, self._step, strict=True))
+        return min(max(i, 0), self.shape[0] - 1), min(max(j, 0), self.shape[1] - 1)
+
+    def _line_cost(self, cost: FloatArray, a: Place, b: Place) -> float:
+        """Return the cost of the straight line between two places."""
+        length = math.dist(a, b)
+        steps, ends = max(1, math.ceil(length / (0.5 * _CELL))), np.array((a, b), dtype=np.float64)
+        return length * _mean_cost(cost, *self._step, ends, steps)
+
+
+@compiled
+def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
+    """Return the mean cost of the cells, of this size [m], at equal steps from one end to the other."""
+    total, x, y = 0.0, (ends[1, 0] - ends[0, 0]) / steps, (ends[1, 1] - ends[0, 1]) / steps
+    for number in range(steps + 1):
+        i, j = int((ends[0, 0] + number * x) / width), int((ends[0, 1] + number * y) / depth)
+        if number == steps:
+            i, j = int(ends[1, 0] / width), int(ends[1, 1] / depth)
+        total += cost[min(max(i, 0), cost.shape[0] - 1), min(max(j, 0), cost.shape[1] - 1)]
+    return total / (steps + 1)
+
+
+def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
+    """Return pairs of cells that touch at a side or a corner, each in both orders, sorted."""
+    number = np.arange(shape[0] * shape[1]).reshape(shape)
+    pairs = [
+        (number[:-1, :], number[1:, :]),
+        (number[:, :-1], number[:, 1:]),
+        (number[:-1, :-1], number[1:, 1:]),
+        (number[:-1, 1:], number[1:, :-1]),
+    ]
+    a = np.concatenate([one.ravel() for one, _ in pairs])
+    b = np.concatenate([other.ravel() for _, other in pairs])
+    first, second = np.concatenate((a, b)), np.concatenate((b, a))
+    order = np.lexsort((second, first))
+    return first[order].astype(np.int32), second[order].astype(np.int32)
+
+
+_RAMP_SPEED = 1.4  # [m/s]; a faster robot jumps off what it climbs over
+_AHEAD = 0.6  # [m] that a robot checks ahead for ramps
+_REPLAN = 0.4  # [s] for which a route is kept while its goal stays within _MOVED
+_MOVED = 0.5  # [m]
+_STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that wants to move and comes no farther in this time is stuck
+_BACK_OFF, _SHAKING = 0.6, 4.0  # [s]
+_TILT, _RAISED = 0.08, 0.035  # [rad], [m]; elements flat on the carpet, such as a bar of 3 cm, cause less
+_BESIDE_RAMP = 0.6  # [m]; a robot whose center is this near to a ramp may have its wheels on it
+_CALM = 5  # ticks on its wheels after which a robot counts as free
+_AIM = 0.8  # [s] after which a player aims again
+_REACHES = 1.3  # [m]; a deployed intake touches opponents that are nearer
+_IN_THE_WAY = 1.2  # [s] of aiming without a shot after which a robot looks for another place
+_CLUSTER = 0.45  # [m]; size of the cells in which pieces are counted
+_CROWD = 1.3  # [m]; pieces this near to another robot are left to it
+_BEYOND = 0.35  # [m] that a robot drives on past the pieces that it collects
+_LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
+
+
+@dataclass(frozen=True, slots=True)
+class Skill:
+    """Skill of a player with the quality of its robot. Sources of the numbers: docs/whole_match.md."""
+
+    speed: float
+    """Cruising speed [m/s]."""
+    collecting_speed: float
+    """Speed over pieces that are taken in [m/s]."""
+    aim: float
+    """Standard deviation of the heading of a shot [rad]."""
+    shot_speed: float
+    """Standard deviation of the speed of a shot, as a share of it [-]."""
+    load: int
+    """Largest number of pieces that it collects before it goes to score."""
+    shot_rate: float
+    """Average rate of shots while it shoots [1/s]."""
+    reaction: float
+    """Time between two looks at the field [s]."""
+    foresight: float
+    """Time before something opens at which the player prepares for it [s]; 0: never."""
+    planning: float
+    """Weight of a cluster against a nearer single piece: 0 none, 1 by its number of pieces."""
+
+
+SKILLS = (
+    Skill(1.2, 0.6, degrees(6.0), 0.15, 6, 1.4, 1.0, 0.0, 0.0),
+    Skill(1.6, 0.8, degrees(4.5), 0.11, 9, 2.2, 0.6, 2.0, 0.4),
+    Skill(2.0, 1.0, degrees(3.0), 0.08, 12, 2.8, 0.4, 4.0, 0.7),
+    Skill(2.6, 1.2, degrees(1.5), 0.04, 16, 4.0, 0.2, 6.0, 1.0),
+)
+"""Skills of levels 1 to 4: a first match, a usual one, a good one, the best."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeenRobot:
+    """Another robot, as a player last saw it."""
+
+    number: int
+    is_opponent: bool
+    pose: Pose
+    """Pose in the blue frame of the player [m, m, rad]."""
+
+    @property
+    def place(self) -> Place:
+        """Center of the robot [m]."""
+        return self.pose[:2]
+
+
+class Player(ScriptedRobot):
+    """One scripted player of a match.
+
+    Args:
+        script: Script to follow.
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        skill: Skill of the player.
+        settings: Settings of how it handles the robot.
+    """
+
+    def __init__(
+        self, script: PlayScript, match: PlayedMatch, alliance: Alliance, skill: Skill, settings: ScriptSettings
+    ) -> None:
+        super().__init__(lambda _: script(self), match, alliance, settings)
+        self.skill = skill
+        self.others: list[SeenRobot] = []
+        """Other robots as last seen, by number."""
+        self.seen_pieces: dict[str | None, FloatArray] = {}
+        """Pieces on the carpet as last seen, blue frame [m], shape (n, 3), by kind; under None all of them."""
+        self._routes = RouteMap(
+            match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
+        )
+        self._middle = (0.5 * match.game.field.size[0], 0.5 * match.game.field.size[1])
+        self._looks_at = self._aims_at = self._feeds_at = 0.0
+        self._held_before = 0
+        self._has_looked = False
+
+    def begin(self, robot: Robot) -> None:
+        """Begin the script with a robot and its own random generator."""
+        self.rng = self.match.draws.generator("players", robot.number)
+        self._looks_at = self._aims_at = self._feeds_at = -math.inf
+        super().begin(robot)
+
+    def __call__(self, robot: Robot, time: float) -> None:
+        """Run one tick, with a look at the field if one is due."""
+        self._has_looked = time >= self._looks_at
+        if self._has_looked:
+            self._looks_at = time + self.skill.reaction - 0.5 * TICK
+            self._see_field(robot)
+        super().__call__(robot, time)
+
+    def _see_field(self, robot: Robot) -> None:
+        match = self.match
+        self.others = [
+            SeenRobot(other.number, side != self.alliance, self.as_blue(other.chassis.pose))
+            for other, side in zip(match.robots, match.alliances, strict=True)
+            if other is not robot
+        ]
+        for kind in (None, *(one.name for one in match.pieces.types)):
+            positions = self.piece_positions(kind)
+            self.seen_pieces[kind] = positions[positions[:, 2] < _LYING]
+
+    # --- state that a script reads ----------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Time of the match [s]."""
+        return self.match.timer.time
+
+    @property
+    def room(self) -> int:
+        """Number of pieces that it still takes in before it goes to score."""
+        return max(0, min(self.robot.storage.room, self.skill.load - self.held))
+
+    @property
+    def opponents(self) -> list[SeenRobot]:
+        """Opponents as last seen."""
+        return [other for other in self.others if other.is_opponent]
+
+    @property
+    def is_beached(self) -> bool:
+        """Whether the robot stands on something other than carpet and ramps, such as a piece under its frame."""
+        chassis = self.robot.chassis
+        roll, pitch, _ = chassis.roll_pitch_yaw
+        leans = max(abs(roll), abs(pitch)) > _TILT or chassis.pos[2] > _RAISED
+        return leans and not self._routes.is_ramp(self.pose[:2], within=_BESIDE_RAMP)
+
+    def away(self, place: Place) -> float:
+        """Return the distance of a place from the robot [m]."""
+        return math.dist(self.pose[:2], place)
+
+    def touches(self, number: int) -> bool:
+        """Return whether the robot is in contact with another one, by its number."""
+        return (self.robot.number, number) in self.match.contacts.robots
+
+    # --- commands of a script ---------------------------------------------------------------------------------------
+
+    def travel(
+        self, x: float, y: float, yaw: float, *, speed: float | None = None, timeout: float = 10.0, near: float = 0.12
+    ) -> Steps:
+        """Drive around obstacles to a pose [m, m, rad] and stop there; give up after `timeout` [s]."""
+        yield from self.pursue(lambda: (x, y, yaw), speed=speed, timeout=timeout, near=near)
+        self.stop()
+
+    def pursue(
+        self,
+        goal: Callable[[], Pose | None],
+        *,
+        speed: float | None = None,
+        timeout: float = 10.0,
+        near: float = 0.12,
+        ignored: tuple[int, ...] = (),
+    ) -> Steps:
+        """Drive to a pose that may change with every look, until it is reached or there is none.
+
+        Args:
+            goal: Function that returns the goal [m, m, rad]; None ends it.
+            speed: Cruising speed [m/s]; None: that of the skill.
+            timeout: Time after which it gives up [s].
+            near: Distance that counts as reached [m]; 0: never.
+            ignored: Numbers of robots that are no obstacles, and that it may push.
+        """
+        aim: Pose | None = None
+        way: list[Place] = []
+        planned, planned_for = -math.inf, (math.inf, math.inf)
+        since, anchor = self.match.time, self.pose[:2]
+        for _ in range(round(timeout / TICK)):
+            if self._has_looked and self.is_beached:  # driving on would gather more pieces under the raised edge
+                yield from self.shake_off()
+                since, anchor, planned = self.match.time, self.pose[:2], -math.inf
+            now, here = self.match.time, self.pose[:2]
+            if aim is None or self._has_looked:
+                aim = goal()
+                if aim is None:
+                    break
+                if now >= planned + _REPLAN or math.dist(planned_for, aim[:2]) > _MOVED:
+                    others = [other.place for other in self.others if other.number not in ignored]
+                    way = self._routes.route(here, aim[:2], others)
+                    planned, planned_for = now, aim[:2]
+                way[-1] = aim[:2]
+            left = self.steer_along(way, aim[2], speed=self._pace(way[0], speed or self.skill.speed))
+            if left < near and abs(wrap_angle(aim[2] - self.pose[2])) < degrees(4.0):
+                break
+            if math.dist(here, anchor) > _STUCK or left < max(near, _STUCK) or any(map(self.touches, ignored)):
+                since, anchor = now, here
+            elif now - since > _STUCK_TIME:
+                yield from self._back_off(way[0])
+                since, anchor, planned = self.match.time, self.pose[:2], -math.inf
+            yield
+
+    def collect(
+        self,
+        wanted: Callable[[FloatArray], BoolArray],
+        *,
+        until: Callable[[], bool],
+        timeout: float = 10.0,
+        kind: str | None = None,
+    ) -> Steps:
+        """Take in pieces, from clusters or near ones, as the skill decides.
+
+        Args:
+            wanted: Function that returns from which of some places [m], shape (n, 2), to take pieces.
+            until: Function that is called at every look; True ends it. It also ends when the robot is full or nothing
+                is left.
+            timeout: Time after which it gives up [s].
+            kind: Kind of pieces; None: any.
+        """
+        front = 0.0 if self.settings.intake_x > 0.0 else math.pi
+
+        def goal() -> Pose | None:
+            place = None if until() or self.room == 0 else self._best_piece(wanted, kind)
+            if place is None:
+                return None
+            x, y, yaw = self.pose
+            ahead = math.dist((x, y), place)
+            self.intake(all(self.away(other.place) > _REACHES for other in self.opponents))
+            if ahead < 0.3:
+                return (*place, yaw)
+            ux, uy = (place[0] - x) / ahead, (place[1] - y) / ahead
+            beyond = place[0] + _BEYOND * ux, place[1] + _BEYOND * uy
+            return (*(beyond if self._routes.is_free(beyond) else place), math.atan2(uy, ux) + front)
+
+        self.intake(True)
+        yield from self.pursue(goal, speed=self.skill.collecting_speed, timeout=timeout, near=0.0)
+
+    def shoot(
+        self, target: tuple[float, float, float], *, until: Callable[[], bool] = lambda: False, timeout: float = 6.0
+    ) -> Steps:
+        """Shoot all pieces at a place, blue field frame [m], aiming again at intervals with the skill's errors.
+
+        Args:
+            target: Target of the shots.
+            until: Function that is called every tick; True ends it.
+            timeout: Time after which it gives up [s].
+        """
+        yield from self.shake_off()
+        since, ends = self.match.time, self.match.time + timeout
+        while self.held and not until() and self.match.time < ends:
+            for _ in self.shoot_until_empty(target, timeout=_IN_THE_WAY):
+                if until():
+                    break
+                if self.match.time >= self._aims_at:
+                    self._aims_at = self.match.time + _AIM
+                    aside, faster = self.rng.standard_normal(2).tolist()
+                    self.aim_error = (self.skill.aim * aside, self.skill.shot_speed * faster)
+                since = self.match.time if self.is_feeding else since
+                yield
+            self.hold_fire()
+            if self.held and self.match.time - since > _IN_THE_WAY and self.others:
+                nearest = min((other.place for other in self.others), key=self.away)  # it may lean on this robot
+                yield from self._back_off(nearest)
+                self.stop()
+                since = self.match.time
+        yield
+
+    def shake_off(self) -> Steps:
+        """Drive off a piece under the robot, toward the lower side: the piece lies under the other one.
+
+        A piece under a robot rolls half as far as the robot moves, so moving by two robot lengths leaves it behind.
+        """
+        aside, calm = 0.0, 0
+        for number in range(round(_SHAKING / TICK)):
+            calm = 0 if self.is_beached else calm + 1
+            if calm > min(number, _CALM):
+                break
+            if number % round(_BACK_OFF / TICK) == 0:
+                up_x, up_y, _ = rotate(self.robot.chassis.quat, (0.0, 0.0, 1.0))
+                way = self.as_blue((0.0, 0.0, math.atan2(up_y, up_x)))[2] + aside
+                aside = self.rng.uniform(-1.2, 1.2)
+            self.accelerate_to(2.0 * math.cos(way), 2.0 * math.sin(way))
+            yield
+        self.stop()
+
+    # --- inside -----------------------------------------------------------------------------------------------------
+
+    def _is_ready(self, turn: float) -> bool:
+        """Return whether to feed: the shooter is ready, and enough time has passed for the skill's rate of shots."""
+        shot, self._held_before = self._held_before - self.held, self.held
+        if shot > 0:
+            self._feeds_at = self.match.time + shot / self.skill.shot_rate
+        return super()._is_ready(turn) and self.match.time >= self._feeds_at
+
+    def _pace(self, toward: Place, speed: float) -> float:
+        """Return the speed that the ground allows [m/s]."""
+        x, y, _ = self.pose
+        ahead = max(math.dist((x, y), toward), 1e-9)
+        share = min(1.0, _AHEAD / ahead)
+        next_place = x + share * (toward[0] - x), y + share * (toward[1] - y)
+        is_steep = self._routes.is_ramp((x, y)) or self._routes.is_ramp(next_place)
+        return min(speed, _RAMP_SPEED) if is_steep else speed
+
+    def _back_off(self, toward: Place) -> Steps:
+        """Drive away from the place where it got stuck, slightly to the side."""
+        x, y, _ = self.pose
+        way = math.atan2(y - toward[1], x - toward[0]) + self.rng.uniform(-1.2, 1.2)
+        for _ in range(round(_BACK_OFF / TICK)):
+            self.accelerate_to(math.cos(way), math.sin(way))
+            yield
+
+    def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
+        """Return the best place with pieces to drive to [m]; None if there is none."""
+        places = self.seen_pieces[kind][:, :2]
+        places = places[wanted(places)]
+        if not len(places):
+            return None
+        _, which, counts = np.unique((places / _CLUSTER).astype(int), axis=0, return_inverse=True, return_counts=True)
+        which = which.ravel()
+        middle = np.column_stack([np.bincount(which, places[:, axis]) / counts for axis in (0, 1)])
+        away = np.hypot(*(middle - self.pose[:2]).T)
+        worth = np.minimum(counts, self.room) ** self.skill.planning / (away + 0.5)
+        for other in self.others:
+            worth[np.hypot(*(middle - other.place).T) < _CROWD] *= 0.3
+        x, y = middle[int(np.argmax(worth))].tolist()
+        return x, y
+
+
+PlayScript: TypeAlias = Callable[[Player], Steps]
+"""Function of the player that makes its steps from the first tick to the last."""
+
+
+_INTO = 0.3  # [m]; a robot with a goal this far short of another one's center pushes it
+_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were this far apart for 3 s
+
+
+def make_role(
+    script: PlayScript, summary: str, settings: ScriptSettings, config: Callable[[], RobotConfig] | None = None
+) -> Role:
+    """Make a role that is named after its script.
+
+    Args:
+        script: Script of the role.
+        summary: Summary of the script, for people.
+        settings: Settings of how it handles the robot.
+        config: Function that makes its robot's config; None: the game's robot.
+    """
+
+    def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
+        return Player(script, match, alliance, SKILLS[level - 1], settings)
+
+    return Role(name=script.__name__, summary=summary, controller=controller, config=config)
+
+
+def idle(player: Player) -> Steps:
+    """Stand still."""
+    while True:
+        player.stop()
+        yield
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Defense:
+    """Defense in a game: robots push opponents away from the place that these want to reach."""
+
+    goal: Place
+    """Place to which opponents bring pieces, as the defender sees it as blue [m]."""
+    retreat: Place
+    """Place to which a defender goes that leaves an opponent alone or has none [m]."""
+    is_left_alone: Callable[[Player, Place], bool]
+    """Function that returns whether an opponent at a place must not be touched."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
+
+    def play(self, player: Player) -> Steps:
+        """Defend until the match ends, and release an opponent before a pin becomes a foul."""
+        pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
+        while True:
+            wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
+            nearest = min(wanted, key=lambda other: player.away(other.place), default=None)
+            yield from self._block(player, None if nearest is None else nearest.number, pinned)
+            yield
+
+    def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
+        """Push an opponent away from its goal for some seconds; release it before that is a foul."""
+        since = 0.0
+
+        def place() -> Place | None:
+            other = next((one.place for one in player.opponents if one.number == number), None)
+            return None if other is None or self.is_left_alone(player, other) else other
+
+        def between() -> Pose | None:
+            other = place()
+            if number is None or other is None or pinned[number] > _LONGEST_PIN:
+                return None
+            if (player.robot.number, number) in pins_of(player.match):
+                pinned[number] += player.skill.reaction
+            toward = math.atan2(self.goal[1] - other[1], self.goal[0] - other[0])
+            return other[0] + _INTO * math.cos(toward), other[1] + _INTO * math.sin(toward), toward + math.pi
+
+        def away() -> Pose | None:
+            nonlocal since
+            other = place()
+            if other is None or player.away(other) < _SIX_FEET:
+                since = player.match.time
+            return None if player.match.time > since + _LET_GO else (*self.retreat, player.pose[2])
+
+        yield from player.pursue(between, near=0.0, timeout=4.0, ignored=() if number is None else (number,))
+        since = player.match.time
+        if number is None:
+            yield from player.pursue(away, timeout=_LET_GO)
+        elif pinned[number] > _LONGEST_PIN:
+            yield from player.pursue(away, near=0.0, timeout=8.0)
+            pinned[number] = 0.0
+        player.stop()

@@ -1,3 +1,0 @@
-"""Studica's navX: `navx_maker`. Needs the extra 'navx'."""
-
-import navx  # noqa: F401  # before the modules: whoever watches its import loads them

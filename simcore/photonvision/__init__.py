@@ -1,1 +1,0 @@
-"""Adapter to PhotonVision: what simcore's cameras see, as photonlibpy's `PhotonCamera` in robot code reads it."""

@@ -1,0 +1,151 @@
+"""Placers: claws or pairs of rollers at the end of arms and elevators, which hold and release one piece.
+
+A piece in a placer moves with it. The placer releases it at its current position with its current velocity; from then
+on the engine moves it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.quantities import ATTITUDE, ROBOT_PLACE, TURN_RATE, require_fields
+from simcore.robot.intake import IntakeZone, StoppedMotion, on_part
+from simcore.typing import BoolArray, FloatArray
+from simcore.world.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
+
+__all__ = ["Placer", "PlacerConfig"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlacerConfig:
+    """Holder for one piece, moved by mechanisms."""
+
+    joints: tuple[Joint, ...]
+    """Joints from the robot to the holder."""
+    offset: Vector = (0.0, 0.0, 0.0)
+    """Center of the held piece in the frame after the last joint [m]."""
+    attitude: Quaternion = IDENTITY
+    """Attitude of the held piece in that frame, x, y, z, w."""
+    roller: str
+    """Mechanism that takes and releases: rollers, or the jaw of a claw."""
+    take_speed: float = math.tau
+    """Forward speed above which the roller takes a piece [rad/s]."""
+    release_speed: float = math.tau
+    """Backward speed above which the roller releases the piece [rad/s]."""
+    passes_through: bool = False
+    """Whether the roller also releases while it turns forward faster than that, after a stop in between."""
+    zone: IntakeZone
+    """Zone where the placer takes a piece, around the held one's place, in the frame after the last joint."""
+    from_storage: bool = False
+    """Whether the placer also takes pieces from a storage."""
+    storage: str = ""
+    """Name of that storage; empty: the robot's first."""
+    handover: Vector | None = None
+    """Point where that storage hands a piece over, robot frame [m]: the zone must contain it; None: anywhere."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of pieces that the placer takes; empty: all."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self,
+            offset=(ROBOT_PLACE,) * 3,
+            take_speed=TURN_RATE,
+            release_speed=TURN_RATE,
+            attitude=ATTITUDE,
+            handover=(ROBOT_PLACE,) * 3,
+        )
+        if self.handover is not None and not self.from_storage:
+            raise ConfigError("PlacerConfig: handover is where a storage hands pieces on; set from_storage, too")
+
+    @property
+    def mechanism_names(self) -> tuple[str, ...]:
+        """Names of the mechanisms that it uses."""
+        return (self.roller, *(joint.mechanism for joint in self.joints))
+
+
+class Placer:
+    """One placer of a robot.
+
+    Args:
+        config: Holder, roller and zone.
+        mechanisms: Mechanisms of the robot, by name.
+
+    Raises:
+        UnknownNameError: The config names a mechanism that the robot does not have.
+    """
+
+    def __init__(self, config: PlacerConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
+        require_mechanisms("a placer", config.mechanism_names, mechanisms)
+        self.config = config
+        self._mechanisms = mechanisms
+        self.piece: int | None = None
+        """Slot of the held piece."""
+        self._has_stopped = True
+
+    @property
+    def takes(self) -> bool:
+        """Whether the placer is empty and its roller pulls in."""
+        if self.piece is not None or (self.config.passes_through and not self._has_stopped):
+            return False
+        return self._mechanisms[self.config.roller].velocity > self.config.take_speed
+
+    @property
+    def is_at_handover(self) -> bool:
+        """Whether a storage can hand a piece to the placer at its current position."""
+        place = self.config.handover
+        return self.config.from_storage and (place is None or bool(self.captured(np.array([place]))[0]))
+
+    @property
+    def releases(self) -> bool:
+        """Whether the placer holds a piece and its roller turns it out."""
+        if self.piece is None:
+            return False
+        velocity = self._mechanisms[self.config.roller].velocity
+        if self.config.passes_through and self._has_stopped and velocity > self.config.release_speed:
+            return True
+        return velocity < -self.config.release_speed
+
+    def note_roller(self) -> None:
+        """Record whether the roller has stopped since a piece came or went; once a tick."""
+        slow = min(self.config.take_speed, self.config.release_speed)
+        if abs(self._mechanisms[self.config.roller].velocity) < slow:
+            self._has_stopped = True
+
+    def take(self, slot: int) -> None:
+        """Hold the piece of a slot."""
+        self.piece = slot
+        self._has_stopped = False
+
+    def let_go(self) -> int:
+        """Release the held piece; return its slot."""
+        assert self.piece is not None
+        slot, self.piece = self.piece, None
+        self._has_stopped = False
+        return slot
+
+    @property
+    def around(self) -> tuple[Vector, Vector, float]:
+        """Bounding sphere as in `Intake.around`, with the current center twice: only pieces in the zone now count."""
+        middle, radius = self.config.zone.ball
+        now = on_part(part_pose(self.config.joints, self._mechanisms), middle)
+        return now, now, radius
+
+    def captured(self, pos_robot: FloatArray) -> BoolArray:
+        """Return a mask of the pieces in the zone, whether the placer takes now or not.
+
+        Args:
+            pos_robot: Centers, robot frame [m], shape (n, 3).
+        """
+        pos, quat = part_pose(self.config.joints, self._mechanisms)
+        return self.config.zone.contains((pos_robot - np.array(pos)) @ matrix(quat))
+
+    def held_state(self) -> PartState:
+        """Return pose and motion of the held piece, robot frame, relative to the robot."""
+        state = part_state(self.config.joints, self._mechanisms, self.config.offset)
+        return state._replace(quat=multiply(state.quat, self.config.attitude))

@@ -1,0 +1,383 @@
+"""Shooters: wheels that launch pieces, with an optional hood that tilts and a turret that turns the shot.
+
+The exit speed follows from the speed of the rims that touch the piece. Between a wheel and a fixed hood the piece rolls
+at half the rim's speed; between two driven wheels it takes the mean of both rims, and spins by their difference. Slip
+reduces this speed, the less the harder the piece is squeezed:
+
+    exit speed = rims' mean speed * (1/2 or 1) * (1 - slip * compression / squeeze)
+
+`exit_efficiency` is (1/2 or 1) * (1 - slip) of a piece of nominal size, whose squeeze is `compression`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol, TypeVar
+
+import numpy as np
+
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.pieces.launch import Aim, Launch, LaunchParameters, launch_direction, launch_state, to_field
+from simcore.quantities import (
+    ANGLE,
+    EFFICIENCY,
+    FACTOR,
+    RATE,
+    RATIO,
+    ROBOT_LENGTH,
+    TURN_RATE,
+    TURN_RATE_OR_NONE,
+    require_fields,
+)
+from simcore.typing import FloatArray, FloatSupplier, IntArray
+from simcore.units import TICK, plain_sum
+from simcore.world.linkage import MechanismMotion, PartState, require_mechanisms
+from simcore.world.rotation import from_rpy, multiply
+
+Number = TypeVar("Number", float, FloatArray)
+_LEAST_SQUEEZE = 0.3  # of `compression`; a piece that is squeezed less is not fed at all
+_EARLIEST = -0.2  # of the period between shots: pieces in a row do not leave at once
+_SLOWEST = 0.5  # [m/s]; a piece that would leave more slowly jams
+_SAME_INSTANT = 1e-9  # [s]; a shot this close to the end of a tick belongs to the next one
+
+__all__ = ["Shooter", "ShooterConfig", "ShotErrors", "SpinningMotion"]
+
+
+class SpinningMotion(MechanismMotion, Protocol):
+    """Mechanism whose speed a shot changes."""
+
+    velocity: float
+    """Angular velocity [rad/s]."""
+
+    @property
+    def inertia(self) -> float:
+        """Inertia seen at the wheel [kg m^2]."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShooterConfig:
+    """Drive, muzzles and rate of one shooter."""
+
+    wheels: tuple[str, ...]
+    """Mechanisms of the wheels: one (against a fixed hood), or two, in the order of `wheel_places`."""
+    wheel_radius: float
+    """Radius of the wheels [m]."""
+    second_wheel_radius: float | None = None
+    """Radius of the second wheel; None: the same [m]."""
+    wheel_places: Literal["lower and upper", "left and right"] = "lower and upper"
+    """Arrangement of two wheels: a speed difference spins the piece about a horizontal or an upright axis."""
+    exit_efficiency: float
+    """Ratio of the piece's speed to the mean rim speed of the wheels [-]: 0.5 at most against a fixed hood, 1 at most
+    between two wheels. `simcore check --known-shot` fits it to a shot."""
+    compression: float = 0.15
+    """Compression of a piece of nominal size, as a fraction of its diameter [-]. Estimate, within a factor of 1.5: foam
+    balls of 13 to 25 cm are compressed by two to four centimeters."""
+    compression_loss: float = 0.0
+    """Energy that the wheels lose to the foam at each shot, in addition to the piece's kinetic energy [J]. Squeezing a
+    piece of stiffness k by s stores k s^2 / 2, of which 1 - e^2 is lost at a restitution e. Estimate for a ball of
+    0.215 kg and 0.15 m with 3.5 kN/m, e = 0.55 and s = 22 mm: 0.6 J, 2 % of a shot at 10 m/s; so the default leaves it
+    out."""
+    launch: LaunchParameters
+    """Positions of the muzzles."""
+    elevation: float
+    """Elevation of the shot over the robot's floor plane at hood angle zero [rad]."""
+    hood: str | None = None
+    """Mechanism that tilts the shot; None: the hood is fixed."""
+    elevation_per_hood: float = -1.0
+    """Change of elevation per change of the hood's angle [-]."""
+    turret: str | None = None
+    """Mechanism that turns the shot about the vertical; None: the shooter is fixed on the robot."""
+    turret_ratio: float = 1.0
+    """Turns of the shot per turn of the turret mechanism [-]."""
+    gate: tuple[str, ...] = ()
+    """Feeder mechanisms, which must all turn forward for pieces to reach the wheels."""
+    gate_reversed: tuple[str, ...] = ()
+    """Mechanisms of `gate` that must turn backward instead."""
+    gate_speed: float = 0.5 * math.tau
+    """Minimum speed of the gate mechanisms [rad/s]."""
+    min_wheel_speed: float = 5.0 * math.tau
+    """Minimum wheel speed for a shot [rad/s]; the mean of both if there are two."""
+    shot_rate: float = 8.0
+    """Shots per second, each with all barrels [1/s]."""
+    storage: str = ""
+    """Name of the storage that the shooter empties; empty: the robot's first."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of pieces that the shooter launches; empty: all."""
+
+    def __post_init__(self) -> None:
+        owner = "ShooterConfig"
+        require_fields(
+            self, wheel_radius=ROBOT_LENGTH, second_wheel_radius=ROBOT_LENGTH, exit_efficiency=EFFICIENCY,
+            compression=EFFICIENCY, compression_loss=FACTOR, elevation=ANGLE, elevation_per_hood=RATIO,
+            turret_ratio=RATIO, gate_speed=TURN_RATE, min_wheel_speed=TURN_RATE_OR_NONE, shot_rate=RATE,
+        )  # fmt: skip
+        if len(self.wheels) not in (1, 2):
+            raise ConfigError(f"{owner}: wheels must name one or two mechanisms, got {self.wheels}")
+        if self.second_wheel_radius is not None and len(self.wheels) == 1:
+            raise ConfigError(f"{owner}: second_wheel_radius needs two wheels, got {self.wheels}")
+        for name in set(self.gate_reversed) - set(self.gate):
+            raise ConfigError(f"{owner}: gate_reversed must name mechanisms of gate {self.gate}, got {name!r}")
+
+    @property
+    def mechanism_names(self) -> tuple[str | None, ...]:
+        """Names of the mechanisms that it uses."""
+        return (*self.wheels, self.hood, self.turret, *self.gate)
+
+    @property
+    def wheel_radii(self) -> tuple[float, ...]:
+        """Radius of each wheel [m]."""
+        if len(self.wheels) == 1:
+            return (self.wheel_radius,)
+        return self.wheel_radius, self.wheel_radius if self.second_wheel_radius is None else self.second_wheel_radius
+
+    def wheel_speed_for(self, exit_speed: Number) -> Number:
+        """Return the speed of all wheels [rad/s] for an exit speed [m/s]."""
+        return exit_speed / (0.5 * (self.wheel_radii[0] + self.wheel_radii[-1]) * self.exit_efficiency)
+
+    def exit_speed(self, wheel_speeds: Sequence[float]) -> float:
+        """Return a piece's speed relative to the muzzle at wheel speeds [rad/s]; 0 if the rims move backward [m/s]."""
+        rims = 0.5 * (wheel_speeds[0] * self.wheel_radii[0] + wheel_speeds[-1] * self.wheel_radii[-1])
+        return max(0.0, rims) * self.exit_efficiency
+
+    @property
+    def slip(self) -> float:
+        """Slip of a piece of nominal size: fraction of the no-slip exit speed that is lost [-]."""
+        return max(0.0, 1.0 - self.exit_efficiency / (0.5 if len(self.wheels) == 1 else 1.0))
+
+    def grip(self, size: float) -> float:
+        """Return the factor on the exit speed of a piece with `size` times the nominal diameter [-].
+
+        A piece that does not slip leaves at half the rim's speed along a fixed hood, and at the rims' speed between two
+        wheels, whatever its size. `exit_efficiency` is less than that by the slip, which falls as the piece is squeezed
+        harder: the gap stays the same.
+        """
+        slip, squeeze = self.slip, max(_LEAST_SQUEEZE, 1.0 + (size - 1.0) / self.compression)
+        return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
+
+    def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
+        """Return the rim speed of a piece about its center that its spin gives it [m/s], for one piece or n.
+
+        Along a fixed hood the piece rolls: its rim there is at rest. Between two wheels (speeds in rad/s) its rims move
+        with those of the wheels.
+        """
+        if len(self.wheels) == 1:
+            return exit_speed
+        lower, upper = (speed * radius for speed, radius in zip(wheel_speeds, self.wheel_radii, strict=True))
+        return 0.5 * (lower - upper) * self.exit_efficiency
+
+    def launched(
+        self, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], *, wheel_speeds: Sequence[float | FloatArray],
+        radius: float | FloatArray, barrel: int | IntArray = 0, spin: float | FloatArray = 1.0,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
+        """Return positions, velocities and angular velocities [rad/s] of pieces at launch, for one piece or n.
+
+        Args:
+            aim: Aim of the shot; for this and `barrel` see `launch_state`.
+            robot: Pose and motion of the robot.
+            wheel_speeds: Speed of each wheel [rad/s].
+            radius: Radius of the pieces [m].
+            barrel: Index of the barrel.
+            spin: Factor on the spin that the wheels give [-].
+        """
+        pos, vel = launch_state(self.launch, aim, robot, barrel)
+        yaw = self.launch.heading + aim.turret_angle
+        if self.wheel_places == "lower and upper":  # backspin is about the axis to the right of the shot
+            axis = launch_direction(yaw - 0.5 * math.pi, 0.0)
+        else:  # a faster left wheel turns it clockwise about the upright axis of the shot
+            axis = launch_direction(yaw, aim.elevation - 0.5 * math.pi)
+        rim = self.spin_speed(np.asarray(aim.speed), [np.asarray(one) for one in wheel_speeds])
+        return pos, vel, to_field(robot[1], np.asarray(spin * rim / radius)[..., None] * axis)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotErrors:
+    """Errors of single shots; suppliers are called once per shot, in the order of the shots."""
+
+    exit_speed: FloatSupplier
+    """Factor on the exit speed [-]."""
+    elevation: FloatSupplier
+    """Elevation error [rad]."""
+    azimuth: FloatSupplier
+    """Azimuth error, to the left [rad]."""
+    spin: FloatSupplier
+    """Factor on the spin [-]."""
+    feed_time: FloatSupplier
+    """Delay of the next shot after this one; at least minus a fifth of the period [s]."""
+    hood: float = 0.0
+    """Error of the hood's encoder: true angle minus reading [rad]."""
+    turret: float = 0.0
+    """Error of the turret's encoder: true angle minus reading [rad]."""
+
+
+class Shooter:
+    """One shooter of a robot, with the timing of its shots.
+
+    Each shot fires every barrel that has a piece. The time left until the next one carries over from tick to tick, so
+    that 8 shots a second are 8000 in 1000 s although 0.125 s is no whole number of ticks. While the gate is closed or
+    the robot is empty, this time only runs down to zero: the first shot then comes at once, and missed shots are not
+    made up for.
+
+    Args:
+        config: Config of the shooter.
+        mechanisms: Mechanisms of the robot, by name.
+        errors: Errors of single shots; None: none.
+
+    Raises:
+        UnknownNameError: The config names a mechanism that the robot does not have.
+    """
+
+    def __init__(
+        self, config: ShooterConfig, mechanisms: Mapping[str, SpinningMotion], errors: ShotErrors | None = None
+    ) -> None:
+        require_mechanisms("a shooter", config.mechanism_names, mechanisms)
+        self.config = config
+        self._wheels = [mechanisms[name] for name in config.wheels]
+        self._gate = [(mechanisms[name], -1.0 if name in config.gate_reversed else 1.0) for name in config.gate]
+        self._hood = None if config.hood is None else mechanisms[config.hood]
+        self._turret = None if config.turret is None else mechanisms[config.turret]
+        self._errors = errors
+        self._until_next = 0.0
+        self._aim_before: Aim | None = None
+        self._gate_before: list[float] = []
+
+    @property
+    def wheel_speed(self) -> float:
+        """Mean speed of the wheels [rad/s]."""
+        return plain_sum(wheel.velocity for wheel in self._wheels) / len(self._wheels)
+
+    @property
+    def gate_open(self) -> bool:
+        """Whether pieces reach the wheels and the wheels turn fast enough."""
+        return min(self._gate_spares()) > 0.0
+
+    @property
+    def aim(self) -> Aim:
+        """Speed and direction of a shot at the current state of wheels, hood and turret."""
+        config = self.config
+        hood = 0.0 if self._hood is None else self._hood.position
+        turret, rate = (0.0, 0.0) if self._turret is None else (self._turret.position, self._turret.velocity)
+        return Aim(
+            config.elevation + config.elevation_per_hood * hood,
+            config.exit_speed([wheel.velocity for wheel in self._wheels]),
+            config.turret_ratio * turret,
+            config.turret_ratio * rate,
+        )
+
+    def begin_tick(self) -> None:
+        """Record aim and gate at the start of a tick: shots within the tick interpolate between this and its end."""
+        self._aim_before, self._gate_before = self.aim, self._gate_spares()
+
+    def update(self, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
+        """Return the launches of the tick that ends now; the caller removes as many pieces from the robot.
+
+        Args:
+            held: Number of pieces in the robot, and limit of the launches.
+            is_free: Function that tells whether nothing blocks a launch. A blocked piece stays in the robot; if all
+                barrels are blocked, the shot stays due and is tried again at the start of the next tick. None: never
+                blocked.
+
+        Raises:
+            NonFiniteError: The gate is open and the aim is not finite.
+        """
+        launches: list[Launch] = []
+        if self.gate_open:
+            now = self.aim
+            if not np.isfinite(now.elevation + now.speed + now.turret_angle):
+                raise NonFiniteError(
+                    f"Shooter: need finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
+                    f" turret {now.turret_angle} rad"
+                )
+            period, ready = 1.0 / self.config.shot_rate, held if now.speed >= _SLOWEST else 0
+            self._until_next = max(self._until_next, self._opening() * TICK)  # missed shots are not made up for
+            while ready > 0 and self._until_next < TICK - _SAME_INSTANT:
+                delay = max(0.0, self._until_next)
+                aim = self._aim_at(delay / TICK)
+                shot = [Launch(barrel, delay, aim) for barrel in range(len(self.config.launch.barrels))]
+                if is_free is not None:
+                    shot = [launch for launch in shot if is_free(launch)]
+                if not shot:
+                    break
+                launches += shot[:ready]
+                ready = max(0, ready - len(shot))
+                self._until_next += period
+                if self._errors is not None:
+                    self._until_next += max(_EARLIEST * period, self._errors.feed_time())
+        self._until_next -= TICK
+        self._aim_before, self._gate_before = None, []
+        return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
+
+    def gripped(self, launch: Launch, size: float) -> Launch:
+        """Return a launch of `update` corrected for a piece with `size` times the nominal diameter [-]."""
+        return (
+            launch
+            if size == 1.0
+            else launch._replace(aim=launch.aim._replace(speed=launch.aim.speed * self.config.grip(size)))
+        )
+
+    def released(self, launch: Launch, *, radius: float, robot: PartState) -> PartState:
+        """Return a piece of a radius [m] at launch from a robot with this pose and motion, field frame.
+
+        Its attitude is that of the muzzle, whose x axis is the direction of the shot.
+        """
+        aim, speeds = launch.aim, [wheel.velocity for wheel in self._wheels]
+        rows = self.config.launched(
+            aim, robot, wheel_speeds=speeds, radius=radius, barrel=launch.barrel, spin=launch.spin
+        )
+        pos, vel, rate = ((x, y, z) for x, y, z in (row.tolist() for row in rows))
+        muzzle = from_rpy(0.0, -float(aim.elevation), self.config.launch.heading + float(aim.turret_angle))
+        return PartState(pos=pos, quat=multiply(robot.quat, muzzle), vel=vel, rate=rate)
+
+    def after_shot(self, mass: float, speed: float) -> None:
+        """Slow the wheels down by the momentum of a launched ball.
+
+        A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gains the momentum m v from both its sides
+        together, and the spin from the difference of their impulses: J_lower + J_upper = m v and
+        (J_lower - J_upper) r = I w. So a side gives J = m v / 2 +- 0.2 m r w. Along a fixed hood the ball rolls,
+        w r = v, and the wheel gives 0.7 m v; two wheels of equal speed give m v / 2 each. A wheel of radius R
+        loses J R.
+
+        Args:
+            mass: Mass of the piece [kg].
+            speed: Exit speed [m/s].
+        """
+        share = 0.2 * self.config.spin_speed(speed, [wheel.velocity for wheel in self._wheels])
+        impulses = (0.5 * speed + share, 0.5 * speed - share)
+        # the impulse of a fixed hood changes no wheel
+        for wheel, radius, impulse in zip(self._wheels, self.config.wheel_radii, impulses, strict=False):
+            wheel.velocity += -mass * impulse * radius / wheel.inertia
+            if lost := self.config.compression_loss / len(self._wheels):
+                left = wheel.velocity**2 - 2.0 * lost / wheel.inertia
+                wheel.velocity = math.copysign(math.sqrt(max(0.0, left)), wheel.velocity)
+
+    def _with_errors(self, launch: Launch, errors: ShotErrors) -> Launch:
+        aim = launch.aim
+        off = aim._replace(
+            elevation=aim.elevation + errors.elevation() + self.config.elevation_per_hood * errors.hood,
+            speed=aim.speed * errors.exit_speed(),
+            turret_angle=aim.turret_angle + errors.azimuth() + self.config.turret_ratio * errors.turret,
+        )
+        return launch._replace(aim=off, spin=errors.spin())
+
+    def _gate_spares(self) -> list[float]:
+        """Return the margins of gate and wheels above their minimum speeds [rad/s]."""
+        spares = [forward * part.velocity - self.config.gate_speed for part, forward in self._gate]
+        return [*spares, self.wheel_speed - self.config.min_wheel_speed]
+
+    def _opening(self) -> float:
+        """Return the fraction of the tick before the gate opened; 0 if it was open or is still closed."""
+        share = 0.0
+        for before, now in zip(self._gate_before, self._gate_spares(), strict=False):
+            if before <= 0.0 < now:
+                share = max(share, before / (before - now))
+        return share
+
+    def _aim_at(self, share: float) -> Aim:
+        """Return the aim at a fraction of the tick."""
+        now, before = self.aim, self._aim_before
+        if before is None:
+            return now
+        back = 1.0 - share
+        return Aim(*(back * then + share * later for then, later in zip(before, now, strict=True)))

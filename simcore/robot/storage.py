@@ -1,0 +1,209 @@
+"""Storage of a robot: places of its pieces, and the order in which they leave."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simcore.errors import CapacityError, ConfigError
+from simcore.quantities import ATTITUDE, COUNT, ROBOT_PLACE, require_fields
+from simcore.robot.hopper import FACES, Hopper, HopperConfig
+from simcore.typing import FloatArray
+from simcore.world.rotation import IDENTITY, Quaternion, Vector
+
+__all__ = ["Storage", "StorageConfig"]
+
+_Row = tuple[int, float]
+"""Number of balls in a row, and offset of its middle from the middle of the storage [m]."""
+_Layer = tuple[_Row, _Row]
+"""Rows along x and along y."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StorageConfig:
+    """Space for pieces inside of a robot."""
+
+    name: str = ""
+    """Name by which intakes and shooters refer to it, in a robot with several; empty for the only one."""
+    capacity: int = 1
+    """Maximum number of pieces."""
+    order: Literal["fifo", "lifo"] = "fifo"
+    """Order in which pieces leave: first in, first out, or last in, first out."""
+    low: Vector = (-0.25, -0.25, 0.25)
+    """Smallest corner of the storage, robot frame [m]."""
+    high: Vector = (0.15, 0.25, 0.50)
+    """Largest corner [m]."""
+    attitude: Quaternion = IDENTITY
+    """Attitude of the pieces in it, robot frame, x, y, z, w. A shot turns them with the muzzle: a tube that lies along
+    x leaves along the muzzle, a ring that lies flat leaves edge on."""
+    hopper: HopperConfig | None = None
+    """Simulation of the pieces as balls that fall, roll and jam; None: they are a list. With it pieces leave in the
+    order in which they reach its outlet, and intakes take no more than fit at its inlet."""
+
+    def __post_init__(self) -> None:
+        corner = (ROBOT_PLACE,) * 3
+        require_fields(self, capacity=COUNT, low=corner, high=corner, attitude=ATTITUDE)
+        if self.hopper is not None and self.order != "fifo":
+            raise ConfigError(f"StorageConfig: out of a hopper comes what is at its outlet, not order={self.order!r}")
+        for low, high in zip(self.low, self.high, strict=True):
+            if not low < high:
+                raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")
+        if self.hopper is not None and self.hopper.outlet_place is not None:
+            normal = FACES[self.hopper.outlet][0]
+            for axis, place in zip((1, 0) if normal == 2 else (1 - normal, 2), self.hopper.outlet_place, strict=True):
+                if not self.low[axis] <= place <= self.high[axis]:
+                    ends = f"from {self.low[axis]:g} to {self.high[axis]:g} m"
+                    raise ConfigError(f"StorageConfig: {'xyz'[axis]} of outlet_place must be {ends}, got {place:g}")
+
+    def position(self, number: int, radius: float) -> Vector:
+        """Return the position of a piece: balls lie in layers, in the hollows of the layer below.
+
+        Without a hopper pieces in a robot are not simulated individually. When there are more than fit, the layers
+        overlap: no piece is higher than the storage, or than one ball in a flat storage.
+
+        Args:
+            number: Index in the order of arrival, from 0; all pieces beyond the capacity are at the last place.
+            radius: Bounding radius of a piece [m].
+        """
+        places = _places(self, radius)
+        return places[min(number, len(places) - 1)]
+
+    def balls_that_fit(self, radius: float) -> int:
+        """Return how many balls of a radius [m] fit in the storage without overlapping layers."""
+        layers, rise = _layers(self, radius)
+        count = 1 + math.floor(max(0.0, self.high[2] - self.low[2] - 2.0 * radius) / rise + 1e-9)
+        lower, upper = (columns * rows for (columns, _), (rows, _) in layers)
+        return (count + 1) // 2 * lower + count // 2 * upper
+
+
+@functools.lru_cache(maxsize=64)
+def _places(config: StorageConfig, radius: float) -> list[Vector]:
+    """Return the places of as many pieces as the storage holds [m]."""
+    layers, rise = _layers(config, radius)
+    (x0, y0, z0), (x1, y1, z1) = config.low, config.high
+    cells: list[tuple[int, float, float]] = []  # index of the layer, x and y
+    layer = 0
+    while len(cells) < config.capacity:
+        (columns, shift_x), (rows, shift_y) = layers[layer % 2]
+        cells += [
+            (layer, 0.5 * (x0 + x1) + shift_x + (2 * i - columns + 1) * radius,
+             0.5 * (y0 + y1) + shift_y + (2 * j - rows + 1) * radius)
+            for i in range(columns) for j in range(rows)
+        ]  # fmt: skip
+        layer += 1
+    cells = cells[: config.capacity]
+    rise = min(rise, max(0.0, z1 - z0 - 2.0 * radius) / max(1, layer - 1))
+    return [(x, y, z0 + radius + number * rise) for number, x, y in cells]
+
+
+def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
+    """Return the lowest layer and the next, which alternate, and the rise from one to the next [m]."""
+    sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
+    staggered = sum(lower != upper for lower, upper in sides)
+    return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
+
+
+def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
+    """Return the rows along one side in a layer and the next, which is shifted by half a ball if possible."""
+    count = max(1, math.floor(0.5 * length / radius + 1e-9))
+    if length - 2.0 * count * radius >= radius - 1e-9:
+        return (count, -0.5 * radius), (count, 0.5 * radius)
+    return (count, 0.0), (max(1, count - 1), 0.0)
+
+
+class Storage:
+    """Pieces in a robot's storage.
+
+    >>> storage = Storage(StorageConfig(capacity=2))
+    >>> storage.add([7, 8])
+    >>> storage.take(), storage.room
+    (7, 1)
+    """
+
+    def __init__(self, config: StorageConfig) -> None:
+        self.config = config
+        self.pieces: list[int] = []
+        """Slots of the pieces, in the order of arrival."""
+        self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
+        """Simulation of the pieces; None: they are a list."""
+        self._radii: list[float] = []  # radii of the pieces for which the places without a hopper were computed
+        self._places: FloatArray = np.empty((0, 3))
+
+    @property
+    def room(self) -> int:
+        """Number of further pieces that fit."""
+        return self.config.capacity - len(self.pieces)
+
+    def room_for(self, radius: float) -> int:
+        """Return how many further pieces of a radius [m] can enter now; for a hopper those that fit at its inlet."""
+        if self.hopper is None:
+            return self.room
+        waiting = len(set(self.pieces).difference(self.hopper.slots))  # put there in this tick by another intake
+        return min(self.room, max(0, self.hopper.room_at_inlet(radius) - waiting))
+
+    def places(self, radii: FloatArray) -> FloatArray:
+        """Return positions of its pieces, in the order of `pieces`, robot frame [m], shape (n, 3).
+
+        Args:
+            radii: Bounding radii of all pieces, by slot [m].
+        """
+        mine = radii[self.pieces].tolist()
+        if self.hopper is None:
+            if mine != self._radii:
+                places = [self.config.position(number, radius) for number, radius in enumerate(mine)]
+                self._radii, self._places = mine, np.array(places).reshape(-1, 3)
+            return self._places
+        if self.hopper.slots != self.pieces:
+            self.follow(mine)
+        return self.hopper.pos
+
+    def follow(self, radii: Sequence[float]) -> None:
+        """Update the contents of the hopper with the pieces, of these radii [m]."""
+        if self.hopper is not None:
+            self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
+
+    def add(self, slots: list[int]) -> None:
+        """Add pieces.
+
+        Raises:
+            CapacityError: There is no room for all of them; nothing has changed.
+        """
+        if len(slots) > self.room:
+            raise CapacityError(f"a storage of {self.config.capacity} has room for {self.room} more, got {len(slots)}")
+        self.pieces += slots
+
+    @property
+    def in_turn(self) -> list[int]:
+        """Return slots of the pieces in the order in which they leave; for a hopper those at its outlet."""
+        if self.hopper is not None:
+            return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
+        return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
+
+    def take(self) -> int:
+        """Remove the next piece to leave; return its slot.
+
+        Raises:
+            CapacityError: No piece can leave now.
+        """
+        if not self.pieces:
+            raise CapacityError("the storage is empty")
+        if self.hopper is not None:
+            if not (ready := self.in_turn):
+                raise CapacityError(f"none of the {len(self.pieces)} pieces is at the outlet of the hopper")
+            self.pieces.remove(ready[0])
+            return ready[0]
+        return self.pieces.pop(0 if self.config.order == "fifo" else -1)
+
+    def clear(self) -> None:
+        """Remove all pieces."""
+        self.pieces.clear()
+        self.follow([])
+
+    def discard(self, slot: int) -> None:
+        """Remove a piece that left in another way."""
+        self.pieces = [piece for piece in self.pieces if piece != slot]

@@ -1,0 +1,624 @@
+"""Control laws and profiles: the output of a controller to its bridge, and the plan of a kind of request.
+
+A law is a closure over the gains of one slot. It is built when request kind, slot or configuration changes, and called
+each step; setpoints are attributes of the controller, so a new number costs nothing. CTRE's simulation computes its
+loops when physics writes a sensor, and holds their output between two writes; so here one call covers all loops
+since the last write: a profile advances by its closed form, an integral uses the present error for all of them.
+
+The setpoint of a profile moves every 10 ms and holds in between, as measured; here 5, 15, 25 ms after a request, the
+mean of the possible phases of CTRE's ticks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from phoenix6.signals import BridgeOutputValue, ControlModeValue
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.robotcode.emulator.emulated_device import LOOP, REQUESTS, Axis, RequestKind, Setting, Unit
+from simcore.robotcode.emulator.output_stage import Bridge, Stage
+
+__all__ = [
+    "PROFILE_LOOPS",
+    "REQ_BRAKE",
+    "REQ_COAST",
+    "ControlPlan",
+    "Expo",
+    "Gains",
+    "Law",
+    "LoopState",
+    "Profile",
+    "SCurve",
+    "VelocityRamp",
+    "build_plan",
+    "limits_of",
+]
+
+_FULL_VOLTS = 12.0
+"""Voltage that Motion Magic Expo assumes, whatever the battery has [V]."""
+_Segment = tuple[float, float, float, float, float]
+"""Segment: start time [s]; position, velocity and acceleration there; jerk from there on."""
+
+
+def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tuple[float, float, float]]:
+    """Return pieces from (v0, a0) to (v1, 0): (duration, acceleration at their start, jerk).
+
+    Args:
+        v0: Velocity at the start.
+        a0: Acceleration at the start.
+        v1: Velocity at the end.
+        limit: Largest acceleration, > 0.
+        jerk: Largest jerk; 0 for no limit, so that the acceleration jumps.
+    """
+    if jerk <= 0.0:
+        return [(abs(v1 - v0) / limit, math.copysign(limit, v1 - v0), 0.0)] if v1 != v0 else []
+    way = 1.0 if v1 >= v0 + 0.5 * a0 * abs(a0) / jerk else -1.0
+    top = way * min(limit, math.sqrt(max(jerk * way * (v1 - v0) + 0.5 * a0 * a0, 0.0)))
+    rise, fall = abs(top - a0) / jerk, abs(top) / jerk
+    hold = (v1 - v0 - 0.5 * (a0 + top) * rise - 0.5 * top * fall) / top if top != 0.0 else 0.0
+    return [(rise, a0, math.copysign(jerk, top - a0)), (max(hold, 0.0), top, 0.0), (fall, top, -way * jerk)]
+
+
+def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[float, float]:
+    """Return distance and final velocity of the pieces."""
+    p, v = 0.0, v0
+    for t, a, j in pieces:
+        p += t * (v + t * (0.5 * a + t * j / 6.0))
+        v += t * (a + 0.5 * t * j)
+    return p, v
+
+
+class Profile:
+    """Base of all profiles: the state of the setpoint, and the plan as pieces of constant jerk."""
+
+    __slots__ = ("_key", "_pieces", "_t", "acc", "done", "p", "v")
+
+    def __init__(self) -> None:
+        self.p = self.v = self.acc = 0.0
+        self.done = True
+        """Whether the setpoint has reached its goal."""
+        self._key: tuple[float, ...] | None = None
+        self._pieces: list[_Segment] = []
+        self._t = 0.0
+
+    def start(self, position: float, velocity: float) -> None:
+        """Restart from this state."""
+        self.p, self.v, self.acc = position, velocity, 0.0
+        self._key = None
+
+    def _set_plan(self, pieces: list[tuple[float, float, float]]) -> None:
+        """Keep a plan that begins at the present state."""
+        t, p, v = 0.0, self.p, self.v
+        self._pieces = []
+        for duration, a, j in pieces:
+            if duration > 0.0:
+                self._pieces.append((t, p, v, a, j))
+                p += duration * (v + duration * (0.5 * a + duration * j / 6.0))
+                v += duration * (a + 0.5 * duration * j)
+                t += duration
+        self._pieces.append((t, p, v, 0.0, 0.0))
+        self._t = 0.0
+
+    def _follow(self, dt: float) -> None:
+        """Move along the plan."""
+        pieces = self._pieces
+        t = self._t = self._t + dt
+        while len(pieces) > 1 and pieces[1][0] <= t:
+            del pieces[0]
+        start, p, v, a, j = pieces[0]
+        s = t - start
+        self.p = p + s * (v + s * (0.5 * a + s * j / 6.0))
+        self.v = v + s * (a + 0.5 * s * j)
+        self.acc = a + j * s
+        self.done = len(pieces) == 1
+
+
+class SCurve(Profile):
+    """Reference that moves to a goal at rest with limited velocity, acceleration and jerk, from any state."""
+
+    __slots__ = ()
+
+    def advance(self, goal: float, cruise: float, acceleration: float, jerk: float, dt: float) -> None:
+        """Advance by dt [s] towards the goal.
+
+        Args:
+            goal: Position to come to rest at.
+            cruise: Largest velocity; 0 for no limit.
+            acceleration: Largest acceleration; 0 holds the setpoint.
+            jerk: Largest jerk; 0 for a trapezoid.
+            dt: Step [s].
+        """
+        key = (goal, cruise, acceleration, jerk)
+        if key != self._key:
+            self._plan(goal, abs(cruise) or math.inf, abs(acceleration), abs(jerk))
+            self._key = key
+        self._follow(dt)
+        if self.done:
+            self.p, self.v, self.acc = (goal, 0.0, 0.0) if acceleration else (self.p, 0.0, 0.0)
+
+    def _plan(self, goal: float, cruise: float, limit: float, jerk: float) -> None:
+        if limit == 0.0:
+            self.v = 0.0
+            self._set_plan([])
+            return
+        v0, a0 = self.v, self.acc if jerk else 0.0
+
+        def through(peak: float) -> tuple[float, list[tuple[float, float, float]], list[tuple[float, float, float]]]:
+            up, down = _ramp(v0, a0, peak, limit, jerk), _ramp(peak, 0.0, 0.0, limit, jerk)
+            return _distance(v0, up)[0] + _distance(peak, down)[0], up, down
+
+        way = goal - self.p
+        sign = 1.0 if way >= through(0.0)[0] else -1.0
+        # A velocity that surely suffices: all the distance at full acceleration, from the present velocity.
+        reach = abs(v0) + abs(a0) * limit / jerk if jerk else abs(v0)
+        high = sign * min(cruise, reach + math.sqrt(4.0 * limit * abs(way) + 4.0 * reach * reach) + 1e-9)
+        far, up, down = through(high)
+        cruising = 0.0
+        if (way - far) * sign >= 0.0:
+            cruising = (way - far) / high if high else 0.0
+            peak = high
+        else:
+            low = 0.0
+            for _ in range(60):
+                peak = 0.5 * (low + high)
+                far, up, down = through(peak)
+                if (way - far) * sign >= 0.0:
+                    low = peak
+                else:
+                    high = peak
+        self._set_plan([*up, (cruising, 0.0, 0.0), *down])
+
+
+class VelocityRamp(Profile):
+    """Reference velocity that moves to a goal with limited acceleration and jerk; `p` is unused."""
+
+    __slots__ = ()
+
+    def advance(self, goal: float, acceleration: float, jerk: float, dt: float) -> None:
+        """Advance by dt [s] towards the goal velocity; acceleration 0 holds it."""
+        key = (goal, acceleration, jerk)
+        if key != self._key:
+            limit = abs(acceleration)
+            a0 = self.acc if jerk else 0.0
+            self._set_plan(_ramp(self.v, a0, goal, limit, abs(jerk)) if limit else [])
+            self._key = key
+        self._follow(dt)
+        if self.done and acceleration:
+            self.v, self.acc = goal, 0.0
+
+
+class Expo(Profile):
+    """Reference of a motor with 12 V: v' = (u - kV v) / kA with u = 12 V first and -12 V to brake."""
+
+    __slots__ = ("_legs",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._legs: list[tuple[float, float, float, float, float]] = []
+
+    def advance(self, goal: float, kv: float, ka: float, cruise: float, dt: float) -> None:
+        """Advance by dt [s] towards the goal.
+
+        Args:
+            goal: Position to come to rest at.
+            kv: Volts per velocity.
+            ka: Volts per acceleration; with both 0 the setpoint holds.
+            cruise: Largest velocity; 0 for the motor's limit alone.
+            dt: Step [s].
+        """
+        key = (goal, kv, ka, cruise)
+        if key != self._key:
+            self._shape(goal, abs(kv), abs(ka), abs(cruise) or math.inf)
+            self._key = key
+        t = self._t = self._t + dt
+        legs = self._legs
+        while legs and legs[0][0] <= t:
+            del legs[0]
+        self.done = not legs
+        if self.done:
+            self.p, self.v, self.acc = goal, 0.0, 0.0
+            return
+        end, p1, v1, final, tau = legs[0]
+        # Backwards from the end of the leg, where position and velocity are known exactly.
+        s = t - end
+        if math.isinf(tau):
+            self.acc = final
+            self.v = v1 + final * s
+            self.p = p1 + s * (v1 + 0.5 * final * s)
+            return
+        grown = math.expm1(-s / tau)
+        self.v = v1 + (v1 - final) * grown
+        self.p = p1 + final * s - (v1 - final) * tau * grown
+        self.acc = (final - self.v) / tau
+
+    def _shape(self, goal: float, kv: float, ka: float, cruise: float) -> None:
+        kv, ka = max(kv, 1e-6), max(ka, 1e-6)
+        tau, final = ka / kv, _FULL_VOLTS / kv
+        cruise = min(cruise, final * (1.0 - 1e-9))
+
+        def leg(v0: float, v1: float, end: float) -> tuple[float, float]:
+            """Return time and distance from v0 to v1 while the motor accelerates towards the velocity `end`."""
+            t = tau * math.log((v0 - end) / (v1 - end))
+            return t, end * t + tau * (v0 - v1)
+
+        v = max(min(self.v, 0.999999 * final), -0.999999 * final)
+        rest = leg(v, 0.0, -math.copysign(final, v))[1] if v else 0.0
+        way = 1.0 if goal - self.p >= rest else -1.0
+        u, d = v * way, (goal - self.p) * way
+        if u > cruise:
+            peak, first = cruise, leg(u, cruise, -final)
+            first_end = -final
+        else:
+            first_end = final
+            low, high = max(u, 0.0), cruise
+            peak = high
+            if leg(u, peak, final)[1] + leg(peak, 0.0, -final)[1] > d:
+                for _ in range(60):
+                    peak = 0.5 * (low + high)
+                    if leg(u, peak, final)[1] + leg(peak, 0.0, -final)[1] > d:
+                        high = peak
+                    else:
+                        low = peak
+            first = leg(u, peak, final)
+        last = leg(peak, 0.0, -final)
+        hold = max(d - first[1] - last[1], 0.0) / peak if peak > 1e-12 else 0.0
+        t1 = first[0]
+        t2 = t1 + hold
+        t3 = t2 + last[0]
+        braking = goal - way * last[1]
+        self._legs = [
+            (t1, braking - way * peak * hold, way * peak, way * first_end, tau),
+            (t2, braking, way * peak, 0.0, math.inf),
+            (t3, goal, 0.0, -way * final, tau),
+        ]
+        self._t = 0.0
+
+
+_FIRST = (SpnValue.SLOT0_K_P.value, SpnValue.SLOT1_K_P.value, SpnValue.SLOT2_K_P.value)
+_SIGN = (SpnValue.SLOT0_K_S_SIGN.value, SpnValue.SLOT1_K_S_SIGN.value, SpnValue.SLOT2_K_S_SIGN.value)
+_OFFSET = (
+    SpnValue.SLOT0_K_G_POS_OFFSET.value,
+    SpnValue.SLOT1_K_G_POS_OFFSET.value,
+    SpnValue.SLOT2_K_G_POS_OFFSET.value,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gains:
+    """Gains of one slot, in the unit of the request (volts, duty cycle or amperes) per rotation and its rates."""
+
+    kp: float = 0.0
+    ki: float = 0.0
+    kd: float = 0.0
+    ks: float = 0.0
+    kv: float = 0.0
+    ka: float = 0.0
+    kg: float = 0.0
+    arm: bool = False
+    """Whether kG is multiplied by the cosine of the position (an arm) instead of being constant (an elevator)."""
+    sign_of_error: bool = False
+    """Whether kS has the sign of the closed-loop error instead of that of the setpoint velocity."""
+    kg_offset: float = 0.0
+    """Offset of the position before its cosine is taken [rotations]."""
+
+
+def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
+    """Return the gains of slot 0, 1 or 2."""
+    first = _FIRST[slot]
+    p, i, d, s, v, a, g, kind = (config[first + k] for k in range(8))
+    return Gains(
+        kp=p,
+        ki=i,
+        kd=d,
+        ks=s,
+        kv=v,
+        ka=a,
+        kg=g,
+        arm=kind == 1,
+        sign_of_error=config[_SIGN[slot]] == 1,
+        kg_offset=config[_OFFSET[slot]],
+    )
+
+
+PROFILE_LOOPS = 10
+"""Control loops from one move of a profile's reference to the next."""
+Law = Callable[[int], float]
+"""Output of the law after this many control loops [V, duty cycle or A]."""
+
+
+@dataclass(slots=True)
+class LoopState:
+    """State of the control loop of a motor controller; numbers have robot code's signs."""
+
+    pos: float = 0.0
+    """Position of the configured sensor [mechanism rotations]."""
+    vel: float = 0.0
+    """Velocity of that sensor [1/s]."""
+    acc: float = 0.0
+    """Acceleration of that sensor [1/s^2]."""
+    output: float = 0.0
+    """Output of an open loop, in the unit of the request."""
+    goal_p: float = 0.0
+    """Setpoint of the position [mechanism rotations]."""
+    goal_v: float = 0.0
+    """Setpoint of the velocity [1/s]."""
+    goal_a: float = 0.0
+    """Setpoint of the acceleration [1/s^2]."""
+    feed_forward: float = 0.0
+    """Feed-forward, in the unit of the output."""
+    limits: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
+    integral: float = 0.0
+    """Integral part of the output."""
+    pid_out: float = 0.0
+    """Output of the law."""
+    err: float = 0.0
+    """Error of the loop."""
+    derr: float = 0.0
+    """Rate of the error."""
+    ref: float = 0.0
+    """Reference that the loop follows."""
+    slope: float = 0.0
+    """Rate of the reference."""
+    scurve: SCurve = field(default_factory=SCurve)
+    expo: Expo = field(default_factory=Expo)
+    velocity_ramp: VelocityRamp = field(default_factory=VelocityRamp)
+    profile_loops: int = 0
+    """Control loops since the profile's reference last moved."""
+
+    def start(self) -> None:
+        """Reset integral and profiles: a new request starts from the present state."""
+        self.integral = self.pid_out = 0.0
+        self.profile_loops = PROFILE_LOOPS // 2
+        self.scurve.start(self.pos, self.vel)
+        self.expo.start(self.pos, self.vel)
+        self.velocity_ramp.start(0.0, self.vel)
+        self.velocity_ramp.v = self.vel
+
+
+def _sign(value: float) -> float:
+    return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
+
+
+def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
+    """Return the sum of feedback and feed-forward; kS can follow the error only in position control."""
+    kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
+    arm, offset = g.arm, g.kg_offset
+    on_error = g.sign_of_error and on_position
+    plain = ki == 0.0 and ks == 0.0 and kg == 0.0
+    high, low = peaks
+
+    def pid(error: float, slope: float, v_ref: float, a_ref: float, loops: int) -> float:
+        m.err = error
+        m.derr = slope
+        out = kp * error + kd * slope + kv * v_ref + ka * a_ref + m.feed_forward
+        if plain:
+            return out
+        if ki:
+            step = ki * error * loops * LOOP
+            # Anti-windup: beyond the largest output the integral may only decrease.
+            if low < out + m.integral < high or step * m.integral < 0.0:
+                m.integral = min(max(m.integral + step, low), high)
+            out += m.integral
+        if ks:
+            out += ks * _sign(error if on_error else v_ref)
+        if kg:
+            out += kg * math.cos(math.tau * (m.pos + offset)) if arm else kg
+        return out
+
+    return pid
+
+
+def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
+    """Return the law of position control; with `wrap` the shorter way."""
+    pid = _pid(m, gains, peaks, True)
+
+    def law(loops: int) -> float:
+        m.ref = m.goal_p
+        error = m.goal_p - m.pos
+        if wrap:
+            error -= math.floor(error + 0.5)
+        m.slope = v = m.goal_v
+        return pid(error, v - m.vel, v, 0.0, loops)
+
+    return law
+
+
+def velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float]) -> Law:
+    """Return the law of velocity control."""
+    pid = _pid(m, gains, peaks, False)
+
+    def law(loops: int) -> float:
+        m.ref = v = m.goal_v
+        m.slope = a = m.goal_a
+        return pid(v - m.vel, a - m.acc, v, a, loops)
+
+    return law
+
+
+def _follow_profile(m: LoopState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
+    """Return the feedback towards the setpoint of a position profile."""
+    m.ref = profile.p
+    m.slope = v = profile.v
+    error = profile.p - m.pos
+    if wrap:
+        error -= math.floor(error + 0.5)
+    return pid(error, v - m.vel, v, profile.acc, loops)
+
+
+def _elapsed(m: LoopState, loops: int) -> float:
+    """Return the time by which a profile's setpoint advances now; 0 where it holds [s]."""
+    elapsed = m.profile_loops + loops
+    moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
+    return moves * (PROFILE_LOOPS * LOOP)
+
+
+def _shift_to_nearest(profile: SCurve | Expo, goal: float) -> None:
+    """Move the setpoint by whole turns to the one nearest to the goal."""
+    turns = math.floor(goal - profile.p + 0.5)
+    if turns:
+        profile.start(profile.p + turns, profile.v)
+
+
+def _profiled(
+    m: LoopState,
+    gains: Gains,
+    peaks: tuple[float, float],
+    wrap: bool,
+    profile: SCurve | Expo,
+    advance: Callable[[float], None],
+) -> Law:
+    """Return the law of position control along a profile, which `advance` advances by a time [s]."""
+    pid = _pid(m, gains, peaks, True)
+
+    def law(loops: int) -> float:
+        dt = _elapsed(m, loops)
+        if dt:
+            if wrap:
+                _shift_to_nearest(profile, m.goal_p)
+            advance(dt)
+        return _follow_profile(m, pid, profile, wrap, loops)
+
+    return law
+
+
+def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
+    """Return the law of position control along a profile with limited velocity, acceleration and jerk."""
+
+    def advance(dt: float) -> None:
+        cruise, acceleration, jerk = m.limits
+        profile.advance(m.goal_p, cruise, acceleration, jerk, dt)
+
+    return _profiled(m, gains, peaks, wrap, profile, advance)
+
+
+def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
+    """Return the law of position control along the profile of a motor with 12 V."""
+
+    def advance(dt: float) -> None:
+        cruise, kv, ka = m.limits
+        profile.advance(m.goal_p, kv, ka, cruise, dt)
+
+    return _profiled(m, gains, peaks, wrap, profile, advance)
+
+
+def motion_magic_velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
+    """Return the law of velocity control along a ramp with limited acceleration and jerk."""
+    pid = _pid(m, gains, peaks, False)
+
+    def law(loops: int) -> float:
+        dt = _elapsed(m, loops)
+        if dt:
+            _, acceleration, jerk = m.limits
+            profile.advance(m.goal_v, acceleration, jerk, dt)
+        m.ref = v = profile.v
+        m.slope = a = profile.acc
+        return pid(v - m.vel, a - m.acc, v, a, loops)
+
+    return law
+
+
+REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
+    int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
+    for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
+)
+"""States of a bridge, as `get_bridge_output` reads them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlPlan:
+    """Law and output stage of a request, and their values in status frames."""
+
+    law: Law | None
+    """Law; None: the bridge coasts, brakes or follows."""
+    stage: Stage | None
+    """Output stage of the law."""
+    gains: Gains
+    profile: Profile | None
+    """Profile of Motion Magic."""
+    mode: int
+    """Mode: a `ControlModeValue`."""
+    drives: int
+    """State (`BridgeOutputValue`) of a bridge that is not neutral."""
+    unit_number: int
+    """Number of the unit of the loop's output after that of the duty cycle, 0 to 2."""
+    on_velocity: bool
+    """Whether a velocity is controlled."""
+
+
+_OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
+
+
+def build_plan(
+    loop: LoopState, bridge: Bridge, config: Mapping[int, Setting], kind: RequestKind, slot: int, foc: bool
+) -> ControlPlan:
+    """Build law, output stage and status of a request.
+
+    Raises:
+        NotImplementedError: The slot schedules its gains.
+    """
+    law, stage, gains = _law_and_stage(loop, bridge, config, kind, slot, foc)
+    torque = kind.unit is Unit.AMPERES
+    profiles: dict[Axis, Profile] = {
+        Axis.MOTION_MAGIC: loop.scurve,
+        Axis.MOTION_MAGIC_EXPO: loop.expo,
+        Axis.MOTION_MAGIC_VELOCITY: loop.velocity_ramp,
+    }
+    return ControlPlan(
+        law,
+        stage,
+        gains,
+        profile=profiles.get(kind.axis),
+        mode=0 if kind is REQUESTS["Empty"] else int(ControlModeValue[kind.mode(foc)].value),
+        drives=REQ_TORQUE if torque else (REQ_FOC if foc else REQ_TRAPEZOIDAL),
+        unit_number=(Unit.DUTY, Unit.VOLTS, Unit.AMPERES).index(kind.unit),
+        on_velocity=kind.axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY),
+    )
+
+
+def _law_and_stage(
+    loop: LoopState, bridge: Bridge, c: Mapping[int, Setting], kind: RequestKind, slot: int, foc: bool
+) -> tuple[Law | None, Stage | None, Gains]:
+    axis = kind.axis
+    if axis in _OUTPUTLESS:
+        return None, None, Gains()
+    stage = bridge.stage(kind.unit, closed=axis is not Axis.OPEN, foc=foc)
+    if axis is Axis.OPEN:
+        return (lambda loops: loop.output), stage, Gains()
+    if c[SpnValue.SLOT0_GAIN_SCHED_BEHAVIOR.value + slot]:
+        raise NotImplementedError(f"gain scheduling (slot{slot}) is not modelled in simulated time")
+    gains = gains_of(c, slot)
+    peaks = bridge.peaks[kind.unit]
+    wrap = bool(c[SpnValue.CONFIG_CONTINUOUS_WRAP.value])
+    if axis is Axis.POSITION:
+        return position_law(loop, gains, peaks, wrap), stage, gains
+    if axis is Axis.VELOCITY:
+        return velocity_law(loop, gains, peaks), stage, gains
+    if axis is Axis.MOTION_MAGIC:
+        return motion_magic_law(loop, gains, peaks, wrap, loop.scurve), stage, gains
+    if axis is Axis.MOTION_MAGIC_EXPO:
+        return motion_magic_expo_law(loop, gains, peaks, wrap, loop.expo), stage, gains
+    return motion_magic_velocity_law(loop, gains, peaks, loop.velocity_ramp), stage, gains
+
+
+def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return the limits of a request's profile, from the request itself (Dynamic) or from the configuration."""
+    c = config
+    field = kind.slots
+    dynamic = kind.name.startswith("Dynamic")
+    cruise = c[SpnValue.CONFIG_MOTION_MAGIC_CRUISE_VELOCITY.value]
+    if kind.axis is Axis.MOTION_MAGIC_EXPO:
+        if dynamic:
+            return args[field["velocity"]], args[field["k_v"]], args[field["k_a"]]
+        kv = c[SpnValue.CONFIG_MOTION_MAGIC_EXPO_K_V.value]
+        return cruise, kv, c[SpnValue.CONFIG_MOTION_MAGIC_EXPO_K_A.value]
+    acceleration = c[SpnValue.CONFIG_MOTION_MAGIC_ACCELERATION.value]
+    jerk = c[SpnValue.CONFIG_MOTION_MAGIC_JERK.value]
+    if dynamic:
+        return args[field["velocity"]], args[field["acceleration"]], args[field["jerk"]]
+    if kind.axis is Axis.MOTION_MAGIC_VELOCITY:
+        return cruise, args[field["acceleration"]] or acceleration, jerk
+    return cruise, acceleration, jerk

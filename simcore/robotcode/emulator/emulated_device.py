@@ -1,0 +1,544 @@
+"""Base of all emulated devices: time, the enable signal, configuration, status frame, faults, requests."""
+
+from __future__ import annotations
+
+import enum
+import re
+import struct
+from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, TypeAlias
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress
+
+__all__ = [
+    "COMPLIANCY",
+    "DEFAULT_HZ",
+    "FAULTS",
+    "LOOP",
+    "LOOP_NS",
+    "REQUESTS",
+    "VERSION",
+    "Axis",
+    "Devices",
+    "EmulatedDevice",
+    "EnableDelays",
+    "EnableState",
+    "FaultFlags",
+    "RequestKind",
+    "Setting",
+    "SimulatedClock",
+    "Unit",
+    "config_answer",
+    "config_line",
+    "number_of",
+    "parse_config",
+    "period_of",
+    "single",
+]
+
+
+class Unit(enum.Enum):
+    """Unit of a control law's output."""
+
+    VOLTS = "V"
+    DUTY = "DC"
+    AMPERES = "A"
+
+    __hash__ = object.__hash__  # members are singletons; hashing their names took 0.06 ms of a tick
+
+
+class Axis(enum.Enum):
+    """Controlled quantity."""
+
+    OPEN = "open loop"
+    VELOCITY = "velocity"
+    POSITION = "position"
+    MOTION_MAGIC = "Motion Magic"
+    MOTION_MAGIC_VELOCITY = "Motion Magic Velocity"
+    MOTION_MAGIC_EXPO = "Motion Magic Expo"
+    NEUTRAL = "neutral"
+    BRAKE = "brake"
+    COAST = "coast"
+    FOLLOW = "follow"
+    MUSIC = "music"
+
+    __hash__ = object.__hash__
+
+
+_MODES = {
+    Axis.NEUTRAL: "NEUTRAL_OUT",
+    Axis.BRAKE: "STATIC_BRAKE",
+    Axis.COAST: "COAST_OUT",
+    Axis.FOLLOW: "FOLLOWER",
+    Axis.MUSIC: "MUSIC_TONE",
+}
+_VOLT_TAIL = (
+    "override_brake_dur_neutral",
+    "limit_forward_motion",
+    "limit_reverse_motion",
+    "ignore_hardware_limits",
+    "ignore_software_limits",
+    "use_timesync",
+)
+_AMPERE_TAIL = ("override_coast_dur_neutral", *_VOLT_TAIL[1:])
+
+
+@dataclass(frozen=True, eq=False)
+class RequestKind:
+    """One kind of request."""
+
+    name: str
+    """Name of Phoenix 6's class, `VoltageOut`."""
+    axis: Axis
+    """Controlled quantity."""
+    unit: Unit
+    """Unit of the output."""
+    fields: tuple[str, ...]
+    """Arguments of the native function after network and device, by their Python names."""
+
+    def mode(self, foc: bool) -> str:
+        """Return the name of the `ControlModeValue` that a device reports during this request."""
+        if self.axis in _MODES:
+            return _MODES[self.axis]
+        words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", self.name.removeprefix("Dynamic")).upper()
+        if self.unit is Unit.AMPERES or not foc:
+            return words
+        return words.removesuffix("_OUT") + "_FOC"
+
+    @cached_property
+    def slots(self) -> dict[str, int]:
+        """Index of each field."""
+        return {name: k for k, name in enumerate(self.fields)}
+
+
+def _kinds() -> list[RequestKind]:
+    kinds = [
+        RequestKind("NeutralOut", Axis.NEUTRAL, Unit.VOLTS, ("update_freq_hz", "use_timesync")),
+        RequestKind("StaticBrake", Axis.BRAKE, Unit.VOLTS, ("update_freq_hz", "use_timesync")),
+        RequestKind("CoastOut", Axis.COAST, Unit.VOLTS, ("update_freq_hz", "use_timesync")),
+        RequestKind("MusicTone", Axis.MUSIC, Unit.VOLTS, ("update_freq_hz", "audio_frequency")),
+        RequestKind("Empty", Axis.NEUTRAL, Unit.VOLTS, ("update_freq_hz",)),
+        RequestKind("Follower", Axis.FOLLOW, Unit.VOLTS, ("update_freq_hz", "leader_id", "motor_alignment")),
+        RequestKind("StrictFollower", Axis.FOLLOW, Unit.VOLTS, ("update_freq_hz", "leader_id")),
+    ]
+    closed: list[tuple[str, Axis, tuple[str, ...]]] = [
+        ("Position", Axis.POSITION, ("position", "velocity")),
+        ("Velocity", Axis.VELOCITY, ("velocity", "acceleration")),
+        ("MotionMagic", Axis.MOTION_MAGIC, ("position",)),
+        ("MotionMagicVelocity", Axis.MOTION_MAGIC_VELOCITY, ("velocity", "acceleration")),
+        ("MotionMagicExpo", Axis.MOTION_MAGIC_EXPO, ("position",)),
+        ("DynamicMotionMagic", Axis.MOTION_MAGIC, ("position", "velocity", "acceleration", "jerk")),
+        ("DynamicMotionMagicExpo", Axis.MOTION_MAGIC_EXPO, ("position", "k_v", "k_a", "velocity")),
+    ]
+    for suffix, unit in (("DutyCycle", Unit.DUTY), ("Voltage", Unit.VOLTS), ("TorqueCurrentFOC", Unit.AMPERES)):
+        for prefix, axis, goals in closed:
+            foc = () if unit is Unit.AMPERES else ("enable_foc",)
+            tail = _AMPERE_TAIL if unit is Unit.AMPERES else _VOLT_TAIL
+            fields = ("update_freq_hz", *goals, *foc, "feed_forward", "slot", *tail)
+            kinds.append(RequestKind(prefix + suffix, axis, unit, fields))
+    open_loop = ("update_freq_hz", "output")
+    kinds.append(RequestKind("DutyCycleOut", Axis.OPEN, Unit.DUTY, (*open_loop, "enable_foc", *_VOLT_TAIL)))
+    kinds.append(RequestKind("VoltageOut", Axis.OPEN, Unit.VOLTS, (*open_loop, "enable_foc", *_VOLT_TAIL)))
+    torque = (*open_loop, "max_abs_duty_cycle", "deadband", *_AMPERE_TAIL)
+    kinds.append(RequestKind("TorqueCurrentFOC", Axis.OPEN, Unit.AMPERES, torque))
+    return kinds
+
+
+REQUESTS: dict[str, RequestKind] = {kind.name: kind for kind in _kinds()}
+"""Modelled requests, by name."""
+
+
+Setting = float | int
+"""A number (kind f) or an integer, enum or boolean (kinds s and b)."""
+
+_FLOAT = struct.Struct("<f")
+_INT = struct.Struct("<i")
+
+
+def single(value: float) -> float:
+    """Return the value in single precision, as a device keeps it."""
+    return float(_FLOAT.unpack(_FLOAT.pack(value))[0])
+
+
+def bits_of(value: float) -> int:
+    """Return the 32 bits of a single-precision number, as a signed integer."""
+    return int(_INT.unpack(_FLOAT.pack(value))[0])
+
+
+def number_of(bits: int) -> float:
+    """Return the single-precision number with these 32 bits."""
+    return float(_FLOAT.unpack(_INT.pack(bits))[0])
+
+
+def config_line(spn: int, kind: str, value: float | int) -> str:
+    """Return a configuration line as the library sends it: `1877,f_0.5` (f: number, s: integer, enum; b: boolean)."""
+    return f"{spn},{kind}_{value:.9g}\n" if kind == "f" else f"{spn},{kind}_{int(value)}\n"
+
+
+def parse_config(text: str) -> dict[int, Setting]:
+    """Parse settings by number; a number is a float, everything else an int.
+
+    Raises:
+        ValueError: A line does not have the form `number,kind_value`.
+    """
+    settings: dict[int, Setting] = {}
+    for line in text.split():
+        try:
+            spn, value = line.split(",", 1)
+            kind, _, digits = value.partition("_")
+            if kind == "f":
+                settings[int(spn)] = single(float(digits))
+            elif kind in ("s", "b"):
+                settings[int(spn)] = int(digits)
+            else:
+                raise ValueError(kind)
+        except ValueError as error:
+            raise ValueError(f"config line {line!r} is not of the form 'number,f_1.5' (kinds f, s, b)") from error
+    return settings
+
+
+def config_answer(settings: Mapping[int, Setting]) -> str:
+    """Return a device's answer to a read of its configuration: each kind as `s_` and the value's 32 bits."""
+    return "".join(
+        f"{spn},s_{bits_of(value) if isinstance(value, float) else value}\n" for spn, value in settings.items()
+    )
+
+
+LOOP_NS = 1_000_000
+"""Period of a device's control loop [ns]."""
+LOOP = 1e-3
+"""Period of a device's control loop [s]."""
+
+
+class SimulatedClock:
+    """Time since the devices were switched on; `phoenix6.utils.get_current_time_seconds()` reads it.
+
+    It counts whole nanoseconds, so that it never drifts, with a control loop each millisecond.
+    """
+
+    __slots__ = ("loop_ns", "next_frame_ns", "ns")
+
+    def __init__(self) -> None:
+        self.ns = 0
+        """Time [ns]."""
+        self.loop_ns = 0
+        """Time of the last control loop [ns]."""
+        self.next_frame_ns = 0
+        """Time before which no device has a status frame to send [ns]; 0 where devices or rates have changed."""
+
+    def reset(self, start: float = 0.0) -> None:
+        """Restart at `start` [s]."""
+        self.ns = self.loop_ns = round(start * 1e9)
+        self.next_frame_ns = 0
+
+    @property
+    def now(self) -> float:
+        """Time [s]."""
+        return self.ns * 1e-9
+
+
+_PERIOD_NS = 10_000_000
+"""Period of the feed [ns]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnableDelays:
+    """Delays from the enable feed to the devices."""
+
+    enable: float = 0.045
+    """Delay from first feed to first volts [s]; measured 49 ms from the driver station, of which 4 are the feed."""
+    disable: float = 0.080
+    """Delay from a feed of zero to no output [s]; measured 86 ms from the driver station."""
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.enable < 1.0 and 0.0 <= self.disable < 1.0):
+            raise ConfigError(f"enable delays must be 0..1 s, got enable={self.enable}, disable={self.disable}")
+
+
+class EnableState:
+    """Enable signal of all devices, which reaches them with a delay after its feed.
+
+    On the wall clock a device of CTRE's simulation drives 49 ms after the driver station enables, and stops 86 ms after
+    it disables; most of that is the period of the enable frame.
+
+    Args:
+        clock: Clock of simulated time.
+        delays: Delays from feed to effect.
+    """
+
+    __slots__ = ("_clock", "_fed_until", "_since", "_until", "delays")
+
+    def __init__(self, clock: SimulatedClock, delays: EnableDelays) -> None:
+        self._clock = clock
+        self.delays = delays
+        """Delays from feed to effect."""
+        self._fed_until = -1
+        self._since = 0
+        self._until = -1
+
+    def feed(self, milliseconds: int) -> None:
+        """Enable for this long from now [ms]; 0 disables."""
+        # The feed runs on its own thread. If it coincides with a step of the physics either may come first; rounded up
+        # to the feed's period both orders give the same time.
+        now = -(-self._clock.ns // _PERIOD_NS) * _PERIOD_NS
+        if milliseconds <= 0:
+            if self.is_fed:
+                self._fed_until = now
+                self._until = now + round(self.delays.disable * 1e9)
+            return
+        if not self.is_fed:
+            # A device that still drives continues.
+            self._since = now if self.is_enabled else now + round(self.delays.enable * 1e9)
+        self._fed_until = self._until = now + milliseconds * 1_000_000
+
+    @property
+    def is_fed(self) -> bool:
+        """Whether the library's feed is active."""
+        return self._fed_until > self._clock.ns
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether devices drive."""
+        return self._since <= self._clock.ns < self._until
+
+
+_CLEAR_ALL = SpnValue.SPN_CLEAR_STICKY_FAULTS.value
+"""Setting that clears every sticky fault."""
+FAULTS: dict[str, int] = {
+    name.removeprefix("FAULT_"): member.value
+    for name, member in SpnValue.__members__.items()
+    if name.startswith("FAULT_")
+}
+"""Number of each fault, by its name in `SpnValue` without `FAULT_`."""
+_MEMBERS = SpnValue.__members__
+_STICKY = {_MEMBERS[f"STICKY_FAULT_{name}"].value: spn for name, spn in FAULTS.items()}
+_CLEAR = {
+    _MEMBERS[f"CLEAR_STICKY_FAULT_{name}"].value: spn
+    for name, spn in FAULTS.items()
+    if f"CLEAR_STICKY_FAULT_{name}" in _MEMBERS
+}
+
+
+class FaultFlags:
+    """Faults of one device."""
+
+    __slots__ = ("_active", "_sticky")
+
+    def __init__(self) -> None:
+        self._active: Set[int] = frozenset()
+        self._sticky: set[int] = set()
+
+    def set_active(self, active: Set[int]) -> None:
+        """Set the active faults, which become sticky."""
+        self._active = active
+        if active:
+            self._sticky |= active
+
+    def clear(self, setting: int) -> bool:
+        """Clear the faults that this setting clears; return False for another kind of setting."""
+        if setting == _CLEAR_ALL:
+            self._sticky.clear()
+            return True
+        fault = _CLEAR.get(setting)
+        if fault is None:
+            return False
+        self._sticky.discard(fault)
+        return True
+
+    def read(self, spn: int) -> float | None:
+        """Return 1 or 0 for a fault or a sticky fault, None for any other signal."""
+        if spn in _STICKY:
+            return float(_STICKY[spn] in self._sticky)
+        if spn in _ALL:
+            return float(spn in self._active)
+        if spn == SpnValue.ALL_FAULTS.value:
+            return float(len(self._active))
+        if spn == SpnValue.ALL_STICKY_FAULTS.value:
+            return float(len(self._sticky))
+        return None
+
+
+_ALL = frozenset(FAULTS.values())
+
+
+COMPLIANCY = 19
+"""Level of the interface between library and firmware, in 26.x."""
+VERSION = (26, 3, 0, 0)
+"""Firmware version that the devices report."""
+_CONSTANTS = {
+    SpnValue.COMPLIANCY_VERSION.value: COMPLIANCY,
+    SpnValue.VERSION_MAJOR.value: VERSION[0],
+    SpnValue.VERSION_MINOR.value: VERSION[1],
+    SpnValue.VERSION_BUGFIX.value: VERSION[2],
+    SpnValue.VERSION_BUILD.value: VERSION[3],
+    SpnValue.VERSION_FULL.value: int.from_bytes(bytes(VERSION), "big"),
+    SpnValue.VERSION_IS_PRO_LICENSED.value: 1,
+}
+_RESET_FLAGS = SpnValue.STARTUP_RESET_FLAGS.value
+
+DEFAULT_HZ = 100.0
+"""Rate of every device's status frame unless robot code sets another; every simulated bus is CAN FD [Hz]."""
+
+
+def period_of(hz: float) -> int:
+    """Return the period of a device for a rate: whole milliseconds, at most 250 [ms]; 0 for never."""
+    return 0 if hz <= 0.0 else min(max(int(1000.0 / hz), 1), 250)
+
+
+class EmulatedDevice:
+    """One emulated device; robot code reads its last status frame.
+
+    Args:
+        address: CAN id and bus.
+        clock: Clock of simulated time.
+        defaults: Factory configuration, by number.
+    """
+
+    __slots__ = (
+        *("address", "clock", "config", "defaults", "due_ns", "fault_flags", "frame", "frame_ns"),
+        *("_asked", "period_ms", "supply"),
+    )
+    model: ClassVar[str] = ""
+    """Name in the library, "talon fx"."""
+    type_number: ClassVar[int] = -1
+    """Number of `phoenix6.sim.device_type.DeviceType`."""
+    signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {}
+    """Reading of each signal from a frame, by its number."""
+
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        self.address = address
+        self.clock = clock
+        self.defaults = dict(defaults)
+        self.config = dict(defaults)
+        self.supply = 12.0
+        self.period_ms = 0
+        self.fault_flags = FaultFlags()
+        self._asked: dict[int, float] = {}
+        self.frame: Any = None
+        self.frame_ns = clock.ns
+        self.due_ns = 0
+        self.set_rate(DEFAULT_HZ)
+
+    def __repr__(self) -> str:
+        return f"{self.model} {self.address}"
+
+    # ---- configuration
+
+    def configure(self, settings: Mapping[int, Setting], *, reset_others: bool = False) -> None:
+        """Apply settings; with `reset_others` return the others to their factory defaults."""
+        known = {spn: value for spn, value in settings.items() if spn in self.defaults}
+        for spn, value in settings.items():
+            if spn not in self.defaults and not self.fault_flags.clear(spn):
+                self.command(spn, float(value))
+        if not known and not reset_others:
+            return
+        if reset_others:
+            self.config = dict(self.defaults)
+        self.config.update(known)
+        self.configured()
+
+    def configured(self) -> None:
+        """Apply the configuration after a change."""
+
+    def command(self, spn: int, value: float) -> None:
+        """Carry out a setting that is a command instead of a stored value, such as a new position.
+
+        Raises:
+            NotImplementedError: It is not modelled.
+        """
+        raise NotImplementedError(f"{self!r}: setting {spn} (value {value}) is not modelled in simulated time")
+
+    # ---- requests
+
+    def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
+        """Receive a control request of robot code.
+
+        Raises:
+            NotImplementedError: The device does not know it.
+        """
+        raise NotImplementedError(f"{self!r}: control request {kind.name} is not modelled in simulated time")
+
+    # ---- physics
+
+    def set_input(self, name: str, value: float) -> None:
+        """Set a quantity that physics writes through `sim_state`; here the supply, which all devices have.
+
+        Raises:
+            NotImplementedError: This input is not modelled.
+        """
+        if name == "SupplyVoltage":
+            self.supply = max(value, 4.0)
+            return
+        raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
+
+    def get_value(self, name: str) -> float | None:
+        """Return the value that `sim_state` reads; None where a device has no such value."""
+        return None
+
+    # ---- status
+
+    def sample(self) -> Any:
+        """Return a new frame with the present state."""
+        raise NotImplementedError
+
+    def send_frame(self) -> None:
+        """Send a status frame: robot code reads the present state from now on."""
+        self.frame = self.sample()
+        self.frame_ns = self.clock.ns
+
+    def units_of(self, spn: int) -> int:
+        """Return the number of the signal whose units this one has in the last frame."""
+        return spn
+
+    def read(self, spn: int) -> tuple[float, float, int] | None:
+        """Return value of a signal, its time [s] and the signal with its units; None for an unmodelled signal."""
+        signal = self.signals.get(spn)
+        if signal is not None:
+            return signal(self.frame), self.frame_ns * 1e-9, self.units_of(spn)
+        if spn in _CONSTANTS:
+            return _CONSTANTS[spn], self.clock.now, spn
+        if spn == _RESET_FLAGS:
+            return 0.0, 0.0, spn  # a device without a reset since it was switched on never sends them
+        fault = self.fault_flags.read(spn)
+        return None if fault is None else (fault, self.frame_ns * 1e-9, spn)
+
+    def set_rate(self, hz: float) -> None:
+        """Set the rate of the status frame [Hz]; 0 turns it off."""
+        self.period_ms = period_of(hz)
+        self.clock.next_frame_ns = 0
+        period = self.period_ms * 1_000_000
+        if period:
+            # Frames of one rate leave together, half a period after its multiples: the value that robot code reads at a
+            # multiple of the period is half a period old, the average age on the wall clock.
+            self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
+
+    def ask_rate(self, spn: int, hz: float) -> None:
+        """Set the rate of one signal; the status frame has the fastest rate of all signals."""
+        if spn not in self.signals:
+            return  # versions, faults and constants have their own frames, whose rate has no effect
+        self._asked[spn] = hz
+        self.set_rate(max(self._asked.values()))
+
+    def optimize_rate(self, hz: float) -> None:
+        """Set the rate where robot code has set none."""
+        if not self._asked:
+            self.set_rate(hz)
+
+    def reset_rate(self) -> None:
+        """Return to the default rate."""
+        self._asked.clear()
+        self.set_rate(DEFAULT_HZ)
+
+    @property
+    def rate(self) -> float:
+        """Rate in use [Hz]."""
+        return 1000.0 / self.period_ms if self.period_ms else 0.0
+
+
+Devices: TypeAlias = Mapping[tuple[int, int], EmulatedDevice]
+"""Devices of one bus by (`DeviceType` number, CAN id)."""

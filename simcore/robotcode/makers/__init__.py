@@ -1,0 +1,1 @@
+"""Devices by maker: Phoenix 6, REV, navX, PhotonVision."""

@@ -1,0 +1,37 @@
+"""Adapters to CTRE's Phoenix 6 devices: physics writes their simulated state and reads their volts."""
+
+from importlib.metadata import PackageNotFoundError, version
+
+from simcore.errors import VendorError
+
+__all__ = ["TESTED_PHOENIX6", "require_phoenix6"]
+
+TESTED_PHOENIX6 = "26.3.0"
+
+
+def require_phoenix6(found: str | None) -> None:
+    """Refuse another year's Phoenix 6, whose simulated devices may differ.
+
+    Args:
+        found: Installed version; None: not installed.
+
+    Raises:
+        VendorError: It is not of 2026, or not installed.
+    """
+    if found is None:
+        raise VendorError('simcore needs Phoenix 6, which is not installed: pip install "phoenix6>=26.1,<27"')
+    if found.split(".")[0] != "26":
+        raise VendorError(
+            f"simcore needs Phoenix 6 of 2026 (26.x, tested with {TESTED_PHOENIX6}), got {found}: "
+            'pip install "phoenix6>=26.1,<27"'
+        )
+
+
+def _installed() -> str | None:
+    try:
+        return version("phoenix6")
+    except PackageNotFoundError:
+        return None
+
+
+require_phoenix6(_installed())

@@ -1,0 +1,202 @@
+"""CTRE devices that the robot program builds, their buses and configurations, and those that it writes itself.
+
+Classes are watched as this module is imported: before the robot is built, as physics is.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from phoenix6 import configs, hardware
+from phoenix6.sim import CANcoderSimState, CANdiSimState, Pigeon2SimState, TalonFXSimState, TalonFXSSimState
+from phoenix6.status_code import StatusCode
+
+from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.recorder import BuiltDevices, after_call, guard
+
+__all__ = [
+    "DEVICES",
+    "MODELS",
+    "MOTORS_OF_TALON_FXS",
+    "PATIENCE",
+    "Feedback",
+    "address_of",
+    "feedback_of",
+    "key_of",
+    "read_configuration",
+    "require_distinct",
+    "talon_configuration",
+    "watch_simulations",
+]
+
+MODELS: dict[str, Any] = {
+    model: getattr(hardware, model)
+    for model in ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
+}
+"""Classes in robot code."""
+DEVICES = BuiltDevices()
+"""Devices that the program has built; `TalonFX.none()`, with an id below zero, does not count."""
+MOTORS_OF_TALON_FXS = {
+    "MINION_JST": "Minion",
+    "NEO_JST": "NEO",
+    "NEO550_JST": "NEO 550",
+    "VORTEX_JST": "NEO Vortex",
+    "BRUSHED_DC": "CIM",
+}
+"""Motors behind a TalonFXS by its configured arrangement."""
+
+
+_ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")
+_SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "TalonFX": (TalonFXSimState, _ROTOR),
+    "TalonFXS": (
+        TalonFXSSimState,
+        (
+            *_ROTOR,
+            *("set_raw_quadrature_position", "set_quadrature_velocity"),
+            *("set_pulse_width_position", "set_pulse_width_velocity"),
+        ),
+    ),
+    "CANcoder": (CANcoderSimState, ("set_raw_position", "add_position", "set_velocity")),
+    "CANdi": (
+        CANdiSimState,
+        ("set_pwm1_position", "set_pwm1_velocity", "set_pwm2_position", "set_pwm2_velocity"),
+    ),
+    "Pigeon2": (
+        Pigeon2SimState,
+        (
+            *("set_raw_yaw", "add_yaw", "set_pitch", "set_roll"),
+            *("set_angular_velocity_x", "set_angular_velocity_y", "set_angular_velocity_z"),
+        ),
+    ),
+}
+"""Methods by which a team's own simulation writes the simulated state of a device."""
+
+
+_simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
+
+
+def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
+    """Ask before a team's own simulation writes; see `Maker.watch_simulations`."""
+    for cls, names in _SETTERS.values():
+        after_call(cls, "__init__", _note_simulation)
+        for name in names:
+            guard(cls, name, _simulated.get, may_write, dropped=StatusCode.OK)
+
+
+def _note_simulation(state: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    _simulated[state] = key_of(next(iter((*args, *settings.values()))))
+
+
+def key_of(made: Any) -> DeviceKey:
+    """Return model and address of a device object, whatever class a program derived."""
+    return next(model for model, cls in MODELS.items() if isinstance(made, cls)), address_of(made)
+
+
+def address_of(made: Any) -> DeviceAddress:
+    """Return id and bus of a device object."""
+    return DeviceAddress(int(made.device_id), made.network.name)
+
+
+for _model, _cls in MODELS.items():
+    DEVICES.record(_cls, _model, lambda made, args, settings: address_of(made))
+
+
+def require_distinct() -> None:
+    """Check that CTRE's own simulation tells all devices apart: it knows them by model and id alone.
+
+    Raises:
+        ConfigError: Two on different buses have one id.
+    """
+    known: dict[tuple[str, int], BuiltDevice] = {}
+    for device in DEVICES.devices():
+        other = known.setdefault((device.model, device.address.number), device)
+        if other is not device:
+            raise ConfigError(
+                f"{other} and {device}, on two CAN buses, are one device in CTRE's own simulation, which knows models "
+                "and ids alone: give one of them another id, or start with SIMCORE_PHOENIX=simulated in the "
+                "environment, simcore's emulator, which tells them apart"
+            )
+
+
+PATIENCE = (0.05, 0.1, 0.25, 0.5, 1.0)
+"""Timeouts of successive tries [s]; a device answers in 50 ms, but not while it starts or the computer is busy."""
+
+
+def read_configuration(device: Any, config: Any) -> None:
+    """Fill a configuration object, or one group of it, from its device; try again if there is no answer.
+
+    Args:
+        device: Object of robot code.
+        config: Configuration to fill, for example `TalonFXConfiguration()` or `MotorOutputConfigs()`.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+    for timeout in PATIENCE:
+        status = device.configurator.refresh(config, timeout)
+        if status.is_ok():
+            return
+    raise ConfigError(
+        f"{type(device).__name__} {device.device_id}: could not read its configuration ({status.name}, asked "
+        f"{len(PATIENCE)} times)"
+    )
+
+
+def talon_configuration(device: Any, model: str) -> Any:
+    """Return the whole configuration of a motor controller.
+
+    Args:
+        device: Object of robot code, of whatever class the program derived.
+        model: Model, `TalonFX` or `TalonFXS`.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+    make: Any = configs.TalonFXConfiguration if model == "TalonFX" else configs.TalonFXSConfiguration
+    config = make()
+    read_configuration(device, config)
+    return config
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Feedback:
+    """Source of a motor controller's position."""
+
+    source: str
+    """Source as CTRE names it: `ROTOR_SENSOR`, `FUSED_CANCODER`."""
+    rotor_per_sensor: float
+    """Rotor turns per turn of the sensor; 1 for the rotor's own [-]."""
+    sensor_per_mechanism: float
+    """Turns of the sensor per turn that robot code reads [-]."""
+    remote_id: int
+    """CAN id of the sensor, where it is a device by itself."""
+
+    @property
+    def on_rotor(self) -> bool:
+        """Whether the sensor is the rotor's own."""
+        return self.source in ("ROTOR_SENSOR", "COMMUTATION")
+
+    @property
+    def ratio(self) -> float:
+        """Rotor turns per turn that robot code reads [-]."""
+        return self.rotor_per_sensor * self.sensor_per_mechanism
+
+
+def feedback_of(config: Any) -> Feedback:
+    """Return the feedback of a motor controller's `TalonFXConfiguration` or `TalonFXSConfiguration`."""
+    is_fx = hasattr(config, "feedback")
+    group = config.feedback if is_fx else config.external_feedback
+    source = str((group.feedback_sensor_source if is_fx else group.external_feedback_sensor_source).name)
+    on_rotor = source in ("ROTOR_SENSOR", "COMMUTATION")
+    return Feedback(
+        source=source,
+        rotor_per_sensor=1.0 if on_rotor else abs(float(group.rotor_to_sensor_ratio)) or 1.0,
+        sensor_per_mechanism=abs(float(group.sensor_to_mechanism_ratio)) or 1.0,
+        remote_id=int(group.feedback_remote_sensor_id),
+    )

@@ -1,0 +1,1 @@
+"""Adapter to PhotonVision: robot code reads simcore's cameras through photonlibpy's `PhotonCamera`."""

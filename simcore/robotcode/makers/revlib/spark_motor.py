@@ -1,0 +1,90 @@
+"""A SPARK on a mechanism or a drivetrain: the controller's volts move it, and its encoders follow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from simcore.robot.mechanisms import ShaftSim
+from simcore.robotcode.makers.revlib.spark_port import SparkPort
+from simcore.robotcode.program.makers import known_device
+from simcore.robotcode.program.motor_sim import MotorSim
+
+__all__ = ["SparkMotorSim", "WiredEncoder"]
+
+
+class SparkMotorSim(MotorSim):
+    """Connection of a SPARK MAX or SPARK Flex and its followers to any mechanism.
+
+    Signs agree on both sides, as with `TalonFXMotorSim`: an output that robot code calls positive, after
+    any inversion that it has configured, pushes the mechanism in its positive direction, and encoders count up.
+
+    Args:
+        controller: Device of robot code.
+        mechanism: Mechanism that it turns.
+        followers: Devices that follow it; their encoders and currents are written too.
+        opposed: Indices of followers configured to follow it inverted.
+        reversed: Whether positive in robot code is negative for the mechanism.
+        zero_at: Angle of the mechanism when the rotor's encoder was switched on [rad].
+        encoder_gearing: Turns of an encoder wired to the controller per turn of the mechanism [-].
+
+    Raises:
+        ConfigError: The mechanism's gearbox and the devices differ in number, or a device was built
+            before simcore was imported.
+
+    Example:
+        intake = SparkMotorSim(robot.intake.motor, RollerSim(config))
+        intake.update(0.005)  # every 5 ms, after the battery
+    """
+
+    _ports: list[SparkPort]
+
+    def __init__(
+        self,
+        controller: Any,
+        mechanism: ShaftSim,
+        *,
+        followers: Sequence[Any] = (),
+        opposed: Sequence[int] = (),
+        reversed: bool = False,
+        zero_at: float = 0.0,
+        encoder_gearing: float = 1.0,
+    ) -> None:
+        super().__init__(
+            *(str(known_device(controller)), mechanism, len(followers), opposed),
+            zero_at=zero_at,
+            encoder_gearing=encoder_gearing,
+        )
+        sign = -1.0 if reversed else 1.0
+        signs = [sign, *(-sign if k in opposed else sign for k in range(len(followers)))]
+        self._ports = [SparkPort(one, sign=s) for one, s in zip((controller, *followers), signs, strict=True)]
+        self.write()
+
+    def _leader_volts(self) -> float:
+        gearbox = self.mechanism.gearbox
+        return self._ports[0].volts(self.mechanism.velocity * gearbox.volts_per_speed, gearbox.resistance)
+
+    def _show_output(self, duty_cycle: float) -> None:
+        for port in self._ports[1:]:
+            port.show_output(duty_cycle)
+
+    def write(self) -> None:
+        """Write the sensors as in `MotorSim.write`, including encoders and current readings."""
+        m = self.mechanism
+        rotor, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
+        turns = self._encoder_gearing / math.tau
+        for port in self._ports:
+            port.show_motor(0.0, m.current / m.motors)
+            port.write(rotor, rps, (m.position * turns, m.velocity * turns))
+
+
+class WiredEncoder:
+    """Encoder wired to a controller of the drivetrain, an `AnglePort`."""
+
+    def __init__(self, port: SparkPort) -> None:
+        self._port = port
+
+    def write(self, angle: float, rate: float) -> None:
+        """Write angle [rad] and rate [rad/s] of its shaft."""
+        self._port.write_encoder(angle / math.tau, rate / math.tau)

@@ -1,0 +1,1 @@
+"""NetworkTables: telemetry, commands of people, Limelights and QuestNav."""

@@ -1,0 +1,212 @@
+"""Actions of people on a match as NetworkTables topics, for any dashboard.
+
+Under `Sim/Control/` are buttons (booleans that a dashboard sets to true and this module resets); numbers that say where
+a button acts; choosers in the form of WPILib's `SendableChooser`; and poses or places that programs write. Under
+`Sim/HumanPlayer/` is a button for each action of human players.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from simcore import season
+from simcore.errors import ConfigError, SimcoreError
+from simcore.match.match import Match
+from simcore.quantities import shown
+
+__all__ = ["TABLE", "ControlTopics"]
+
+TABLE = "/Sim/Control/"
+_HUMAN_TABLE = "/Sim/HumanPlayer/"
+_POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
+# Each write of a program counts, also of the previous value.
+_OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True, keep_duplicates=True)
+
+
+class ControlTopics:
+    """Listener for commands to one robot and its field, which publishes their results.
+
+    Not for tests: values arrive by the wall clock, so that two runs would differ.
+
+    Args:
+        match: Match whose `control` gets the commands; it reads them before every tick.
+        instance: NetworkTables instance of the dashboards, which the caller owns.
+        robot: Index of the robot that commands place.
+    """
+
+    def __init__(self, match: Match, instance: season.NetworkTables, *, robot: int = 0) -> None:
+        self._match, self._control, self._instance = match, match.control, instance
+        self._publishers: dict[str, Any] = {}
+        self._values: dict[str, Any] = {}
+        """Values last published, by topic."""
+        self._choices: dict[str, str] = {}
+        # Subscribed before anything is published, to learn the type of a topic that a dashboard has made.
+        self._everything = season.ntcore.MultiSubscriber(instance, [TABLE, _HUMAN_TABLE], _OPTIONS)
+        self._poller = season.ntcore.NetworkTableListenerPoller(instance)
+        flags = season.ntcore.EventFlags
+        self._poller.add_listener(self._everything, flags.VALUE_ALL | flags.IMMEDIATE)
+        kinds = [supply.kind.name for supply in match.game.pieces]
+        do = self._control.do
+        self._buttons: dict[str, Callable[[], object]] = {
+            "ResetField": lambda: do("reset", {}),
+            "PlaceRobot": lambda: do("place", {"pose": self._place(), "robot": robot}),
+            "PlaceAtStart": lambda: do("start", {"robot": robot}),
+        }
+        self._written: dict[str, Callable[[Any], object]] = {
+            "RobotPose": lambda value: do("place", {"pose": _pose_of(value), "robot": robot}),
+            **{f"Spawn/{kind}": partial(self._spawn, kind) for kind in kinds},
+        }
+        if kinds:
+            self._chooser("Piece", kinds)
+            self._buttons["SpawnPiece"] = lambda: do(
+                "put_down", {"kind": self._choices["Piece/selected"], "places": [self._place()[:2]]}
+            )
+        if match.game.autos and match.robots[robot].devices is None:
+            self._chooser("Auto", list(match.game.autos))
+            self._buttons["StartAuto"] = lambda: do("auto", {"name": self._choices["Auto/selected"], "robot": robot})
+        x, y, yaw = match.start_pose(robot)
+        self._numbers = {"X": x, "Y": y, "HeadingDeg": math.degrees(yaw)}
+        for name, value in self._numbers.items():
+            number = self._publishers[TABLE + name] = instance.get_double_topic(TABLE + name).get_entry(value, _OPTIONS)
+            number.set_default(value)  # a default gives way to the dashboard's value
+        for button in self._buttons:
+            self._publish("boolean", TABLE + button, False)
+        if names := [action.name for action in match.rules.human_actions()]:
+            self._publish("string_array", f"{_HUMAN_TABLE}Actions", names)
+        for button in (f"{alliance}/{name}" for alliance in ("Blue", "Red") for name in names):
+            self._publish("boolean", _HUMAN_TABLE + button, False)
+        self._publish_results()
+        now = instance.get_integer_topic(f"{TABLE}Count").subscribe(0)
+        self._since = now.get_atomic().time  # a value that a dashboard kept from an earlier run is no command
+        now.close()
+        self._control.sources.append(self.read)
+
+    def read(self) -> None:
+        """Carry out the commands that have arrived, in the order of their time stamps, and publish their results."""
+        self._publish_results()
+        for event in sorted(self._poller.read_queue(), key=lambda event: event.data.value.time()):
+            topic, value = event.data.topic.get_name(), event.data.value
+            try:
+                if topic.startswith(TABLE):
+                    self._take(topic.removeprefix(TABLE), value)
+                elif value.time() > self._since:
+                    self._take_of_people(topic.removeprefix(_HUMAN_TABLE), value.value())
+            except SimcoreError as error:
+                self._control.refuse(f"do what {topic} asks for", str(error))
+
+    def close(self) -> None:
+        """Withdraw the topics and stop listening; may be called twice."""
+        if self.read in self._control.sources:
+            self._control.sources.remove(self.read)
+        for one in (self._poller, self._everything, *self._publishers.values()):
+            one.close()
+
+    # --- received values ------------------------------------------------------------------------------------------
+
+    def _take(self, name: str, value: Any) -> None:
+        """Take a value of the table of commands; ignore one of another type than the topic's."""
+        content = value.value()
+        if name in self._numbers:
+            if isinstance(content, float):
+                self._numbers[name] = content
+        elif name in self._choices:
+            if isinstance(content, str):
+                self._choices[name] = content
+                self._publish("string", TABLE + name.replace("selected", "active"), content)
+        elif value.time() <= self._since:
+            return
+        elif name in self._written:
+            self._written[name](value)
+        elif name in self._buttons and content is True:
+            self._release(TABLE + name)
+            self._buttons[name]()
+
+    def _take_of_people(self, name: str, value: object) -> None:
+        """Take a value of the human players' table, and report a misspelled topic."""
+        if name == "Actions" or "/Ready/" in name:
+            return
+        alliance, _, action = name.partition("/")
+        if not isinstance(value, bool):
+            raise ConfigError(f"a button is a boolean that is set to true, got {shown(value)}")
+        if action == "Manual":
+            if value != self._values.get(_HUMAN_TABLE + name):  # otherwise it is the value published here
+                self._values[_HUMAN_TABLE + name] = value
+                self._control.do("take_over", {"alliance": alliance.lower(), "by_person": value})
+        elif value:
+            self._release(_HUMAN_TABLE + name)
+            self._control.do("human", {"alliance": alliance.lower(), "name": action})
+
+    def _spawn(self, kind: str, value: Any) -> None:
+        numbers = _array_of(value)
+        if len(numbers) % 2:
+            raise ConfigError(f"places are pairs x, y [m]; got {len(numbers)} numbers, {numbers}")
+        places = [numbers[k : k + 2] for k in range(0, len(numbers), 2)]
+        self._control.do("put_down", {"kind": kind, "places": places})
+
+    def _place(self) -> tuple[float, float, float]:
+        return self._numbers["X"], self._numbers["Y"], math.radians(self._numbers["HeadingDeg"])
+
+    # --- published values -----------------------------------------------------------------------------------------
+
+    def _publish_results(self) -> None:
+        control = self._control
+        if control.count != self._values.get(f"{TABLE}Count"):
+            self._publish("string", f"{TABLE}Status", str(control.results[-1]) if control.results else "0 ready")
+            self._publish("integer", f"{TABLE}Count", control.count)
+        for action in self._match.rules.human_actions():
+            for alliance, feeder in action.feeders.items():
+                folder = _HUMAN_TABLE + alliance.capitalize()
+                self._publish("boolean", f"{folder}/Manual", alliance in self._match.persons)
+                self._publish("integer", f"{folder}/Ready/{action.name}", feeder.stock)
+
+    def _publish(self, kind: str, topic: str, value: Any) -> None:
+        """Publish a value if it has changed."""
+        if topic not in self._publishers:
+            full = getattr(self._instance, f"get_{kind}_topic")(topic)
+            self._publishers[topic] = full.publish(_OPTIONS)
+        if value != self._values.get(topic):
+            self._values[topic] = value
+            self._publishers[topic].set(value)
+
+    def _release(self, button: str) -> None:
+        if button in self._publishers:
+            self._publishers[button].set(False)
+
+    def _chooser(self, name: str, options: Sequence[str]) -> None:
+        """Publish the topics that `SmartDashboard.putData` publishes for a SendableChooser."""
+        table = f"{TABLE}{name}/"
+        for key, text in (
+            (".type", "String Chooser"),
+            (".name", name),
+            ("default", options[0]),
+            ("active", options[0]),
+        ):
+            self._publish("string", table + key, text)
+        self._publish("integer", f"{table}.instance", 0)
+        self._publish("string_array", f"{table}options", list(options))
+        self._choices[f"{name}/selected"] = options[0]
+
+
+def _pose_of(value: Any) -> tuple[float, ...]:
+    """Return x, y [m] and heading [rad] of a `Pose2d`, or of an array with degrees as third, as `Field2d` has it."""
+    if value.is_raw() and len(value.get_raw()) == _POSE2D.size:
+        return _POSE2D.unpack(value.get_raw())
+    numbers = _array_of(value)
+    if len(numbers) != 3:
+        raise ConfigError(f"a pose is x, y [m] and heading [deg], three numbers; got {numbers}")
+    return (*numbers[:2], math.radians(numbers[2]))
+
+
+def _array_of(value: Any) -> list[float]:
+    for is_one, get in (
+        (value.is_double_array, value.get_double_array),
+        (value.is_float_array, value.get_float_array),
+        (value.is_integer_array, value.get_integer_array),
+    ):
+        if is_one():
+            return [float(number) for number in get()]
+    return []

@@ -1,0 +1,77 @@
+"""Motor controllers and sensors that a robot program has built, of any maker, grouped by shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from simcore.quantities import DeviceAddress, DeviceKey
+
+__all__ = ["BuiltDevice", "FollowerGroup", "group_by_leader"]
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltDevice:
+    """One device that the program has built."""
+
+    model: str
+    """Model as its maker writes it: `TalonFX`, `SPARK MAX`."""
+    address: DeviceAddress
+    hardware: Any
+    """Object in robot code."""
+
+    @property
+    def key(self) -> DeviceKey:
+        """Model and address."""
+        return self.model, self.address
+
+    def __str__(self) -> str:
+        return f"{self.model} {self.address}"
+
+
+@dataclass(frozen=True, slots=True)
+class FollowerGroup:
+    """Devices that turn together."""
+
+    leader: BuiltDevice
+    followers: tuple[BuiltDevice, ...] = ()
+    opposed: tuple[int, ...] = ()
+    """Indices of followers that oppose the leader."""
+
+    @property
+    def devices(self) -> tuple[BuiltDevice, ...]:
+        """All devices, leader first."""
+        return (self.leader, *self.followers)
+
+    def __str__(self) -> str:
+        return f"{self.leader}" + "".join(f" + {f.address}" for f in self.followers)
+
+
+def group_by_leader(
+    devices: Sequence[BuiltDevice], leader_of: Callable[[BuiltDevice], tuple[object, bool]]
+) -> list[FollowerGroup]:
+    """Group devices by leader; a single one is a group too, and so is a follower whose leader is missing.
+
+    Args:
+        devices: Motor controllers, one per model and address.
+        leader_of: Returns the leader of a device by key, address or object (None: no other), and whether the device
+            opposes it.
+    """
+    leads = {device.key: leader_of(device) for device in devices}
+    followers: dict[DeviceKey, list[BuiltDevice]] = {}
+    leaders = []
+    for device in devices:
+        leader = leads[device.key][0]
+        others = (d for d in devices if d is not device and leader is not None)
+        led = next((d for d in others if leader in (d.key, d.address) or leader is d.hardware), None)
+        if led is None:
+            leaders.append(device)
+        else:
+            followers.setdefault(led.key, []).append(device)
+    groups = []
+    for device in leaders:
+        own = followers.get(device.key, [])
+        opposed = tuple(k for k, follower in enumerate(own) if leads[follower.key][1])
+        groups.append(FollowerGroup(device, tuple(own), opposed))
+    return groups

@@ -1,0 +1,376 @@
+"""Ports between a drivetrain's model and its devices of any maker: read volts, write wheel and gyro readings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.loop.robot_state import DUTY, VOLTS
+from simcore.quantities import DeviceKey
+from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
+from simcore.robot.swerve_drive import NO_STATES, SwerveDrive
+from simcore.typing import FloatArray, FloatSupplier
+
+__all__ = [
+    "AnglePort", "DrivetrainPorts", "GyroPort", "MotorDevices", "MotorPort", "Setpoint", "ShaftPorts", "SuppliedMotor",
+    "SwervePorts",
+]  # fmt: skip
+
+
+class Setpoint(NamedTuple):
+    """Goal of the closed loop of a motor controller, with the sign of its volts."""
+
+    is_velocity: bool
+    is_rotor: bool
+    """Whether its sensor is the rotor's instead of one on the mechanism."""
+    turns: float
+    """Velocity of the sensor's shaft [turns/s], or distance of the shaft from its goal [turns]."""
+
+
+class MotorPort:
+    """Motor controller as a drivetrain needs it; derive from it. Signs are those of robot code."""
+
+    def set_supply(self, volts: float) -> None:
+        """Set the voltage at the controller's terminals [V]."""
+        raise NotImplementedError
+
+    def volts(self) -> float:
+        """Return the voltage on the motor [V]."""
+        raise NotImplementedError
+
+    def is_open(self) -> bool:
+        """Return whether its circuit is open (coast); else zero volts brake. Called while `volts` are zero."""
+        raise NotImplementedError
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Write the rotor's position [rotations] and speed [rotations/s] to the controller's encoder."""
+        raise NotImplementedError
+
+    def duty_cycle(self) -> float | None:
+        """Return its duty cycle until the next call, with the sign of its volts; None: it commands volts."""
+        return None
+
+    def limits(self) -> tuple[float, float]:
+        """Return stator and supply current limits that the model applies for it, of one motor [A]."""
+        return math.inf, math.inf
+
+    def setpoint(self) -> Setpoint | None:
+        """Return the goal of its loop; None: no position or velocity loop runs, or it gives no goal."""
+        return None
+
+    def show_motor(self, volts: float, amps: float) -> None:
+        """Write voltage [V] and current [A] of one motor in the model, with the sign of `volts`."""
+
+    def run(self, dt: float) -> None:
+        """Run loops that no vendor's library simulates for dt [s]."""
+
+
+class AnglePort(Protocol):
+    """Sensor of a shaft: an encoder on a wheel, an azimuth or a mechanism, or a limit switch."""
+
+    def write(self, angle: float, rate: float) -> None:
+        """Write angle of the shaft, continuous over turns [rad], and its rate [rad/s]; of a piston [m, m/s]."""
+        ...
+
+
+class GyroPort(Protocol):
+    """A gyro."""
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Write angles since it was switched on, yaw continuous over turns [rad], and rates about the axes [rad/s]."""
+        ...
+
+
+class MotorDevices(Protocol):
+    """Devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`; one with its own loops has `MotorPort.run`."""
+
+    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
+        """Set the supply, and read the mechanism's volts [V]."""
+        ...
+
+    def write(self) -> None:
+        """Write the mechanism's motion to the sensors."""
+        ...
+
+
+class SuppliedMotor(MotorPort):
+    """A motor controller of any maker through callables, for example REV's, whose simulation robot code can reach.
+
+    Args:
+        volts: Returns the controller's voltage on the motor, with robot code's sign [V].
+        write: Takes the rotor's position [rotations] and speed [rotations/s], for the controller's encoder; None: it
+            has none.
+        supply: Takes the battery's voltage [V]; None: not needed.
+        coasts: Whether zero volts open the circuit instead of braking.
+
+    >>> written = []
+    >>> port = SuppliedMotor(volts=lambda: 6.0, write=lambda rotations, rps: written.append(rps))
+    >>> port.write(1.0, 20.0)
+    >>> port.volts(), written
+    (6.0, [20.0])
+    """
+
+    def __init__(
+        self,
+        volts: FloatSupplier,
+        write: Callable[[float, float], object] | None = None,
+        *,
+        supply: Callable[[float], object] | None = None,
+        coasts: bool = False,
+    ) -> None:
+        self._volts = volts
+        self._write = write
+        self._supply = supply
+        self._coasts = coasts
+
+    def set_supply(self, volts: float) -> None:
+        """Set the voltage at the controller's terminals [V]."""
+        if self._supply is not None:
+            self._supply(volts)
+
+    def volts(self) -> float:
+        """Return the voltage on the motor [V].
+
+        Raises:
+            NonFiniteError: The supplier gave no finite number.
+        """
+        volts = float(self._volts())
+        if not math.isfinite(volts):
+            raise NonFiniteError(f"SuppliedMotor: volts must be a finite number, got {volts}")
+        return volts
+
+    def is_open(self) -> bool:
+        """Return whether zero volts open the circuit."""
+        return self._coasts
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Write the rotor's position and speed to the controller's encoder."""
+        if self._write is not None:
+            self._write(rotations, rps)
+
+
+def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
+    """Return each controller's kind of request, and volts or duty cycles.
+
+    An open circuit carries no current, as with exactly its back-EMF [V] as voltage. Few circuits are open, so only
+    those compute it. A duty cycle must not become fixed volts while the supply sags: the
+    next one would refer to a recovered supply, and the two would oscillate.
+    """
+    modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
+    for k, port in enumerate(ports):
+        if values[k] == 0.0 and port.is_open():
+            values[k] = back_emf(k)
+        elif (share := port.duty_cycle()) is not None:
+            modes[k], values[k] = DUTY, share
+    return modes, values
+
+
+class DrivetrainPorts:
+    """Motor controllers and gyro of a drivetrain of any kind; the gyro reads zero where it is switched on.
+
+    Args:
+        motors: All motor controllers.
+        gyro: Gyro; None: without.
+    """
+
+    def __init__(self, motors: Sequence[MotorPort], gyro: GyroPort | None) -> None:
+        self.devices: tuple[DeviceKey, ...] = ()
+        """Keys of all devices, set by whoever connects them."""
+        self.gyro_upside_down = self.gyro_reversed = False
+        """Mounting of the gyro, set by whoever connects it."""
+        self._motors = list(motors)
+        self._gyro = gyro
+        self._yaw_at_start: float | None = None
+
+    def run(self, dt: float) -> None:
+        """Run the controllers' own loops for dt [s]."""
+        for motor in self._motors:
+            motor.run(dt)
+
+    def read(self, battery_voltage: float) -> None:
+        """Write the supply [V] to devices and read volts into the model."""
+        for motor in self._motors:
+            motor.set_supply(battery_voltage)
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Write the model's motion to the sensors.
+
+        Args:
+            yaw: Yaw of the gyro, continuous over turns; the device reads zero at the first value [rad].
+            pitch: Pitch [rad].
+            roll: Roll [rad].
+            rates: Rates about the robot's axes [rad/s], shape (3,).
+        """
+        if self._yaw_at_start is None:
+            self._yaw_at_start = yaw
+        turned, (x, y, z) = yaw - self._yaw_at_start, rates
+        if self.gyro_upside_down:
+            turned, pitch, roll, y, z = -turned, -pitch, math.remainder(roll + math.pi, math.tau), -y, -z
+        if self.gyro_reversed:
+            turned, z = -turned, -z
+        if self._gyro is not None:
+            self._gyro.write(turned, pitch, roll, (x, y, z))
+
+
+class SwervePorts(DrivetrainPorts):
+    """Ports of a swerve drive: motor controllers' volts move the model, the model's motion moves their sensors.
+
+    Args:
+        drive: Model, which its owner steps with the chassis.
+        drive_motors: Drive motor of each module, in the model's order.
+        steer_motors: Steer motor of each module.
+        steer_encoders: Encoders on the azimuths; None where there is none.
+        wheel_encoders: Encoders on the wheels, for motors without one; omitted where there are none.
+        gyro: Gyro; None: without.
+
+    Raises:
+        ConfigError: Their number differs from the model's modules.
+    """
+
+    def __init__(
+        self,
+        drive: SwerveDrive,
+        drive_motors: Sequence[MotorPort],
+        steer_motors: Sequence[MotorPort],
+        *,
+        steer_encoders: Sequence[AnglePort | None],
+        wheel_encoders: Sequence[AnglePort | None] = (),
+        gyro: GyroPort | None = None,
+    ) -> None:
+        n = len(drive.config.modules)
+        wheel_encoders = wheel_encoders or [None] * n
+        for what, ports in (
+            ("drive motors", drive_motors),
+            ("steer motors", steer_motors),
+            ("steer encoders", steer_encoders),
+            ("wheel encoders", wheel_encoders),
+        ):
+            if len(ports) != n:
+                raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; want as many")
+        super().__init__([*drive_motors, *steer_motors], gyro)
+        self._drive = drive
+        self._drive_ports, self._steer_ports = self._motors[:n], self._motors[n:]
+        self._steer_encoders, self._wheel_encoders = list(steer_encoders), list(wheel_encoders)
+        self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
+        self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
+
+    def read(self, battery_voltage: float) -> None:
+        """See `DrivetrainPorts.read`."""
+        super().read(battery_voltage)
+        modes, drive = _requests(self._drive_ports, self._drive_emf)
+        more, steer = _requests(self._steer_ports, self._steer_emf)
+        self._drive.set_requests([*modes, *more], [*drive, *steer])
+        self._drive.keep_limits([port.limits() for port in self._motors])
+
+    def module_setpoints(self) -> FloatArray:
+        """Return speeds [m/s] and angles [rad] that are goals of the controllers' loops, shape (n, 2).
+
+        No rows where one controller has no such loop: many programs command volts to drive motors.
+        """
+        rows = []
+        for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):
+            speed, turn, module = drive.setpoint(), steer.setpoint(), self._drive.config.modules[k]
+            if speed is None or turn is None or not speed.is_velocity or turn.is_velocity:
+                return NO_STATES
+            rate = math.tau * speed.turns / (module.drive_gearing if speed.is_rotor else 1.0)
+            rest = math.tau * turn.turns / (module.steer_gearing if turn.is_rotor else 1.0)
+            rows.append((rate * module.wheel_radius, float(self._drive.state.steer_angle[k]) + rest))
+        return np.array(rows)
+
+    def _drive_emf(self, k: int) -> float:
+        """Return the voltage at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
+        n = len(self._gears)
+        return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
+
+    def _steer_emf(self, k: int) -> float:
+        """Return the voltage at which its steer motor carries no current [V]."""
+        return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """See `DrivetrainPorts.write`."""
+        n, shafts = len(self._gears), self._drive.shafts
+        angles, speeds = shafts["position"].tolist(), shafts["speed"].tolist()
+        for motor, volts, amps in zip(self._motors, shafts["volts"].tolist(), shafts["current"].tolist(), strict=True):
+            motor.show_motor(volts, amps)
+        turn = math.tau
+        for drive, steer, steer_encoder, wheel_encoder, gears, wheel, azimuth, wheel_rate, azimuth_rate in zip(
+            self._drive_ports,
+            self._steer_ports,
+            self._steer_encoders,
+            self._wheel_encoders,
+            self._gears,
+            angles[:n],
+            angles[n:],
+            speeds[:n],
+            speeds[n:],
+            strict=True,
+        ):
+            drive_gearing, coupling, steer_gearing = gears
+            drive.write(
+                (wheel * drive_gearing + azimuth * coupling) / turn,
+                (wheel_rate * drive_gearing + azimuth_rate * coupling) / turn,
+            )
+            steer.write(azimuth * steer_gearing / turn, azimuth_rate * steer_gearing / turn)
+            if steer_encoder is not None:
+                steer_encoder.write(azimuth, azimuth_rate)
+            if wheel_encoder is not None:
+                wheel_encoder.write(wheel, wheel_rate)
+        super().write(yaw, pitch, roll, rates)
+
+
+class ShaftPorts(DrivetrainPorts):
+    """Ports of a drive without steering: one or more controllers a shaft, of which the first drives the model.
+
+    Args:
+        drive: Model, which its owner steps with the chassis.
+        shafts: Motor controllers of each shaft: tank: left and right; mecanum: front left, front right, rear
+            left, rear right; positive drives forward.
+        encoders: Encoders on the shafts, for motors without one; omitted where there are none.
+        gyro: Gyro; None: without.
+
+    Raises:
+        ConfigError: A shaft has no motor controller.
+    """
+
+    def __init__(
+        self,
+        drive: TankDrive | MecanumDrive,
+        shafts: Sequence[Sequence[MotorPort]],
+        *,
+        encoders: Sequence[AnglePort | None] = (),
+        gyro: GyroPort | None = None,
+    ) -> None:
+        n = len(drive.shaft_speeds)
+        if len(shafts) != n or not all(shafts):
+            got = ", ".join(str(len(ports)) for ports in shafts)
+            raise ConfigError(f"drivetrain: want a motor controller or more for each of {n} shafts, got {got}")
+        super().__init__([port for ports in shafts for port in ports], gyro)
+        self._drive = drive
+        self._shafts = [list(ports) for ports in shafts]
+        self._first = [ports[0] for ports in self._shafts]
+        self._encoders = list(encoders) or [None] * n
+
+    def read(self, battery_voltage: float) -> None:
+        """See `DrivetrainPorts.read`."""
+        super().read(battery_voltage)
+        self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
+        self._drive.keep_limits([port.limits() for port in self._first])
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """See `DrivetrainPorts.write`."""
+        drive = self._drive
+        gearing = drive.config.gearing
+        rows = zip(self._shafts, self._encoders, drive.shaft_angles.tolist(), drive.shaft_speeds.tolist(), strict=True)
+        motors = zip(drive.drive_motors.volts, drive.drive_motors.current, strict=True)
+        for (ports, encoder, angle, rate), (volts, amps) in zip(rows, motors, strict=True):
+            for port in ports:
+                port.show_motor(volts, amps)
+                port.write(angle * gearing / math.tau, rate * gearing / math.tau)
+            if encoder is not None:
+                encoder.write(angle, rate)
+        super().write(yaw, pitch, roll, rates)

@@ -1,0 +1,422 @@
+"""Attach simcore to a robot program: under `robotpy sim --simcore`, in robot tests and in sweeps of a project.
+
+Three steps, each before the program's next one:
+
+1. `watch_program`, before robot.py is imported, records what the program builds. Programs keep devices at the top of
+   robot.py, in class bodies and in other modules.
+2. `attach`, before the robot is built, gives its class a `PhysicsHook`.
+3. The hook builds physics in the robot's simulationInit and calls it in each simulationPeriodic. WPILib's order of a
+   loop is: robotPeriodic, the callbacks before, simulationPeriodic, the callbacks after. TimedRobot, MagicBot and
+   PyKit's LoggedRobot call these hooks; `attach` refuses a loop that does not.
+
+RobotPy loads this module for every `robotpy` command, as its extension `simcore`, and skips an extension that does
+not import. So it imports only the standard library before it sees the flag.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import importlib
+import importlib.util
+import inspect
+import logging
+import os
+import socket
+import sys
+import types
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from simcore.errors import ConfigError, leave
+
+if TYPE_CHECKING:
+    from simcore.robotcode.program.ownership import Ownership
+
+__all__ = [
+    "PhysicsHook", "attach", "begin_robot", "is_ours", "is_port_taken", "loadExtension", "load_extension",
+    "load_physics", "load_watched_class", "watch_program",
+]  # fmt: skip
+
+_log = logging.getLogger(__name__)
+
+_PROGRAM = "robotpy sim"
+_COMMANDS = ("PyFrcSim", "RobotSim")
+"""Classes of `robotpy sim`: pyfrc's, and since 2027 WPILib's."""
+_FLAGS = {
+    "--game": "the game to play, where several are installed",
+    "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
+    "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
+}
+"""Flags next to `--simcore`, each with a value, and their meanings."""
+_chosen: dict[str, str] = {}
+"""Values of these flags."""
+_SHORTEST = 0.010  # [s]; minimum time between two calls of an engine, as in pyfrc
+_NETWORKTABLES = 5810  # port of the NT4 server
+
+
+# --- 1: watch the program -----------------------------------------------------------------------------------------
+
+_ownership: Ownership | None = None
+_robots = 0  # built by tests in this process
+
+
+def watch_program(*, simulated: bool = False) -> Ownership:
+    """Record from now on what a program builds, and which devices its own simulation writes.
+
+    Args:
+        simulated: Whether Phoenix 6 runs in simulated time from now on.
+    """
+    global _ownership
+    if _ownership is None:
+        if simulated and find_spec("phoenix6") is not None:
+            from simcore.robotcode.sim.simulated_phoenix import install_simulated_phoenix
+
+            install_simulated_phoenix()
+        import simcore.robotcode.program.program_odometry
+        import simcore.robotcode.sim.built_ports  # noqa: F401
+        from simcore.robotcode.makers.photonvision.photon_program import HOOKS
+        from simcore.robotcode.program.import_watch import after_import
+        from simcore.robotcode.program.makers import watch_makers
+        from simcore.robotcode.program.ownership import Ownership
+        from simcore.robotcode.program.simulation_questions import watch_questions
+        from simcore.robotcode.sim.hang_watch import watch_notifiers
+        from simcore.robotcode.sim.path_planner import wait_for_plans
+        from simcore.robotcode.sim.table_watch import table_watch
+
+        _ownership = Ownership()
+        watch_makers(_ownership.may_write)
+        watch_questions()
+        watch_notifiers()
+        table_watch()
+        for name, hook in {**HOOKS, "pathplannerlib.pathfinders": wait_for_plans}.items():
+            after_import(name, hook)
+    return _ownership
+
+
+def begin_robot() -> None:
+    """Prepare for the next robot that a test builds: each but the first of a process starts without devices.
+
+    The first one keeps the devices that its modules have built.
+    """
+    global _robots
+    _robots += 1
+    watch_program(simulated=True)
+    if _robots > 1 and find_spec("phoenix6") is not None:
+        from simcore.robotcode.sim.simulated_phoenix import install_simulated_phoenix
+
+        install_simulated_phoenix()
+
+
+def load_watched_class(module: str, name: str, simulated: bool) -> Any:
+    """Import a program in a new process, recording what it builds, and return its robot class.
+
+    Args:
+        module: Module of the class.
+        name: Dotted name of the class in it.
+        simulated: See `watch_program`.
+    """
+    from simcore.robotcode.sim.repeatable_runs import seed_generators
+
+    seed_generators()  # a program may use random numbers while it is imported
+    watch_program(simulated=simulated)
+    return functools.reduce(getattr, name.split("."), importlib.import_module(module))
+
+
+# --- 2: the robot class -------------------------------------------------------------------------------------------
+
+
+def attach(
+    robot_class: Any,
+    folder: Path,
+    *,
+    physics: types.ModuleType | None = None,
+    joins: bool = True,
+    needs_field: bool = False,
+    guard: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> tuple[PhysicsHook, Any]:
+    """Attach physics to a robot program before its robot is built.
+
+    Args:
+        robot_class: Robot class of the program.
+        folder: Folder of robot.py.
+        physics: Project's own physics.py; None: there is none.
+        joins: Whether simcore joins a physics.py that does not use it.
+        needs_field: Whether a missing drivetrain is an error; else the program runs without a field.
+        guard: Context around the building of physics, which reports errors there.
+
+    Returns:
+        Hook, and robot class to use from now on.
+
+    Raises:
+        ConfigError: The program has a loop without simulation hooks.
+    """
+    from simcore import season
+
+    base = season.wpilib.IterativeRobotBase
+    names = (
+        season.own_name(base, "simulation_init", "_simulationInit"),
+        season.own_name(base, "simulation_periodic", "_simulationPeriodic"),
+    )
+    if not hasattr(robot_class, names[1]):
+        raise ConfigError(
+            f"{robot_class.__name__} has a loop without simulation hooks, so nothing calls physics: derive it from "
+            f"wpilib.TimedRobot, or give it methods {names[0]} and {names[1]} (they may be empty), call the first "
+            "before the loop and the second in each loop, and wait in robotpy_ext's NotifierDelay"
+        )
+    builders: list[Callable[..., Any]] = [] if physics is None else [physics.PhysicsEngine]
+    if physics is None or (joins and not is_ours(physics)):
+        from simcore.robotcode.makers.photonvision.photon_program import photon_program
+        from simcore.robotcode.sim.attached_physics import AttachedPhysics, physics_or_none
+
+        AttachedPhysics.ownership = watch_program()
+        AttachedPhysics.folder = folder
+        photon_program().begin()
+        builders.append(AttachedPhysics if needs_field else physics_or_none)
+        if physics is not None:
+            _log.info("the project's own physics.py runs next to simcore, which owns the drivetrain")
+    hook = PhysicsHook(builders, guard)
+    return hook, _with_hook(robot_class, hook, *names)
+
+
+def load_physics(folder: Path) -> types.ModuleType | None:
+    """Import the physics.py of a project; None: it has none.
+
+    Raises:
+        ConfigError: It cannot be imported, or has no class PhysicsEngine.
+    """
+    path = folder / "physics.py"
+    if not path.is_file():
+        return None
+    spec = importlib.util.spec_from_file_location("physics", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    try:
+        spec.loader.exec_module(module)
+    except ImportError as error:
+        raise ConfigError(f"{path} cannot be imported: {error}") from error
+    if not hasattr(module, "PhysicsEngine"):
+        raise ConfigError(f"{path} has no class PhysicsEngine: it needs one (docs/connect.md), or do without the file")
+    _log.info("physics.py is there: its PhysicsEngine runs in each robot loop")
+    return module
+
+
+def is_ours(physics: types.ModuleType) -> bool:
+    """Return whether the PhysicsEngine of a physics.py runs a match of simcore."""
+    from simcore.robotcode.sim.robot_physics import RobotPhysics
+
+    engine = physics.PhysicsEngine
+    return isinstance(engine, type) and issubclass(engine, RobotPhysics)
+
+
+def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) -> Any:
+    """Return the robot class with physics after its own simulation hooks."""
+
+    def begin(self: Any) -> None:
+        getattr(super(physics_robot, self), init, lambda: None)()
+        hook.begin(self)
+
+    def every_loop(self: Any) -> None:
+        getattr(super(physics_robot, self), periodic)()
+        hook.run()
+
+    # pybind11 tells by the name of the calling code that an override calls its base method; else it would recurse
+    for name, function in ((init, begin), (periodic, every_loop)):
+        function.__code__ = function.__code__.replace(co_name=name)
+    names = {name: getattr(robot_class, name) for name in ("__module__", "__qualname__")}
+    physics_robot = type(robot_class.__name__, (robot_class,), {init: begin, periodic: every_loop, **names})
+    return physics_robot
+
+
+# --- 3: every robot loop ------------------------------------------------------------------------------------------
+
+
+class PhysicsHook:
+    """Engines of a program, built at its start; their `update_sim` runs in each robot loop.
+
+    Args:
+        builders: `PhysicsEngine` classes, as in a physics.py, or functions, which may return None for no engine.
+        guard: Context around the building.
+    """
+
+    def __init__(self, builders: list[Callable[..., Any]], guard: Callable[[], AbstractContextManager[None]]) -> None:
+        self.engine: list[Any] | None = None
+        """Engines of the running program; None: not built yet."""
+        self.last_loop: float | None = None
+        """FPGA time of the robot's latest loop [s]; None: no loop yet."""
+        self._builders = builders
+        self._guard = guard
+        self._last: float | None = None
+        self._field: Any = None
+
+    def begin(self, robot: Any) -> None:
+        """Build the engines; the robot calls it once, before its first loop."""
+        from simcore import season
+
+        self._field = season.wpilib.Field2d()
+        season.show_field(self._field)
+        self._last = self.last_loop = None
+        with self._guard():
+            self.engine = [engine for build in self._builders if (engine := self._built(build, robot)) is not None]
+        # pyfrc waits for robotInit, which a program without wpilib's loop may lack
+        getattr(robot, "_TestRobot__robotInitialized", lambda: None)()
+
+    def _built(self, build: Callable[..., Any], robot: Any) -> Any:
+        controller: Any = types.SimpleNamespace()
+        if find_spec("pyfrc") is not None:  # a physics.py may call its drive() and get_pose()
+            controller = importlib.import_module("pyfrc.physics.core").PhysicsInterface(None)
+        controller.field = self._field
+        takes_robot = len(inspect.signature(build).parameters) == 2
+        return build(controller, robot) if takes_robot else build(controller)
+
+    def run(self) -> None:
+        """Advance the engines; the robot calls it in each loop."""
+        from simcore import season
+
+        now = self.last_loop = float(season.wpilib.Timer.get_monotonic_timestamp())
+        elapsed = None if self._last is None else now - self._last
+        if elapsed is None or elapsed > _SHORTEST:
+            self._last = now
+            if elapsed is not None:
+                for engine in self.engine or ():
+                    engine.update_sim(now, elapsed)
+                season.show_field(self._field, again=True)
+
+
+# --- `robotpy sim --simcore` --------------------------------------------------------------------------------------
+
+
+def loadExtension() -> None:
+    """Do nothing: RobotPy calls it where the flag is given, and the command's `run` has already attached the robot."""
+
+
+load_extension = loadExtension
+"""Its name since 2027."""
+
+
+def is_port_taken(port: int = _NETWORKTABLES) -> bool:
+    """Return whether another program holds a port of this machine, so that dashboards would still show that one.
+
+    Call it before the robot program starts its own server, whose failure is one log line among many.
+    """
+    try:
+        socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
+    except OSError:
+        return False
+    return True
+
+
+class _Choose(argparse.Action):
+    """Action of argparse that keeps a value until physics is built: RobotPy hands extensions no options."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        _chosen[self.dest] = values
+
+
+def _add_flags() -> None:
+    """Add `--game NAME`, `--engine NAME` and `--match NAME` next to `--simcore`, and attach before the command runs.
+
+    RobotPy makes only a flag without a value of each extension while it loads them. So this function takes the parser
+    from the caller that imports this module for that purpose.
+    """
+    frame: types.FrameType | None = sys._getframe()
+    while frame is not None:
+        command, parser = (frame.f_locals.get(name) for name in ("self", "parser"))
+        if type(command).__name__ in _COMMANDS and isinstance(parser, argparse.ArgumentParser):
+            for flag, sentence in _FLAGS.items():
+                parser.add_argument(flag, metavar="NAME", action=_Choose, help=f"with --simcore: {sentence}")
+            _run_attached(command)
+            _watch_command_line()
+            return
+        frame = frame.f_back
+
+
+def _watch_command_line() -> None:
+    """Watch the program before robot.py is imported, where a field is wanted or tests may run here."""
+    has_flag = any(len(word) > 2 and "--simcore".startswith(word) for word in sys.argv)
+    if "sim" in sys.argv and (has_flag or _mentions_simcore(Path())):
+        with _leaving(Path()):
+            watch_program(simulated=os.environ.get("SIMCORE_PHOENIX") == "simulated")
+    elif "test" in sys.argv:
+        watch_program(simulated="--phoenix=real" not in sys.argv and os.environ.get("SIMCORE_PHOENIX") != "real")
+
+
+def _mentions_simcore(project: Path) -> bool:
+    """Return whether a project's own physics.py uses simcore, without the flag."""
+    try:
+        return "simcore" in (project / "physics.py").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+
+
+@contextmanager
+def _leaving(folder: Path) -> Iterator[None]:
+    """End the program with one sentence if the body of the context fails.
+
+    The process exits at once: vendors' threads may crash during Python's shutdown.
+    """
+    try:
+        yield
+    except Exception as error:
+        sys.stderr = os.fdopen(os.dup(2), "w")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # threads of vendors' libraries would still print there
+        leave(error, program=_PROGRAM, folder=folder)
+
+
+def _run_attached(command: Any) -> None:
+    """Make `robotpy sim` attach the robot before it runs, and exit with status 1 where the program failed."""
+    run = command.run
+
+    @functools.wraps(run)  # RobotPy asks for the names of its arguments
+    def run_attached(options: Any, **kwargs: Any) -> Any:
+        folder = Path(importlib.import_module("robotpy.main").robot_py_path).parent
+        if options.simcore or _mentions_simcore(folder):
+            others = (name for name in command.simexts if name != "simcore")
+            if options.simcore and options.nogui and not any(getattr(options, n.replace("-", "_")) for n in others):
+                _silence_joysticks()
+            logging.getLogger("robotpy").addFilter(_is_no_interrupt)
+            with _leaving(folder):
+                kwargs["robot_class"] = _attached(kwargs["robot_class"], folder, joins=options.simcore)
+        result = run(options=options, **kwargs)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        if options.simcore and result is False:
+            os._exit(1)
+        return result
+
+    command.run = run_attached
+
+
+def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
+    """Return a robot class on its field, by the command line's flags; pyfrc attaches nothing of its own."""
+    if joins:
+        from simcore.robotcode.sim.attached_physics import AttachedPhysics, choose
+
+        choose(folder, **_chosen)
+        AttachedPhysics.is_on_network = not is_port_taken()
+    if find_spec("pyfrc") is not None:
+        interface = importlib.import_module("pyfrc.physics.core").PhysicsInterface
+        interface._create_and_attach = classmethod(lambda cls, robot_class, folder: (None, robot_class))
+    guard = functools.partial(_leaving, folder)
+    return attach(robot_class, folder, physics=load_physics(folder), joins=joins, guard=guard)[1]
+
+
+def _silence_joysticks() -> None:
+    """Switch off WPILib's repeated warning of missing joysticks; a window or another program provides them."""
+    from simcore import season
+
+    season.silence_joystick_warnings()
+    _log.info("without a window there are no joysticks: WPILib's warnings of missing ones are off")
+
+
+def _is_no_interrupt(record: logging.LogRecord) -> bool:
+    """Drop pyfrc's traceback of Ctrl-C in physics with all local variables; a later line reports the interrupt."""
+    return not str(record.msg).startswith("THIS IS NOT AN ERROR")
+
+
+_add_flags()

@@ -1,0 +1,183 @@
+"""True pose of the robot as autonomous begins: that of the test or the file, else that of the auto.
+
+A drive team carries the robot to the start of its auto. Robot code itself gives that start: before the robot is
+enabled, or with the auto's first loop, it resets the drivetrain's pose. On a real robot that moves the estimate alone;
+this module also places the robot there while it is at rest.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+
+from simcore import season
+from simcore.match.match import Match
+from simcore.match.starts import StartError, pose_text
+from simcore.robotcode.sim.driver_controls import chosen_autos
+
+RobotState = season.wpilib.RobotState
+Timer = season.wpilib.Timer
+
+__all__ = ["AutoStart"]
+
+_log = logging.getLogger(__name__)
+
+Pose = tuple[float, float, float]
+Reset = tuple[tuple[float, float] | None, float | None]
+"""Position [m] and heading [rad] that robot code has set; None is a part left unchanged."""
+
+_WINDOW = 0.5  # [s] of autonomous in which a reset gives the start; commands are scheduled in its first loop
+_AT_REST = 0.05  # [m/s]
+_MOVED = 0.05  # [m]; farther than this from its pose at the start of autonomous the robot is under way
+_SAME = 0.02, math.radians(1.0)  # [m, rad] within which a robot already stands at a pose
+_SEEN = 0.3, math.radians(15.0)  # the same with cameras: such a reset is a correction
+_CHOOSER = 25  # ticks between two checks of the dashboard's choosers
+
+
+class AutoStart:
+    """Start of one robot's autonomous, applied each time that it is enabled.
+
+    Args:
+        match: Match with the robot on its field.
+        number: Index of the robot.
+        starts: Starts of autos by name, as a blue robot [m, m, rad].
+        believed: Returns robot code's estimated pose, field frame [m, m, rad]; None: unknown.
+    """
+
+    def __init__(
+        self, match: Match, number: int, starts: Mapping[str, Pose], *, believed: Callable[[], Pose | None]
+    ) -> None:
+        self._match = match
+        self._number = number
+        self._robot = match.robots[number]
+        self.starts = starts
+        """Starts of autos by name; see the arguments."""
+        self._believed = believed
+        self._given: Pose | None = None
+        self._chosen: str | None = None
+        self._wanted: Reset | None = None  # by the auto, in its first loops
+        self._seeded: Reset | None = None  # while disabled
+        self._since: float | None = None
+        self._found: Pose = self._robot.chassis.pose
+        self._is_open = False
+        self._was_enabled = False
+        self._ticks = 0
+
+    def place(self, pose: Pose) -> None:
+        """Place the robot there and ignore later resets [m, m, rad].
+
+        Raises:
+            StartError: It is not on the field, or not free.
+        """
+        self._match.carry_to(self._number, pose)
+        self.note_place(pose)
+
+    def note_place(self, pose: Pose | None) -> None:
+        """Record that the robot was placed there for good [m, m, rad]; None: at its start, as if never placed."""
+        self._given = pose
+        self._is_open = False
+
+    def keep_place(self) -> None:
+        """Keep a given pose after a change of alliance, which moves the start."""
+        if self._given is not None:
+            self._match.carry_to(self._number, self._given)
+        self._chosen = None
+
+    def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
+        """Record a reset of the drivetrain's pose; see `simcore.robotcode.program.program_odometry.PoseReset`."""
+        self._note_mode()
+        if RobotState.is_disabled():
+            before, turned = self._seeded or (None, None)
+            self._seeded = (position or before, turned if heading is None else heading)
+        elif self._is_open and not RobotState.is_fms_attached():
+            before, turned = self._wanted or (None, None)
+            if before is None:  # the first one; the heading may have been set before the position
+                self._wanted = (position, turned if heading is None else heading)
+
+    def before_tick(self) -> None:
+        """Place the robot at the last robot loop's reset, or at the file's start of the chosen auto."""
+        self._note_mode()
+        self._follow_chooser()
+        position, heading = self._wanted or (None, None)
+        self._wanted, is_of_auto = None, position is not None
+        if not is_of_auto:
+            position, seeded = self._kept_seed()
+            heading = seeded if heading is None else heading
+        if RobotState.is_enabled():
+            self._seeded = None
+        if (position is None and heading is None) or not self._is_open:
+            return
+        self._is_open = not is_of_auto
+        x, y, yaw = self._robot.chassis.pose
+        goal = (*(position or (x, y)), yaw if heading is None else math.remainder(heading, math.tau))
+        has_cameras = any(camera.robot == self._number for camera in self._match.cameras.cameras.values())
+        near, turned = _SEEN if has_cameras else _SAME
+        if math.dist(goal[:2], (x, y)) < near and abs(math.remainder(goal[2] - yaw, math.tau)) < turned:
+            return
+        try:
+            self._match.carry_to(self._number, goal, by_people=True)
+        except StartError as error:
+            self._match.beliefs.reasons[self._number] = (
+                f"robot code has set {pose_text(goal)}; there it {error.problem}"
+            )
+            return
+        self._found = self._robot.chassis.pose
+        _log.info("the auto begins at %s, as robot code has set its pose: the robot is carried there", pose_text(goal))
+
+    # --- internals ----------------------------------------------------------------------------------------------------
+
+    def _note_mode(self) -> None:
+        """Open the window with autonomous, and close it with its end or the robot's motion."""
+        is_auto = RobotState.is_autonomous_enabled()
+        if not is_auto:
+            self._since = None
+            self._is_open = False
+            self._was_enabled |= RobotState.is_enabled()
+            return
+        now = float(Timer.get_monotonic_timestamp())
+        if self._since is None:
+            self._since = now
+            self._found = self._robot.chassis.pose
+            self._is_open = self._given is None and not self._place_chosen() and self._is_at_rest()
+        elif now - self._since > _WINDOW or not self._is_at_rest():
+            self._is_open = False
+
+    def _kept_seed(self) -> Reset:
+        """Return the reset made while disabled, as autonomous begins, unless cameras have since moved the estimate."""
+        position, heading = self._seeded or (None, None)
+        if position is None or not self._is_open or RobotState.is_fms_attached():
+            return None, None
+        believed = self._believed()
+        is_kept = believed is None or math.dist(believed[:2], position) < _SEEN[0]
+        return (position, heading) if is_kept else (None, None)
+
+    def _is_at_rest(self) -> bool:
+        chassis = self._robot.chassis
+        return chassis.speed < _AT_REST and math.dist(chassis.pose[:2], self._found[:2]) < _MOVED
+
+    def _follow_chooser(self) -> None:
+        """Place the robot at the start of the chosen auto until the first enable, as the drive team does."""
+        self._ticks += 1
+        if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
+            return
+        if RobotState.is_disabled():
+            self._place_chosen(again=False)
+
+    def _place_chosen(self, *, again: bool = True) -> bool:
+        """Place the robot at the file's start of the chosen auto; return whether the file has one."""
+        if self._since is not None:
+            self._was_enabled = True
+        name = next((auto for auto in chosen_autos() if auto in self.starts), None) if self.starts else None
+        if name is None:
+            return False
+        if again or name != self._chosen:
+            self._chosen = name
+            pose = self.starts[name]
+            if self._match.alliances[self._number] == "red":
+                pose = self._match.game.field.symmetry.flip_pose(*pose)
+            if math.dist(pose[:2], self._robot.chassis.pose[:2]) > _SAME[0] or again:
+                self._match.carry_to(self._number, pose, by_people=True)
+                self._found = self._robot.chassis.pose
+                _log.info("auto %r starts at %s, as the file says", name, pose_text(pose))
+        return True

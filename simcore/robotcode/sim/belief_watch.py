@@ -1,0 +1,196 @@
+"""Check of a program's odometry while it drives: one warning with the likely cause of an error.
+
+It compares three paths since the last pose reset: the program's estimate, the path by its
+wheels and gyro (with slip), and the true path. Slip separates the last two; only an error of the
+program, or of its description, separates the first from both. A robot that is carried and a gyro that is zeroed
+also restart the comparison; with cameras, only a growing error counts.
+"""
+
+from __future__ import annotations
+
+import cmath
+import logging
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from simcore.robot.robot import Robot
+from simcore.world.symmetry import Pose
+
+__all__ = ["BeliefError", "BeliefWatch"]
+
+_log = logging.getLogger(__name__)
+
+_APART = 0.4  # [m]
+_SHARE = 0.15  # of the distance since the last reset; a real robot's calibration may be as far off
+_TURNED = 0.5 * math.pi  # [rad]
+_TURNED_WRONG = 0.5  # [rad] of a rotation that differs from the robot's throughout
+_SETTLES = 5  # ticks until the estimate shows a reset
+_CARRIED = 0.25, 0.3  # [m, rad] in a tick: no robot moves so fast
+_RESTS = 0.002  # [rad] in a tick: a heading that jumps while the robot turns less was reset
+_LEAST_TURN = 0.2  # [rad] to and fro, enough to judge the sign
+_TRIVIAL = 0.1  # [m]; with less travel in sum, directions are unknown
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefError:
+    """Error of a program's estimate of its robot's pose."""
+
+    position: float
+    """Distance [m]."""
+    heading: float
+    """Estimated minus true heading, within half a turn [rad]."""
+
+
+class BeliefWatch:
+    """Observer of one robot from tick to tick.
+
+    Args:
+        robot: Robot whose `estimated_pose` the program keeps.
+        sees: Whether cameras may give the program the robot's pose.
+        why_still: Returns why the program's pose does not move, as a sentence; empty if unknown.
+    """
+
+    def __init__(
+        self, robot: Robot, *, sees: Callable[[], bool] = lambda: False, why_still: Callable[[], str] = lambda: ""
+    ) -> None:
+        self._robot = robot
+        self._has_cameras = sees
+        self._why_still = why_still
+        self._is_reported = False
+        self._settles = _SETTLES
+        self._last: tuple[Pose, Pose, Pose] | None = None  # estimated, by sensors, true
+
+    @property
+    def error(self) -> BeliefError:
+        """Error between the program's estimate, or its odometry's, and the truth."""
+        believed, true = self._robot.believed_pose, self._robot.chassis.pose
+        return BeliefError(math.dist(believed[:2], true[:2]), math.remainder(believed[2] - true[2], math.tau))
+
+    def note_reset(self) -> None:
+        """Record a pose reset of the program."""
+        self._settles = _SETTLES
+
+    def after_tick(self, *, is_driving: bool) -> None:
+        """Compare the paths at the end of a tick.
+
+        Args:
+            is_driving: Whether the robot is enabled; errors while disabled do not count.
+        """
+        believed = self._robot.estimated_pose
+        if self._is_reported or believed is None:
+            return
+        poses = believed, self._robot.odometry.pose, self._robot.chassis.pose
+        last = self._last
+        if last is None or self._settles or not is_driving or _was_set(last, poses):
+            self._settles = max(0, self._settles - 1)
+            self._begin(poses)
+            return
+        self._add(last, poses)
+        self._last = poses
+        self._judge(poses)
+
+    def _begin(self, poses: tuple[Pose, Pose, Pose]) -> None:
+        self._start = self._last = poses
+        self._least = self.error
+        self._way = 0.0
+        # Sums over ticks of turning, and of steps in the robot's axes as the program and as its wheels have them.
+        self._turned = self._turned_alike = self._turning = 0.0
+        self._squares = self._program_squares = 0.0
+        self._alike = self._mirrored = 0j
+
+    def _add(self, last: tuple[Pose, Pose, Pose], now: tuple[Pose, Pose, Pose]) -> None:
+        turn, true_turn = (math.remainder(now[k][2] - last[k][2], math.tau) for k in (0, 2))
+        self._turning += abs(true_turn)
+        self._turned += true_turn * true_turn
+        self._turned_alike += turn * true_turn
+        step, wheels = (_step(last[k], now[k]) for k in (0, 1))
+        self._way += abs(wheels)
+        if abs(step) > _CARRIED[0]:
+            return  # a camera's correction
+        self._squares += abs(wheels) ** 2
+        self._program_squares += abs(step) ** 2
+        self._alike += step * wheels.conjugate()
+        self._mirrored += step * wheels
+
+    def _judge(self, poses: tuple[Pose, Pose, Pose]) -> None:
+        gone, by_wheels, truly = (_step(start, pose) for start, pose in zip(self._start, poses, strict=True))
+        turns = [pose[2] - start[2] for start, pose in zip(self._start, poses, strict=True)]
+        error, least = self.error, self._least
+        self._least = BeliefError(min(error.position, least.position), min(abs(error.heading), abs(least.heading)))
+        grown = error.position, abs(error.heading)
+        if self._has_cameras():
+            grown = grown[0] - least.position, grown[1] - abs(least.heading)
+        apart = min(abs(gone - by_wheels), abs(gone - truly), grown[0])
+        turned = min(*(abs(math.remainder(turns[0] - turn, math.tau)) for turn in turns[1:]), grown[1])
+        most = _TURNED if 0.8 < self._share_of_turning() < 1.25 else _TURNED_WRONG
+        if turned < most and apart < max(_APART, _SHARE * self._way):
+            return
+        self._is_reported = True
+        _log.warning(
+            "the program's odometry does not hold: robot %d believes to have gone %.2f m and turned %.0f deg, but went "
+            "%.2f m and turned %.0f deg; slip explains %.2f m of it. %s (docs/troubleshooting.md)",
+            *(self._robot.number, abs(gone), math.degrees(turns[0]), abs(truly), math.degrees(turns[2])),
+            *(abs(by_wheels - truly), self._cause()),
+        )
+
+    def _share_of_turning(self) -> float:
+        """Return the estimated rotation per radian of the robot's [-]; 1 while the robot hardly turns."""
+        return self._turned_alike / self._turned if self._turning > _LEAST_TURN else 1.0
+
+    def _cause(self) -> str:
+        """Return the likeliest cause as a sentence."""
+        if self._turning > _LEAST_TURN:
+            share = self._share_of_turning()
+            if share < -0.5:
+                return (
+                    "Its heading turns against the truth: if its gyro hangs upside down, say gyro_upside_down = true "
+                    "under [drivetrain] of simcore.toml (gyro_reversed = true: its yaw alone counts the other way) and "
+                    "leave the program as it is; else the gyro is not negated (navX, ADXRS450, AnalogGyro count "
+                    "clockwise), or the frame is mirrored"
+                )
+            if abs(share) < 0.2:
+                return "Its heading stays while the robot turns: the odometry does not read the gyro"
+            if not 0.8 < share < 1.25:
+                return f"Its heading turns {share:.3g} times as far: degrees for radians, turns for degrees?"
+        if self._squares < _TRIVIAL * _TRIVIAL * 0.01:
+            return "It moves its pose while the wheels stand: something beside the encoders moves it"
+        size = self._alike / self._squares
+        if self._program_squares < 0.01 * self._squares:
+            return self._why_still() or "It hardly moves: its encoders read nothing, or are written by something else"
+        mirrored = abs(self._mirrored) / self._squares
+        if mirrored > abs(size) + 0.1:
+            return "Left and right are swapped in it: y is positive to the left in WPILib's kinematics"
+        angle = math.degrees(cmath.phase(size))
+        fit = abs(self._alike) ** 2 / (self._squares * self._program_squares)
+        if fit < 0.5:
+            return (
+                "It goes another way than the wheels: something beside the encoders moves it, or the zeros of the "
+                "modules differ"
+            )
+        if abs(angle) < 20.0:
+            return (
+                f"It takes a meter for {abs(size):.3g} m: wheel size, gearing or a conversion factor differs between "
+                "program and robot ([drivetrain] in simcore.toml)"
+            )
+        if abs(angle) > 160.0:
+            return (
+                "It goes the other way: its encoders count down forward, or positive output drives this robot backward "
+                "([drivetrain] reversed = true, of a swerve drive reversed_drive)"
+            )
+        return (
+            f"It goes {angle:.0f} deg beside the way of the wheels: zeros or the sense of encoders on the azimuths "
+            "([drivetrain] zeros_deg, reversed_encoders, reversed_steer)"
+        )
+
+
+def _was_set(last: tuple[Pose, Pose, Pose], now: tuple[Pose, Pose, Pose]) -> bool:
+    """Return whether the robot was carried within a tick, or its estimated heading set while it stood."""
+    turned, true_turned = (abs(math.remainder(now[k][2] - last[k][2], math.tau)) for k in (0, 2))
+    was_carried = math.dist(last[2][:2], now[2][:2]) > _CARRIED[0] or true_turned > _CARRIED[1]
+    return was_carried or (turned > _CARRIED[1] and true_turned < _RESTS)
+
+
+def _step(last: Pose, now: Pose) -> complex:
+    """Return the step between poses in the axes of the first: forward and, as imaginary part, left [m]."""
+    return complex(now[0] - last[0], now[1] - last[1]) * cmath.exp(-1j * last[2])

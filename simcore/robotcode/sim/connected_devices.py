@@ -1,0 +1,146 @@
+"""Robot code's devices on one robot of a match: volts in, sensor readings out, every 5 ms or less.
+
+Controllers are read before each part of the robot's step, of 5 ms or less: volts held for 20 ms make a steer loop
+overshoot. In simulated time the clock of the devices follows, so that a tick may be one part; engine, pieces and gyro
+keep their own steps. On the wall clock a tick consists of parts of 5 ms, and the devices run between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from simcore.errors import ConfigError
+from simcore.robot.robot import Robot
+from simcore.robot.robot_config import telemetry_name
+from simcore.robot.swerve_drive import NO_STATES
+from simcore.robotcode.program.motor_ports import MotorDevices
+from simcore.robotcode.program.motor_sim import MotorSim
+from simcore.typing import FloatArray
+
+__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
+
+
+class DrivetrainDevices(Protocol):
+    """Devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
+
+    def read(self, battery_voltage: float) -> None:
+        """Write the supply to devices, and read the model's volts [V]."""
+        ...
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Write the model's motion and the gyro's reading to the sensors [rad, rad/s]."""
+        ...
+
+
+class DeviceClock(Protocol):
+    """Clock of devices in simulated time: `PhoenixTime`."""
+
+    def step(self, dt: float) -> None:
+        """Advance the devices by dt [s]."""
+        ...
+
+
+class ConnectedDevices:
+    """All devices of one robot, in the form that `Robot.connect` takes.
+
+    Args:
+        robot: Robot in the match.
+        drivetrain: Devices of its drivetrain; None: it has none.
+        motors: Devices of its mechanisms.
+        clock: Clock of the devices in simulated time; None: wall clock.
+
+    Raises:
+        ConfigError: One of the devices cannot be read and written.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        drivetrain: DrivetrainDevices | None,
+        motors: Sequence[MotorDevices],
+        *,
+        clock: DeviceClock | None = None,
+    ) -> None:
+        for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
+            if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
+                raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
+        self._pending_time = 0.0  # time that mechanisms and drivetrain have moved since the controllers ran [s]
+        self._motors = list(motors)
+        self._robot = robot
+        self._drivetrain = drivetrain
+        self._clock = clock
+        self._note_gyro()
+
+    def add(self, motor: MotorDevices) -> None:
+        """Connect a further motor."""
+        self._motors.append(motor)
+
+    def remove(self, motor: MotorDevices) -> None:
+        """Disconnect a motor."""
+        self._motors.remove(motor)
+
+    def step(self, h: float, yaw_rate: float) -> None:
+        """Update sensors and read controllers before mechanisms and drivetrain move for h [s].
+
+        Args:
+            h: Step [s].
+            yaw_rate: Yaw rate of the robot from its tires [rad/s].
+        """
+        if self._pending_time:  # the drivetrain has moved since the last `write`
+            self._show(self._yaw + self._turned, self._pitch, self._roll, (self._rate_x, self._rate_y, yaw_rate))
+            self._run_controllers()
+        else:
+            self._note_gyro()
+        self._read_volts()
+        self._turned += yaw_rate * h
+        self._pending_time = h
+
+    def setpoints(self) -> dict[str, float]:
+        """Return goals of controllers' closed loops, as `Robot.setpoints`."""
+        names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
+        motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
+        goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
+        return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
+
+    def module_setpoints(self) -> FloatArray:
+        """Return the program's setpoints of swerve modules, as `Robot.module_setpoints`."""
+        ask = getattr(self._drivetrain, "module_setpoints", None)
+        return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
+
+    def write(self) -> None:
+        """Write the sensors after a part of a tick."""
+        gyro = self._robot.gyro
+        self._show(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
+        self._run_controllers()
+
+    def _show(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        if self._drivetrain is not None:
+            self._drivetrain.write(yaw, pitch, roll, rates)
+        for motor in self._motors:
+            motor.write()
+
+    def _run_controllers(self) -> None:
+        """Advance the devices' clock in simulated time by the motion since the last call; always run own loops."""
+        h, self._pending_time = self._pending_time, 0.0
+        if self._clock is not None:
+            self._clock.step(h)
+        for device in (self._drivetrain, *self._motors):
+            run = getattr(device, "run", None)
+            if run is not None:
+                run(h)
+
+    def _read_volts(self) -> None:
+        battery = self._robot.battery
+        volts, powered = battery.voltage, not battery.browned_out
+        if self._drivetrain is not None:
+            self._drivetrain.read(volts)
+        for motor in self._motors:
+            motor.read(volts, powered=powered)
+
+    def _note_gyro(self) -> None:
+        """Record the gyro's reading, from which its yaw is extrapolated until the next one."""
+        gyro = self._robot.gyro
+        self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
+        self._rate_x, self._rate_y, _ = gyro.rates.tolist()
+        self._turned = 0.0

@@ -1,0 +1,149 @@
+"""Controls of a drive team in a test: joysticks, and the choosers on the dashboard."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from simcore import season
+from simcore.errors import ConfigError, UnknownNameError, nearest
+from simcore.quantities import Quantity, require
+from simcore.robotcode.networktables.control_topics import TABLE
+
+DriverStationSim = season.wpilib_simulation.DriverStationSim
+ntcore = season.ntcore
+
+__all__ = ["Joystick", "XboxPad", "auto_choices", "choose_auto", "chosen_autos"]
+
+_AXES, _BUTTONS, _POVS = 6, 16, 1
+_STICK = Quantity("", -1.0, 1.0)
+
+
+class Joystick:
+    """A joystick whose values stay until set again, and reach robot code with its next loop.
+
+    Args:
+        port: Port, 0..5.
+
+    Raises:
+        ConfigError: The port is out of range.
+    """
+
+    def __init__(self, port: int) -> None:
+        if port not in range(6):
+            raise ConfigError(f"joystick: port must be 0..5, got {port!r}")
+        self.port = port
+        season.open_joystick(port, axes=_AXES, buttons=_BUTTONS, povs=_POVS)
+        self.center()
+
+    def axis(self, number: int, value: float) -> None:
+        """Move an axis, from 0; forward and left are negative on most sticks [-1..1]."""
+        if number not in range(_AXES):
+            raise ConfigError(f"joystick {self.port}: axis must be 0..{_AXES - 1}, got {number!r}")
+        if not -1.0 <= value <= 1.0:
+            raise ConfigError(f"joystick {self.port}: axis {number} must be -1..1, got {value}")
+        DriverStationSim.set_joystick_axis(self.port, number, value)
+
+    def press(self, button: int) -> None:
+        """Hold a button down, counted from 1."""
+        self._button(button, True)
+
+    def release(self, button: int) -> None:
+        """Release a button."""
+        self._button(button, False)
+
+    def pov(self, angle: int | None) -> None:
+        """Press the hat, clockwise from forward [deg]; None releases it."""
+        if angle is not None and angle not in range(0, 360, 45):
+            raise ConfigError(f"joystick {self.port}: pov must be None or a multiple of 45 below 360, got {angle!r}")
+        season.set_pov(self.port, angle)
+
+    def center(self) -> None:
+        """Release everything."""
+        for number in range(_AXES):
+            DriverStationSim.set_joystick_axis(self.port, number, 0.0)
+        for number in range(1, _BUTTONS + 1):
+            season.press_button(self.port, number, False)
+        self.pov(None)
+
+    def _button(self, number: int, down: bool) -> None:
+        if number not in range(1, _BUTTONS + 1):
+            raise ConfigError(f"joystick {self.port}: button must be 1..{_BUTTONS}, got {number!r}")
+        season.press_button(self.port, number, down)
+
+
+class XboxPad(Joystick):
+    """An Xbox controller with parts by name.
+
+    Example:
+        pad.left_y = -0.5  # forward
+        pad.a = True
+    """
+
+    AXES: ClassVar = {"left_x": 0, "left_y": 1, "left_trigger": 2, "right_trigger": 3, "right_x": 4, "right_y": 5}
+    BUTTONS: ClassVar = {
+        **{"a": 1, "b": 2, "x": 3, "y": 4, "left_bumper": 5, "right_bumper": 6},
+        **{"back": 7, "start": 8, "left_stick": 9, "right_stick": 10},
+    }
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in self.AXES:
+            require(f"Xbox pad {self.port}", name, value, _STICK)
+            self.axis(self.AXES[name], float(value))
+        elif name in self.BUTTONS:
+            self._button(self.BUTTONS[name], bool(value))
+        elif name == "port":
+            super().__setattr__(name, value)
+        else:
+            raise ConfigError(
+                f"an Xbox pad has no {name!r}.{nearest(name, (*self.AXES, *self.BUTTONS))} It has "
+                f"{', '.join((*self.AXES, *self.BUTTONS))}; its hat is pov(angle)"
+            )
+
+
+def auto_choices() -> dict[str, list[str]]:
+    """Return the options of every chooser of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
+    instance = ntcore.NetworkTableInstance.get_default()
+    found = {}
+    for topic in instance.get_topics():
+        name = topic.get_name()
+        if name.endswith("/options") and not name.startswith(TABLE):
+            key = name.removesuffix("/options")
+            if season.is_chooser(instance, key):
+                found[key] = list(instance.get_entry(name).get_string_array([]))
+    return dict(sorted(found.items()))
+
+
+def chosen_autos() -> list[str]:
+    """Return the choice in each of these choosers, the driver's or else the default."""
+    return _first_texts((*season.chooser_keys(), "default"))
+
+
+def active_choices() -> list[str]:
+    """Return the active option of each chooser on the dashboard."""
+    return _first_texts((season.chooser_keys()[1],))
+
+
+def _first_texts(names: tuple[str, ...]) -> list[str]:
+    table = ntcore.NetworkTableInstance.get_default()
+    texts = [[table.get_entry(f"{key}/{name}").get_string("") for name in names] for key in auto_choices()]
+    return [text for text in (next(filter(None, found), "") for found in texts) if text]
+
+
+def choose_auto(name: str) -> str:
+    """Choose an option in the chooser that has it; return the chooser's key.
+
+    Raises:
+        UnknownNameError: No chooser has it; the text lists the options.
+        ConfigError: There is no chooser.
+    """
+    choices = auto_choices()
+    for key, options in choices.items():
+        if name in options:
+            ntcore.NetworkTableInstance.get_default().get_entry(f"{key}/{season.chooser_keys()[0]}").set_string(name)
+            return key
+    if not choices:
+        raise ConfigError(
+            f"no auto named {name!r}: the robot shows no SendableChooser on its dashboard; "
+            "SmartDashboard.putData(chooser), or call autonomous() without a name"
+        )
+    raise UnknownNameError("auto", name, [option for options in choices.values() for option in options])

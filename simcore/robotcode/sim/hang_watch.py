@@ -1,0 +1,127 @@
+"""Watchdog for robot tests whose program stops the clock: one sentence, with the program's line.
+
+Stepping WPILib's clock blocks, in native code, until every notifier is waited for again. A program that waits in its
+own loop, or a notifier that no thread waits on, blocks it for ever.
+
+The time limit counts CPU time of this process while it works, and wall time while it waits, so a
+slow or busy computer ends no test.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+import sysconfig
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TextIO
+
+from simcore import season
+from simcore.robotcode.program.simulation_questions import is_of_program
+
+__all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
+
+NO_LINE = "no line of its own"
+"""Place of a program for which `program_line` finds no line."""
+
+_STANDARD = sysconfig.get_path("stdlib")
+_LOOK = 0.25  # [s] between two checks
+_WORKS = 0.1  # share of a processor above which the process counts as working instead of waiting
+_UNSEEN = 10.0  # times the patience while no line of the program runs, as when a slow computer builds a field
+
+_unwaited: dict[int, str] = {}
+"""Line of the program that made each notifier on which no thread has waited so far."""
+
+
+@functools.cache
+def watch_notifiers() -> None:
+    """Record the maker of each notifier of the HAL until a thread waits on it; may be called again."""
+    hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
+    make, *ends = (season.own_name(hal, name) for name in names)
+    initialize = getattr(hal, make)
+
+    def initialize_notifier(*args: Any) -> Any:
+        answer = initialize(*args)
+        _unwaited[answer[0] if isinstance(answer, tuple) else answer] = program_line([sys._getframe(1)])
+        return answer
+
+    def noticed(call: Callable[..., Any], handle: Any, *args: Any) -> Any:
+        _unwaited.pop(handle, None)
+        return call(handle, *args)
+
+    setattr(hal, make, initialize_notifier)
+    for name in ends:
+        setattr(hal, name, functools.partial(noticed, getattr(hal, name)))
+
+
+def program_line(frames: Iterable[Any]) -> str:
+    """Return the innermost line of the program in the first of these stacks that has one; else nothing."""
+    for frame in frames:
+        for at, line in traceback.walk_stack(frame):
+            if is_of_program(at.f_code) and not at.f_code.co_filename.startswith(_STANDARD):
+                return f"{Path(at.f_code.co_filename).name}:{line} in {at.f_code.co_name}"
+    return ""
+
+
+class HangWatch:
+    """Watchdog that exits the process if the awaited event takes too long.
+
+    Args:
+        patience: Time limit, in CPU time while the process works and in wall time while it waits [s].
+        where: Returns the line of the program that runs; empty: none.
+        complaints: Stream for the sentence.
+    """
+
+    def __init__(self, patience: float, where: Callable[[], str], complaints: TextIO) -> None:
+        self._patience = patience
+        self._where = where
+        self._complaints = complaints
+        self._awaited = ""
+        self._taken = 0.0
+        threading.Thread(target=self._watch, daemon=True, name="simcore's watch").start()
+
+    def arm(self, awaited: str) -> None:
+        """Start the watch for an event, which the sentence names as missing."""
+        self._taken = 0.0
+        self._awaited = awaited
+
+    def disarm(self) -> None:
+        """Stop the watch: the event has come."""
+        self._awaited = ""
+
+    def sentence(self) -> str:
+        """Return the sentence that names the awaited event."""
+        if _unwaited:
+            place = next(iter(_unwaited.values())) or "a library"
+            return (
+                f"the clock stands still, because of a notifier on which no thread waits: initializeNotifier at {place}"
+                "; wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
+            )
+        return (
+            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until "
+            "then no time goes by and nothing moves, so waiting there never ends; go on in the next loop "
+            "(simcore_hang in pytest.ini allows slow ones more)"
+        )
+
+    def _watch(self) -> None:
+        while True:
+            wall, work = time.monotonic(), time.process_time()
+            time.sleep(_LOOK)
+            self._count(time.monotonic() - wall, time.process_time() - work)
+            if self._awaited and self._is_over():
+                break
+        self._complaints.write(f"\nrobot test ended: {self.sentence()}\n")
+        self._complaints.flush()
+        os._exit(1)
+
+    def _count(self, wall: float, work: float) -> None:
+        """Add the times between two checks [s]; if the check is late, the process was waiting for a processor."""
+        self._taken += min(work, wall) if work > _WORKS * wall else min(wall, _LOOK)
+
+    def _is_over(self) -> bool:
+        has_cause = bool(_unwaited) or (self._taken >= self._patience and bool(self._where()))
+        return self._taken >= self._patience * (1.0 if has_cause else _UNSEEN)

@@ -1,0 +1,68 @@
+"""PathPlanner's pathfinder in simulated time: a plan is complete before the program continues.
+
+It plans on its own thread, whose duration depends on the computer: a robot would depart in another loop in
+each run.
+"""
+
+from __future__ import annotations
+
+import functools
+import threading
+import time
+import types
+from collections.abc import Callable
+from typing import Any
+
+from simcore import season
+
+__all__ = ["wait_for_plans"]
+
+_PATIENCE = 5.0  # [s] of wall time for one plan
+_REST = 2e-4  # [s] between two polls of the planner for requests
+
+
+class _PlannerTime(types.ModuleType):
+    """Module `time` for the planner's thread, which sleeps when it has no request."""
+
+    def __init__(self) -> None:
+        super().__init__("time")
+        self._rests = 0
+        self._changed = threading.Condition()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(time, name)
+
+    def sleep(self, seconds: float) -> None:
+        """Record that there is no request, and yield to other threads."""
+        with self._changed:
+            self._rests += 1
+            self._changed.notify_all()
+        time.sleep(_REST if season.hal_simulation.is_timing_paused() else seconds)
+
+    def wait(self) -> None:
+        """Wait until the planner has polled twice without a request: the first poll may have begun before it."""
+        with self._changed:
+            first = self._rests
+            self._changed.wait_for(lambda: self._rests >= first + 2, _PATIENCE)
+
+
+def wait_for_plans(pathfinders: Any) -> None:
+    """Make requests of the module `pathplannerlib.pathfinders` wait for their plans while time is stepped."""
+    pathfinders.time = clock = _PlannerTime()
+    planner = pathfinders.LocalADStar
+    for name in ("setStartPosition", "setGoalPosition", "setDynamicObstacles"):
+        setattr(planner, name, _waiting(getattr(planner, name), clock))
+
+
+def _waiting(request: Callable[..., Any], clock: _PlannerTime) -> Callable[..., Any]:
+    @functools.wraps(request)
+    def request_and_wait(*args: Any, **settings: Any) -> Any:
+        is_stepped = season.hal_simulation.is_timing_paused()
+        if is_stepped:
+            clock.wait()  # an earlier one, such as its initial request
+        answer = request(*args, **settings)
+        if is_stepped:
+            clock.wait()
+        return answer
+
+    return request_and_wait

@@ -1,0 +1,64 @@
+"""Sensors of pieces in the robot: beam breaks and CANranges.
+
+Pieces in a robot are not simulated one by one: a robot's storage knows its pieces and their order. A
+sensor reads their number, or whether one has just entered or left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from simcore.robot.robot import Robot
+from simcore.robot_file.sensor_tables import PieceView
+from simcore.units import TICK
+
+__all__ = ["PieceSensor"]
+
+
+class PieceSensor:
+    """A light barrier that pieces break, or a CANrange on their path.
+
+    Args:
+        view: Pieces that it sees, and their place.
+        robot: Robot in the match.
+        kind_of: Returns the name of a piece's kind from its slot.
+    """
+
+    def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:
+        self._view = view
+        self._robot = robot
+        self._kind_of = kind_of
+        self._time = 0.0
+        self._came: dict[int, float] = {slot: -view.delay for slot in self._stored()}
+        self._held = set(robot.held)
+        self._seen_until = 0.0
+
+    def look(self) -> bool:
+        """Return whether it sees a piece now; call it once a tick."""
+        self._time += TICK
+        view = self._view
+        if view.place == "storage":
+            return self._count_in_storage() >= view.at_least
+        if view.place == "claw":
+            held = (placer.piece for placer in self._robot.placers)
+            return any(piece is not None and self._sees(piece) for piece in held)
+        now = set(self._robot.held)
+        passed = now - self._held if view.place == "intake" else self._held - now
+        self._held = now
+        if any(self._sees(slot) for slot in passed):
+            self._seen_until = self._time + view.passing_time
+        return self._time < self._seen_until - 1e-9
+
+    def _count_in_storage(self) -> int:
+        here = [slot for slot in self._stored() if self._sees(slot)]
+        self._came = {slot: self._came.get(slot, self._time) for slot in here}
+        latest = self._time - self._view.delay + 1e-9
+        return len([slot for slot in here if self._came[slot] <= latest])
+
+    def _stored(self) -> list[int]:
+        """Return slots of all pieces in the robot except in claws."""
+        in_claws = {placer.piece for placer in self._robot.placers}
+        return [slot for slot in self._robot.held if slot not in in_claws]
+
+    def _sees(self, slot: int) -> bool:
+        return not self._view.kinds or self._kind_of(slot) in self._view.kinds

@@ -1,0 +1,122 @@
+"""One run of a robot project for a sweep, in this process.
+
+It is a robot test (`pytest_plugin`) that builds the robot, places it on its field and drives it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from simcore import season
+from simcore.errors import SimcoreError, start_sentence
+from simcore.match.runner import auto_seconds
+from simcore.robotcode.sim.pytest_plugin import INIT_TIMEOUT
+from simcore.robotcode.sim.robot_program import load_robot_class
+from simcore.robotcode.sim.robot_test import RobotTest
+from simcore.sweep.run_metrics import measure
+from simcore.telemetry.wpilog import WpilogSink
+from simcore.units import TICK
+
+__all__ = ["ProjectRun", "play_auto", "play_project", "test_auto"]
+
+
+class ProjectRun:
+    """Plugin of pytest for one run.
+
+    Args:
+        task: Task as `simcore.sweep.one_run` describes it.
+    """
+
+    def __init__(self, task: dict[str, Any]) -> None:
+        self._task = task
+        self._folder = Path(task["project"])
+        self.answer: dict[str, Any] = {"error": "the robot test of the run has not begun"}
+        """Metrics and digest, or an error."""
+
+    @pytest.fixture
+    def project_run(self) -> ProjectRun:
+        """Return this plugin to the test."""
+        return self
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Record why the robot could not be built."""
+        if report.failed and report.when == "setup":
+            lines = [line for line in report.longreprtext.splitlines() if line.strip()]
+            self.answer = {"error": lines[-1].removeprefix("E").strip() if lines else "the robot could not be built"}
+
+    def play(self, sim: RobotTest) -> None:
+        """Play the auto with the robot of a test."""
+        try:
+            self.answer = play_auto(sim, self._task)
+        except (Exception, pytest.fail.Exception) as error:  # the latter are errors that a project must fix
+            self.answer = {"error": _sentence(error, self._folder)}
+
+
+def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
+    """Play the auto of a task with the robot of a test, and return its metrics and digest."""
+    sim.alliance(task["alliance"])
+    if task["log"] is not None:
+        sim.add_sink(WpilogSink(task["log"]))
+    sim.start()
+    seconds = task["seconds"] or auto_seconds(sim.match.game)
+    sim.autonomous(task["auto"], seconds=0.0)
+    sim.run(max(1, round(seconds / TICK)) * TICK)
+    metrics = measure(sim.match, task["metrics"])
+    return {**metrics, "digest": sim.digest}
+
+
+def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
+    """Play the auto and measure its result; pytest finds this test, which is the run, in this file."""
+    project_run.play(sim)
+
+
+def play_project(task: dict[str, Any]) -> dict[str, Any]:
+    """Play a run in this process, its last one, and return its metrics and digest.
+
+    Args:
+        task: See `ProjectRun`.
+
+    Raises:
+        SimcoreError: The robot's code has failed; the text gives the error.
+    """
+    run = ProjectRun(task)
+    folder = Path(task["project"])
+    os.chdir(folder)
+    sys.path.insert(0, str(folder))
+    del sys.argv[1:]
+    try:
+        _play(task, run, folder)
+    except Exception as error:
+        raise SimcoreError(_sentence(error, folder)) from error
+    if "error" in run.answer:
+        raise SimcoreError(run.answer["error"])
+    return run.answer
+
+
+def _sentence(error: BaseException, folder: Path) -> str:
+    text = str(error) if isinstance(error, pytest.fail.Exception) else start_sentence(error, folder)
+    return " ".join(text.split())
+
+
+def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
+    from simcore.robotcode.sim.attach import watch_program
+    from simcore.robotcode.sim.attached_physics import AttachedPhysics
+    from simcore.robotcode.sim.repeatable_runs import seed_generators
+    from simcore.robotcode.sim.run_variation import set_factors
+
+    AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
+    set_factors(task["values"])
+    seed_generators()  # a program may use random numbers while it is imported
+    watch_program(simulated=True)
+    robot_file = folder / "robot.py"
+    robot = season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
+    spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
+    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not of the project's tests
+    without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
+    varied = [f"--sim-seed={task['seed']}", *spreads]
+    pytest.main([__file__, *own_settings, *without, *varied], plugins=[robot, run])

@@ -1,0 +1,138 @@
+"""Inputs of a robot program from the field besides its devices: modes, match time, game data, a map."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from simcore import season
+from simcore.match.clock import Mode
+from simcore.match.match import Match
+from simcore.typing import FloatArray
+from simcore.units import plain_sum
+
+MatchState = season.wpilib.MatchState
+RobotState = season.wpilib.RobotState
+DriverStationSim = season.wpilib_simulation.DriverStationSim
+Pose2d = season.wpimath.Pose2d
+Rotation2d = season.wpimath.Rotation2d
+
+__all__ = ["DriverStationLink", "FieldView"]
+
+_log = logging.getLogger(__name__)
+
+
+class DriverStationLink:
+    """Link between a match and the driver station, in the role of the field management system.
+
+    The match gets the enabled mode and the alliance; robot code gets match time and game data. With an FMS
+    attached, the FMS sends match time and game data.
+
+    An autonomous after the robot has been enabled is a new match: the link resets the field for it, unless that has
+    already happened or an FMS is attached.
+
+    Args:
+        match: Match whose clock follows the driver station from now on.
+        number: Index of the driver station's robot.
+        placed: Called after a change of the alliance, which moves the robot to that alliance's start.
+    """
+
+    def __init__(self, match: Match, number: int, *, placed: Callable[[], object] = lambda: None) -> None:
+        self._match = match
+        self._placed = placed
+        self._number = number
+        self._mode: Mode = "disabled"
+        self._shown = -1.0
+        self._message = ""
+        self._color: Any = None
+        self._was_enabled = False
+        self._played_after = -1  # field resets when the robot was last enabled
+        match.timer.follow_driver_station()
+
+    def update(self) -> None:
+        """Update the link at the end of a tick."""
+        self._follow_alliance()
+        is_enabled = RobotState.is_enabled()
+        self._match.timer.set_enabled(is_enabled)
+        mode: Mode = "disabled"
+        if is_enabled:
+            mode = "auto" if RobotState.is_autonomous() else "teleop"
+        if mode != self._mode:
+            self._mode = mode
+            if mode == "auto":
+                self._begin_match()
+            if mode != "disabled":
+                self._match.start_mode(mode)
+        if is_enabled:
+            self._played_after = self._match.field_resets
+        if not RobotState.is_fms_attached():
+            self._show_time()
+            self._send(self._match.rules.game_data())
+
+    def _begin_match(self) -> None:
+        """Reset the field if the robot has been enabled since the last reset."""
+        if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
+            self._match.reset_field()
+            _log.info("autonomous begins again: pieces and preloads are back where a match begins")
+
+    def _follow_alliance(self) -> None:
+        """Place the robot at the chosen alliance's start until the first enable."""
+        if self._was_enabled:
+            return
+        self._was_enabled = RobotState.is_enabled()  # the packet that enables may be the first with the alliance
+        color = MatchState.get_alliance()
+        if color is not None and color != self._color:
+            self._color = color
+            self._match.set_alliance(self._number, "red" if color == season.wpilib.Alliance.RED else "blue")
+            self._placed()
+
+    def _show_time(self) -> None:
+        """Write the time left in the present mode, in whole seconds as on a field; -1 while disabled."""
+        left = -1.0
+        if self._mode != "disabled":
+            timer = self._match.timer
+            length = plain_sum(phase.duration for phase in timer.clock.phases if phase.mode == self._mode)
+            elapsed = timer.time - timer.clock.start_of_mode(self._mode)
+            left = max(0.0, length - math.floor(elapsed + 1e-9))
+        if left != self._shown:
+            self._shown = left
+            DriverStationSim.set_match_time(left)
+            DriverStationSim.notify_new_data()  # else robot code continues to read the old one
+
+    def _send(self, message: str) -> None:
+        """Send the field's game data to robot code; text typed into the driver station stays."""
+        if message == self._message:
+            return
+        if MatchState.get_game_data() == self._message:
+            DriverStationSim.set_game_data(message)
+            DriverStationSim.notify_new_data()
+        self._message = message
+
+
+class FieldView:
+    """Map of the simulation GUI: the robot's true pose, and the pieces of every kind.
+
+    Pieces are drawn five times a second, enough for a dashboard.
+
+    Args:
+        field: `Field2d` to draw on.
+        every: Ticks between two drawings of the pieces.
+    """
+
+    def __init__(self, field: Any, *, every: int = 10) -> None:
+        self._field = field
+        self._every = every
+        self._ticks = 0
+        self._level = Rotation2d()
+
+    def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
+        """Draw the true pose [m, m, rad] and all pieces [m], shape (n, 3) per kind, after a tick."""
+        x, y, yaw = pose
+        self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
+        if self._ticks % self._every == 0:
+            for name, positions in pieces.items():
+                poses = [Pose2d(px, py, self._level) for px, py, _ in positions.tolist()]
+                self._field.get_object(name).set_poses(poses)
+        self._ticks += 1

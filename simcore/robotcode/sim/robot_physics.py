@@ -1,0 +1,403 @@
+"""Link between `robotpy sim` (or `robotpy test`) and a match."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import logging
+import math
+import sys
+import time
+import weakref
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from simcore import season
+from simcore.errors import ConfigError
+from simcore.match.field_control import FieldControl
+from simcore.match.match import Match
+from simcore.robotcode.networktables.control_topics import ControlTopics
+from simcore.robotcode.networktables.limelight_table import CameraTables
+from simcore.robotcode.networktables.network_clock import NetworkClock
+from simcore.robotcode.program import program_odometry
+from simcore.robotcode.program.makers import require_distinct_devices
+from simcore.robotcode.program.motor_ports import MotorDevices
+from simcore.robotcode.sim.auto_start import AutoStart
+from simcore.robotcode.sim.belief_watch import BeliefWatch
+from simcore.robotcode.sim.connected_devices import ConnectedDevices, DrivetrainDevices
+from simcore.robotcode.sim.repeatable_runs import fastest_period
+from simcore.robotcode.sim.robot_inputs import DriverStationLink, FieldView
+from simcore.robotcode.sim.robot_power import PowerDistributionView, RoboRioPower
+from simcore.units import TICK
+
+if TYPE_CHECKING:
+    from simcore.robotcode.sim.simulated_phoenix import PhoenixTime
+
+is_timing_paused = season.hal_simulation.is_timing_paused
+IterativeRobotBase = season.wpilib.IterativeRobotBase
+Timer = season.wpilib.Timer
+ntcore = season.ntcore
+
+__all__ = ["LatenessReport", "PhysicsTimes", "RobotPhysics", "field_control", "latest_physics"]
+
+_log = logging.getLogger(__name__)
+
+_MOST_OWED = 0.1  # [s]; a longer delay is skipped, not made up
+# Of parts that are done in one go after a stall, each waits until the devices, which run at 1 kHz of the wall clock,
+# have answered the last one; volts from before the stall would make steer motors oscillate.
+_ANSWER = 0.0015  # [s]
+_FINEST = 1, 2, 4, 5, 10, 20  # parts of a tick, each of whole milliseconds
+_HISTORY = 6000  # ticks; two minutes
+_ANY_LOOP = 0.005  # [s]; assumed period of a loop of the program's own
+_LATE_EVERY = 10.0  # [s]
+_MOST_MS = 15.0  # [ms]; robot code needs part of a tick's 20 ms, too
+_AT_START = 2.0  # [s]; every computer is late while a program starts, and nothing moves yet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhysicsTimes:
+    """Cost of the physics and its lag."""
+
+    ticks: int
+    median_ms: float
+    """Work per 20 ms tick, wall time [ms]."""
+    p99_ms: float
+    max_ms: float
+    late_parts: int
+    """Number of parts of a tick late enough to be made up in one go."""
+    skipped: float
+    """Time skipped because the robot program stalled too long [s]."""
+    late_loops: int
+    """Number of robot loops half a period late, whatever the cause."""
+    lateness_ms: float
+    """Lateness of parts in a test on the wall clock, 99th percentile [ms]: the age of rotor readings."""
+
+
+class RobotPhysics:
+    """A match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
+
+    All work runs on the robot's thread, in parts of 5 ms: read volts from the devices, advance the match,
+    write sensors. A TimedRobot of any period runs the parts through `addPeriodic`; a robot with its own loop,
+    such as a MagicRobot, runs all due parts once a loop in `_simulationPeriodic`.
+
+    Args:
+        physics_controller: Holds the `field` of the simulation's window.
+        robot: Robot object.
+        match: Match with the robot on its field, closed when the program ends.
+        number: Index of the robot that this program drives.
+        drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
+        motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
+        parts: Number of parts of a tick; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
+            20 ms, whose controllers are then read in the middle of it. There parts become as short as the fastest
+            Notifier, `addPeriodic` or loop of the program, down to 1 ms.
+        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 runs on the
+            wall clock: keep to it, so that its loops behave as on the robot. False runs as fast as possible.
+            In simulated time, which is the default in tests, nothing waits for a clock.
+        auto_starts: Starts of autos by their names on the dashboard, as a blue robot, field frame [m, m, rad]. An
+            auto that is not among them starts at the pose that it sets in its first loops.
+
+    Raises:
+        ConfigError: Two devices share one simulation, one is no device, `parts` is not a whole number from 1 to 20, or
+            the match has no such robot.
+    """
+
+    def __init__(
+        self,
+        physics_controller: Any,
+        robot: Any,
+        *,
+        match: Match,
+        number: int = 0,
+        drivetrain: DrivetrainDevices | None = None,
+        motors: Sequence[MotorDevices] = (),
+        parts: int | None = None,
+        pace_tests: bool = True,
+        auto_starts: Mapping[str, tuple[float, float, float]] | None = None,
+    ) -> None:
+        if number not in range(len(match.robots)):
+            raise ConfigError(f"RobotPhysics: the match has robots 0 to {len(match.robots) - 1}, got number={number!r}")
+        if not (parts is None or (isinstance(parts, int) and 1 <= parts <= 20)):
+            raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
+        require_distinct_devices()
+        self.robot = robot
+        """Robot object of the program."""
+        self.match = match
+        self.robot_sim = match.robots[number]
+        """Robot of the match that it drives."""
+        self._phoenix = _phoenix_time()
+        self._period = _period_of(robot)
+        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # for a whole tick
+        self._devices = ConnectedDevices(self.robot_sim, drivetrain, motors, clock=self._phoenix)
+        self.robot_sim.connect(self._devices)
+        self._start: float | None = None
+        self._done = 0
+        self._h = TICK  # until `_set_parts`
+        self._part = 0
+        self._has_periodic = _has_wpilib_loop(type(robot))
+        self._may_follow = parts is None and is_timing_paused() and self._has_periodic
+        self._set_parts(parts or (1 if can_wait else 4))
+        # Devices on the wall clock: CTRE's own simulation.
+        self._has_real_devices = self._phoenix is None and "phoenix6" in sys.modules
+        self._pace_tests = pace_tests and self._has_real_devices
+        self._lateness = LatenessReport()
+        self._late: deque[float] = deque(maxlen=4 * _HISTORY)
+        # In simulated time nobody watches, and drawing a field of pieces takes half a millisecond.
+        self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
+        self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
+        self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
+        """Start of the robot as autonomous begins."""
+        program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
+        self.belief = BeliefWatch(self.robot_sim, sees=self._has_cameras, why_still=program_odometry.why_still)
+        """Check of the program's odometry."""
+        getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
+        match.control.placed.append(self._note_place)
+        network = ntcore.NetworkTableInstance.get_default()
+        self._clock = match.network.clock if isinstance(match.network, CameraTables) else NetworkClock()
+        # In tests, where the instance is local, a dashboard must not change a run.
+        if not season.is_local(network):
+            ControlTopics(match, network, robot=number)
+        self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
+        self._power = RoboRioPower(self.robot_sim.battery)
+        self._panels = PowerDistributionView(self.robot_sim)
+        self._last_wall = 0.0
+        self._work = 0.0
+        self._work_ms: deque[float] = deque(maxlen=_HISTORY)
+        self._ticks = self._late_parts = self._late_loops = 0
+        self._skipped = 0.0
+        atexit.register(match.close)
+        global _latest
+        _latest = weakref.ref(self)
+        if not self._follow_loops() and self._has_periodic:
+            season.add_between_loops(robot, self.do_due, self._h)
+
+    @property
+    def control(self) -> FieldControl:
+        """Control of the field: resets it, adds pieces, places robots, from the next tick on."""
+        return self.match.control
+
+    @property
+    def part(self) -> float:
+        """How long the parts are in which a tick is done [s]."""
+        return self._h
+
+    def after_tick(self) -> None:
+        """Run after each tick of 20 ms; subclasses override it, e.g. to log or to feed cameras."""
+
+    def update_sim(self, now: float, tm_diff: float) -> None:
+        """Advance once a robot loop, but never within 10 ms; a robot without `addPeriodic` runs its parts here."""
+        if not hasattr(self, "_has_periodic"):
+            raise ConfigError(
+                f"{type(self).__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
+            )
+        if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
+            self._late_loops += 1
+        if not self._has_periodic:
+            self.do_due()
+
+    def add_motor(self, motor: MotorDevices) -> None:
+        """Connect a further motor, from the next part on."""
+        self._devices.add(motor)
+
+    def remove_motor(self, motor: MotorDevices) -> None:
+        """Disconnect a motor; its device keeps its last values."""
+        self._devices.remove(motor)
+
+    @property
+    def times(self) -> PhysicsTimes:
+        """Times of the last two minutes."""
+        work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
+        return PhysicsTimes(
+            ticks=self._ticks,
+            median_ms=float(np.median(work)),
+            p99_ms=float(np.percentile(work, 99)),
+            max_ms=float(work.max()),
+            late_parts=self._late_parts,
+            skipped=self._skipped,
+            late_loops=self._late_loops,
+            lateness_ms=1e3 * float(np.percentile(self._late, 99)) if self._late else 0.0,
+        )
+
+    def do_due(self) -> None:
+        """Run all parts that are due by now."""
+        now = Timer.get_monotonic_timestamp()
+        if self._start is None:
+            self._start = now - self._h
+            gc.collect()
+            gc.freeze()  # field, pieces and robot live on: exclude them from garbage collection (5 % of a tick)
+            if self._phoenix is not None:
+                # A tick makes thousands of small objects, nearly all gone by its end: looking for cycles after every
+                # 700 took 5 to 8 % of a test's time. On the wall clock shorter pauses matter more.
+                gc.set_threshold(20_000, *gc.get_threshold()[1:])
+                self._phoenix.catch_up(self._start)
+        owed = int((now - self._start) / self._h + 0.5) - self._done
+        if owed > self._most_owed:
+            given_up = owed - self._most_owed
+            self._skipped += given_up * self._h
+            self._done += given_up
+            owed = self._most_owed
+            if not is_timing_paused():
+                self._lateness.note(given_up * self._h, tick_ms=self.times.median_ms)
+        self._late_parts += max(0, owed - 1)
+        for k in range(owed):
+            if self._pace_tests and is_timing_paused():
+                self._keep_to_the_wall_clock()
+            elif k and self._has_real_devices:
+                time.sleep(_ANSWER)
+            begin = time.perf_counter()
+            self._do_part()
+            self._work += time.perf_counter() - begin
+            self._done += 1
+            if self._part == self._parts:
+                self._end_tick()
+
+    def _set_parts(self, parts: int) -> None:
+        """Divide ticks into another number of parts, at the end of one."""
+        if self._start is not None:
+            self._start += self._done * self._h
+        self._done = 0
+        self._parts, self._h = parts, TICK / parts
+        self._most_owed = round(_MOST_OWED / self._h)
+
+    def _follow_loops(self) -> bool:
+        """Divide ticks as finely as the program's fastest loop; return whether that is finer than before."""
+        fastest = min(fastest_period(), self._period) if self._may_follow else math.inf
+        if fastest > self._h - 1e-6 or self._parts == _FINEST[-1]:
+            return False
+        self._set_parts(next((n for n in _FINEST if TICK / n < fastest + 1e-6), _FINEST[-1]))
+        season.add_between_loops(self.robot, self.do_due, self._h)
+        return True
+
+    def _has_cameras(self) -> bool:
+        cameras = self.match.cameras
+        return bool(cameras.headsets) or any(c.robot == self.robot_sim.number for c in cameras.cameras.values())
+
+    def _see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
+        self.belief.note_reset()
+        self.auto_start.see_reset(position, heading)
+
+    def _note_place(self, robot: int, pose: tuple[float, float, float] | None) -> None:
+        if robot == self.robot_sim.number:
+            self.auto_start.note_place(pose)
+
+    def _do_part(self) -> None:
+        if self._part == 0:
+            self.auto_start.before_tick()
+            self._power.show_voltage()
+            self.match.begin_tick()
+        self._part += 1
+        self.match.run_part(self._h)
+        self._power.show_rails()
+
+    def _end_tick(self) -> None:
+        begin = time.perf_counter()
+        self._part = 0
+        assert self._start is not None
+        # when it was due, not when the thread ran
+        self._clock.offset = self._start + self._done * self._h - (self.match.ticks + 1) * TICK
+        self.robot_sim.estimated_pose = self._estimated_pose()
+        self.robot_sim.setpoints = self._devices.setpoints()
+        self.robot_sim.module_setpoints = self._devices.module_setpoints()
+        self.belief.after_tick(is_driving=self.robot_sim.drive.enabled)
+        self.match.end_tick()
+        self._driver_station.update()
+        self._panels.update()
+        self._view.update(self.robot_sim.chassis.pose, self.match.piece_positions())
+        self.after_tick()
+        self._follow_loops()
+        self._ticks += 1
+        self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
+        self.match.last_tick_ms = self._work_ms[-1]
+        self._work = 0.0
+
+    def _keep_to_the_wall_clock(self) -> None:
+        rest = self._last_wall + self._h - time.perf_counter()
+        if rest > 0.0:
+            time.sleep(rest)
+        if self._last_wall:
+            self._late.append(max(0.0, time.perf_counter() - self._last_wall - self._h))
+        self._last_wall = max(self._last_wall + self._h, time.perf_counter() - self._h)
+
+
+class LatenessReport:
+    """Report of skipped time, at most every ten seconds of wall time.
+
+    Args:
+        every: Wall time between two reports [s].
+        start: Wall time before the first report [s].
+    """
+
+    def __init__(self, *, every: float = _LATE_EVERY, start: float = _AT_START) -> None:
+        self._every = every
+        self._start = start
+        self.given_up = 0.0
+        """Skipped time since the last report [s]."""
+        self._since = time.monotonic()
+        self._is_first = True
+
+    def note(self, seconds: float, *, tick_ms: float) -> None:
+        """Add time that physics has skipped.
+
+        Args:
+            seconds: Skipped time [s].
+            tick_ms: Time that a tick of physics alone takes, of its 20 ms [ms].
+        """
+        now = time.monotonic()
+        if self._is_first and now - self._since < self._start:
+            return
+        self.given_up += seconds
+        if not self._is_first and now - self._since < self._every:
+            return
+        why = "the computer is busy with other programs or robot code blocks"
+        if tick_ms > _MOST_MS:
+            why = f"the computer is too slow: physics alone takes {tick_ms:.0f} ms for a tick of 20 ms"
+        _log.warning(
+            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not judge times "
+            "by it (robot tests do not mind)",
+            *(self.given_up, max(1.0, now - self._since), why),
+        )
+        self._is_first = False
+        self.given_up = 0.0
+        self._since = now
+
+
+_latest: weakref.ref[RobotPhysics] | None = None
+
+
+def latest_physics() -> RobotPhysics | None:
+    """Return the latest physics in this process, if it still exists; for test fixtures."""
+    return None if _latest is None else _latest()
+
+
+def field_control() -> FieldControl | None:
+    """Return the control of the running simulation's field; None: there is none, or its physics is not built yet.
+
+    For robot code; it is built after `robotInit`.
+    """
+    physics = latest_physics()
+    return None if physics is None else physics.control
+
+
+def _period_of(robot: Any) -> float:
+    """Return the period of the robot's loop [s]; where unknown, one short enough for any."""
+    if isinstance(robot, IterativeRobotBase):
+        return float(robot.get_period())
+    if isinstance(robot, season.loop_classes()):
+        return float(type(robot).DEFAULT_PERIOD)  # an OpModeRobot keeps its period private
+    return float(getattr(robot, "control_loop_wait_time", _ANY_LOOP))  # of a MagicRobot
+
+
+def _has_wpilib_loop(robot_class: type) -> bool:
+    """Return whether a robot class uses WPILib's loop, which has `addPeriodic`."""
+    start = season.own_name(season.wpilib.RobotBase, "start_competition")
+    loop = next((cls for cls in robot_class.__mro__ if start in vars(cls)), object)
+    return issubclass(robot_class, season.loop_classes()) and loop.__module__.split(".")[0] == "wpilib"
+
+
+def _phoenix_time() -> PhoenixTime | None:
+    """Return the clock of simulated Phoenix 6 devices, if installed; never load phoenix6 itself."""
+    module = sys.modules.get("simcore.robotcode.sim.simulated_phoenix")
+    return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]

@@ -1,0 +1,129 @@
+"""Power supply as robot code reads it: the roboRIO's voltage, rails and brown-out, and the panels' currents.
+
+A robot program does not say which motor is on which channel of a panel. So channels are assigned in order: the
+drivetrain's drive motors, its steer motors, then the mechanisms. Sums and total current are right whatever the wiring.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from simcore import season
+from simcore.robot.battery import Battery
+from simcore.robot.robot import Robot
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.units import plain_sum
+
+RobotController = season.wpilib.RobotController
+PowerDistributionSim = season.wpilib_simulation.PowerDistributionSim
+RoboRioSim = season.wpilib_simulation.RoboRioSim
+
+__all__ = ["PowerDistributionView", "RoboRioPower", "channel_currents"]
+
+_WATTS = 10.0  # of a roboRIO with few loads on its rails; estimate, +-50 %: NI publishes only the maximum, 45 W
+_MODULES = range(63)  # CAN ids
+_CHANNELS = 24  # of a REV PDH; WPILib's simulation keeps as many for a CTRE PDP, which has 16
+_LOOK = 50  # ticks between two checks for new panels of the program
+
+
+class RoboRioPower:
+    """Battery readings for robot code.
+
+    In a brown-out a roboRIO switches off its outputs and its 6 V, 5 V and 3.3 V user rails, and counts a fault of
+    each: `RobotController.getEnabled6V()`, `getFaultCount6V()`. The counts include faults between two 20 ms loops.
+    `RobotController.isBrownedOut()`, a constant False in the simulated HAL (2026.2), answers for this battery from now
+    on; `setBrownoutVoltage` of a roboRIO 2 sets its level.
+
+    Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
+
+    Args:
+        battery: Battery, which its owner steps.
+    """
+
+    def __init__(self, battery: Battery) -> None:
+        self._battery = battery
+        self._is_low = False
+        controller: Any = RobotController
+        name = season.own_name(RobotController, "is_browned_out")
+        setattr(controller, name, staticmethod(lambda: self._battery.browned_out))
+        self._level = battery.config.brownout_voltage
+        RoboRioSim.set_brownout_voltage(self._level)
+        self.show_voltage()
+
+    def show_voltage(self) -> None:
+        """Write input voltage and current; once a robot loop is enough."""
+        volts = self._battery.voltage
+        RoboRioSim.set_vin_voltage(volts)
+        season.show_input_current(_WATTS / volts if volts > 1.0 else 0.0)
+        level = float(RoboRioSim.get_brownout_voltage())
+        if level != self._level:
+            self._follow_level(level)
+
+    def show_rails(self) -> None:
+        """Switch the rails where a brown-out has begun or ended; does nothing in between."""
+        is_low = self._battery.browned_out
+        if is_low == self._is_low:
+            return
+        self._is_low = is_low
+        for active, count in season.user_rails():
+            active(not is_low)
+            count(self._battery.brownouts)
+
+    def _follow_level(self, level: float) -> None:
+        """Take a new brown-out voltage from robot code [V]."""
+        self._level = level
+        config = self._battery.config
+        recovered = max(config.recovered_voltage, level)
+        self._battery.config = replace(config, brownout_voltage=level, recovered_voltage=recovered)
+
+
+def channel_currents(robot: Robot, channels: int) -> list[float]:
+    """Return the current of each channel [A]; loads without their own channel share the last one.
+
+    A panel measures no current that flows back: it reads zero while a motor brakes into the battery.
+
+    Args:
+        robot: Robot with drivetrain and mechanisms.
+        channels: Number of channels of the panel.
+    """
+    drive = robot.drive
+    currents = list(drive.drive_motors.supply)
+    if isinstance(drive, SwerveDrive):
+        currents += drive.steer_motors.supply
+    else:  # its sides have several motors each
+        motors = len([amps for side in drive.motor_currents().values() for amps in side]) // len(currents)
+        currents = [current for current in currents for _ in range(motors)]
+    for mechanism in robot.mechanisms.values():
+        currents += [mechanism.supply_current / mechanism.motors] * mechanism.motors
+    currents = [max(0.0, current) for current in currents]
+    if len(currents) > channels:
+        currents[channels - 1 :] = [plain_sum(currents[channels - 1 :])]
+    return currents + [0.0] * (channels - len(currents))
+
+
+class PowerDistributionView:
+    """Panels that a robot program has built.
+
+    Args:
+        robot: Robot whose currents they show.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._panels: list[Any] = []
+        self._ticks = 0
+
+    def update(self) -> None:
+        """Update the panels at the end of a tick."""
+        if self._ticks % _LOOK == 0:
+            panels = (PowerDistributionSim(module) for module in _MODULES)
+            self._panels = [panel for panel in panels if panel.get_initialized()]
+        self._ticks += 1
+        if not self._panels:
+            return
+        currents = channel_currents(self._robot, _CHANNELS)
+        for panel in self._panels:
+            panel.set_voltage(self._robot.battery.voltage)
+            for channel, current in enumerate(currents):
+                panel.set_current(channel, current)

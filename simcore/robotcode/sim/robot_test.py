@@ -1,0 +1,583 @@
+"""A robot under test: the program of a project on its simulated field, driven step by step."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import math
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from types import TracebackType
+from typing import Any, TextIO
+from unittest.mock import patch
+
+from simcore import season
+from simcore.errors import ConfigError, SimcoreError, nearest
+from simcore.loop.step import prepare
+from simcore.match.match import Match
+from simcore.match.run_record import PieceCount, RunRecord
+from simcore.match.scoring import Score
+from simcore.quantities import START, Quantity, require, require_row
+from simcore.robot.battery import Battery
+from simcore.robot.robot import Robot
+from simcore.robotcode.sim.attach import PhysicsHook
+from simcore.robotcode.sim.belief_watch import BeliefError
+from simcore.robotcode.sim.driver_controls import Joystick, XboxPad, active_choices, choose_auto
+from simcore.robotcode.sim.hang_watch import NO_LINE, HangWatch, program_line
+from simcore.robotcode.sim.repeatable_runs import note_threads, started_threads
+from simcore.robotcode.sim.robot_physics import RobotPhysics
+from simcore.robotcode.sim.run_variation import require_varied
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.units import TICK
+
+Timer = season.wpilib.Timer
+DriverStationSim = season.wpilib_simulation.DriverStationSim
+step_timing = season.wpilib_simulation.step_timing
+Pose2d = season.wpimath.Pose2d
+hal = season.hal
+
+__all__ = ["ConditionError", "RobotTest"]
+
+_log = logging.getLogger(__name__)
+
+_FIRST_LOOP = 1.0  # wall time for a loop of the program's own to run before time is stepped [s]
+_ENDS = 2.0  # wall time for a failed program to end [s]
+_SPAN = Quantity("s", 0.0, 1e6)
+_SETTLE = 0.5  # [s]; disabled before the first mode, for the alliance and the dashboard to arrive
+_NOT_STARTED = "the robot program has not finished robotInit"
+_NOT_LOOPED = "no robot loop has finished"
+_STATIONS = {
+    ("blue", 1): hal.AllianceStationID.BLUE_1,
+    ("blue", 2): hal.AllianceStationID.BLUE_2,
+    ("blue", 3): hal.AllianceStationID.BLUE_3,
+    ("red", 1): hal.AllianceStationID.RED_1,
+    ("red", 2): hal.AllianceStationID.RED_2,
+    ("red", 3): hal.AllianceStationID.RED_3,
+}
+
+
+class ConditionError(SimcoreError, AssertionError):
+    """A condition that a test waited for did not come true in time."""
+
+
+class _NoSuchNameError(SimcoreError, AttributeError):
+    """A test asks the fixture for a name that it does not have."""
+
+
+class _WarningList(logging.Handler):
+    """Log handler that keeps warnings in a list, each once."""
+
+    def __init__(self, kept: list[str]) -> None:
+        super().__init__(logging.WARNING)
+        self._kept = kept
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Add the record's message."""
+        text = record.getMessage()
+        if text not in self._kept:
+            self._kept.append(text)
+
+
+class RobotTest:
+    """Fixture `sim`: starts the robot program at the first call that needs it, and stops it at the end.
+
+    Methods run the robot; properties read the true state of the field, not the robot's estimate.
+
+    Args:
+        control: Test controller of the robot, pyfrc's or wpilib.testing's.
+        robot: Proxy of the robot object.
+        hook: Hook with the physics in the robot's loop.
+        hang: Longest time of one robot loop before the test ends with one sentence [s]; see `HangWatch`.
+        complaints: Stream for that sentence; None: no limit.
+
+    Example:
+        def test_the_auto_scores(sim):
+            sim.alliance("red")
+            sim.autonomous("two cycles", seconds=20)
+            assert sim.score.red >= 8
+    """
+
+    def __init__(
+        self,
+        control: Any,
+        robot: Any,
+        hook: PhysicsHook,
+        *,
+        hang: float = 9.0,
+        complaints: TextIO | None = None,
+    ) -> None:
+        self.robot = robot
+        """Robot object, a proxy, for reading the robot's own state."""
+        self.own_threads: list[str] = []
+        """Names of the threads that the program has started; with any, two runs may differ."""
+        self.warnings: list[str] = []
+        """Warnings of simcore so far, each once."""
+        self._control = control
+        self._hook = hook
+        self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
+        self._watch = None if complaints is None else HangWatch(hang, self._where, complaints)
+        self._stack = ExitStack()
+        self._physics: RobotPhysics | None = None
+        self._wall = 0.0
+        self._ran = 0.0
+        self._steps = 0
+        self._sinks: list[TelemetrySink] = []
+        self._mode = "disabled"
+        self._is_played = True
+        self.was_enabled = False
+        """Whether the robot has been enabled."""
+        self._auto = self._op_mode = ""
+        self._alliance = "blue"
+        handler = _WarningList(self.warnings)
+        logging.getLogger("simcore").addHandler(handler)
+        self._stack.callback(logging.getLogger("simcore").removeHandler, handler)
+        self.alliance("blue")
+
+    def __enter__(self) -> RobotTest:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._physics is not None and kind is None:
+            DriverStationSim.set_enabled(False)
+        with ExitStack() as quiet:
+            if self.has_run and not self._control.robot_is_alive:
+                # RobotPy steps one more second, in which WPILib's watchdog would report that it is not fed
+                controller = sys.modules[type(self._control).__module__]
+                for name in {"stepTimingAsync", "step_timing_async"} & vars(controller).keys():
+                    quiet.enter_context(patch.object(controller, name, lambda seconds: None))
+            self._stack.close()
+
+    # --- driver station -------------------------------------------------------------------------------------------
+
+    def alliance(self, color: str, station: int = 1) -> None:
+        """Set the alliance, `"blue"` or `"red"`, and station 1..3. Until the first enable the robot moves to its start.
+
+        Raises:
+            ConfigError: There is no such alliance or station.
+        """
+        if (color, station) not in _STATIONS:
+            raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
+        if self.was_enabled and color != self._alliance:
+            _log.warning(
+                "alliance(%r) after the robot was enabled changes its color and leaves it where it stands: call it "
+                "first, or place the robot, too",
+                color,
+            )
+        self._alliance = color
+        DriverStationSim.set_alliance_station_id(_STATIONS[color, station])
+
+    def game_data(self, text: str) -> None:
+        """Set the game-specific message.
+
+        Raises:
+            ConfigError: `text` is no string.
+        """
+        if not isinstance(text, str):
+            raise ConfigError(f"game_data: want a text, as the field sends it, got {text!r}")
+        DriverStationSim.set_game_data(text)
+
+    def joystick(self, port: int = 0) -> Joystick:
+        """Return the joystick at a port, released."""
+        return Joystick(port)
+
+    def xbox(self, port: int = 0) -> XboxPad:
+        """Return the Xbox controller at a port, released."""
+        return XboxPad(port)
+
+    # --- running --------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Start the robot program, disabled for half a second; the other methods call it if needed."""
+        if self._physics is not None:
+            return
+        prepare()  # the first start on a computer takes longer than a hang's limit
+        DriverStationSim.set_ds_attached(True)
+        DriverStationSim.set_enabled(False)
+        note_threads()
+        self._run_robot()
+        self._step()  # waits until the program has built its physics
+        if self._hook.engine is None:
+            self._control._thread.join(_ENDS)  # where physics could not be built the program is about to end
+            self._raise_error_of_robot()
+            raise SimcoreError(
+                f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
+                f"_simulationPeriodic; {self._place()}"
+            )
+        physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
+        require_varied(physics.match)
+        self._physics = physics
+        self._stack.callback(gc.unfreeze)  # the physics has frozen earlier objects
+        physics.match.sinks.extend(self._sinks)
+        physics.match.record.warnings = self.warnings
+        self.run(_SETTLE)
+        if physics.times.ticks == 0:
+            raise SimcoreError(
+                f"no tick of physics has run in {_SETTLE:g} s: the loop of {self._robot_name} never calls "
+                f"_simulationPeriodic; {self._place()}"
+            )
+
+    def place(self, x: float, y: float, heading: float = 0.0) -> None:
+        """Place the robot's true pose there, at rest; the program's estimate does not change.
+
+        A later odometry reset of an auto does not move it.
+
+        Args:
+            x: Field frame, from the blue corner, whatever the alliance [m].
+            y: Field frame [m].
+            heading: Counter-clockwise from the direction to the red wall [rad].
+
+        Raises:
+            ConfigError: It cannot stand there; the text gives a free place.
+        """
+        require_row("place", "x, y and heading", (x, y, heading), START)
+        self.physics.auto_start.place((float(x), float(y), float(heading)))
+
+    def autonomous(
+        self,
+        name: str | None = None,
+        *,
+        seconds: float = 15.0,
+        start: tuple[float, float, float] | Any = None,
+    ) -> None:
+        """Run autonomous.
+
+        The robot starts at `start`, else where it was placed, else at the start of this auto in `simcore.toml`,
+        else at the pose to which the auto resets its odometry, else where it stands.
+
+        Args:
+            name: Name of the auto in the dashboard's chooser; None leaves the choice as it is.
+            seconds: Duration; the robot stays enabled after it.
+            start: Pose as for `place` [m, m, rad].
+
+        Raises:
+            UnknownNameError: No chooser has that name; the text lists the options.
+        """
+        _require_name("autonomous", name)
+        self.start()
+        if start is not None:
+            self.place(*((start.x, start.y, start.rotation().radians()) if isinstance(start, Pose2d) else start))
+        if name is not None:
+            if name in season.op_modes("autonomous"):
+                self._op_mode = name
+            else:
+                choose_auto(name)
+            if self._mode == "disabled":
+                self.run(2 * TICK)  # a chooser gets it at the end of a loop
+        self._auto = name or ", ".join(active_choices())
+        self._enter("autonomous")
+        self.run(seconds)
+
+    def teleop(self, name: str = "", *, seconds: float = 0.0) -> None:
+        """Run teleop, e.g. after moving the sticks; for an OpModeRobot the mode of this name, else its first."""
+        self._play("teleop", name, seconds)
+
+    def utility(self, name: str = "", *, seconds: float = 0.0) -> None:
+        """Run the utility mode, called `test` until 2026; `name` as for `teleop`."""
+        self._play("utility", name, seconds)
+
+    def disable(self, *, seconds: float = 0.0) -> None:
+        """Disable, and wait."""
+        self.start()
+        self._enter("disabled")
+        self.run(seconds)
+
+    def run(self, seconds: float) -> None:
+        """Continue in the present mode.
+
+        Raises:
+            ConfigError: `seconds` is not a finite number >= 0.
+        """
+        require("run", "seconds", seconds, _SPAN)
+        self.start()
+        for _ in range(round(seconds / TICK)):
+            self._step()
+
+    def run_until(self, condition: Callable[[], object], *, timeout: float) -> float:
+        """Continue until a condition holds, checked every 20 ms.
+
+        Args:
+            condition: Function, e.g. `lambda: sim.pieces.held >= 8`.
+            timeout: Simulated time after which it is an error [s].
+
+        Returns:
+            Simulated time that it took [s].
+
+        Raises:
+            ConditionError: It did not hold in time.
+            ConfigError: The condition is no function, or the time no number of seconds.
+        """
+        if not callable(condition):
+            raise ConfigError(
+                f"run_until: want a function that is asked after each tick, e.g. lambda: sim.pieces.held >= 8; "
+                f"got {condition!r}"
+            )
+        require("run_until", "timeout", timeout, _SPAN)
+        self.start()
+        begin = self.time
+        for _ in range(round(timeout / TICK)):
+            if condition():
+                return self.time - begin
+            self._step()
+        if condition():
+            return self.time - begin
+        raise ConditionError(
+            f"the condition did not hold within {timeout:g} s; at its end the robot is at {self.pose}, {self._mode}"
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        """Say where a name is that the fixture itself lacks."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        parts = {"pieces": PieceCount, "score": Score, "record": RunRecord, "match": Match, "robot_sim": Robot}
+        near = nearest(name, [key for key in dir(type(self)) if not key.startswith("_")])
+        for part, cls in parts.items():
+            if name in dir(cls) or name in getattr(cls, "__dataclass_fields__", ()):
+                near = f" Did you mean 'sim.{part}.{name}'?"
+                break
+        raise _NoSuchNameError(f"sim has no {name!r}.{near} All that it has: docs/testing.md")
+
+    # --- true state -----------------------------------------------------------------------------------------------
+
+    @property
+    def belief_error(self) -> BeliefError:
+        """Error of the robot's estimated pose: `position` [m] and `heading` [rad]."""
+        return self.physics.belief.error
+
+    @property
+    def physics(self) -> RobotPhysics:
+        """Project's PhysicsEngine."""
+        self.start()
+        assert self._physics is not None
+        return self._physics
+
+    @property
+    def match(self) -> Match:
+        """Match, with everything on the field."""
+        return self.physics.match
+
+    @property
+    def robot_sim(self) -> Robot:
+        """Robot in the match."""
+        return self.physics.robot_sim
+
+    @property
+    def game(self) -> Match:
+        """Alias of `match`."""
+        return self.match
+
+    @property
+    def plant(self) -> Robot:
+        """Alias of `robot_sim`."""
+        return self.robot_sim
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the robot program started [s]."""
+        return float(Timer.get_monotonic_timestamp()) % season.EPOCH
+
+    @property
+    def pose(self) -> Any:
+        """True pose of the robot."""
+        x, y, yaw = self.robot_sim.chassis.pose
+        return Pose2d(x, y, yaw)
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+        return self.match.score
+
+    @property
+    def pieces(self) -> PieceCount:
+        """Number of pieces by place: `held`, `scored`, `on_field`, `in_flight`."""
+        return self.match.count
+
+    @property
+    def battery(self) -> Battery:
+        """Voltage, its lowest so far, and the whole robot's current."""
+        return self.robot_sim.battery
+
+    @property
+    def currents(self) -> dict[str, list[float]]:
+        """Motor currents of the drivetrain [A], by group: `drive` and `steer` of swerve, `left` and `right` of tank."""
+        return self.robot_sim.drive.motor_currents()
+
+    @property
+    def record(self) -> RunRecord:
+        """Shots, pieces taken in, placements, distances and extremes: the data of the run's pages and reports."""
+        return self.match.record
+
+    @property
+    def digest(self) -> str:
+        """Digest of everything that moved since the start: equal only if two runs agree in every bit."""
+        return self.match.digest.hexdigest()
+
+    @property
+    def realtime_factor(self) -> float:
+        """Simulated time over wall time so far."""
+        return self._ran / self._wall if self._wall > 0.0 else math.nan
+
+    # --- output of a failed test -------------------------------------------------------------------------------------
+
+    def add_sink(self, sink: TelemetrySink) -> None:
+        """Send telemetry to a sink from the next tick on."""
+        self._sinks.append(sink)
+        if self._physics is not None:
+            self._physics.match.sinks.append(sink)
+
+    @property
+    def has_run(self) -> bool:
+        """Whether the robot program has started."""
+        return self._physics is not None
+
+    def require_played(self) -> None:
+        """Refuse a mode that the test has begun without playing a tick of it.
+
+        Raises:
+            ConditionError: There is such a mode.
+        """
+        if not self._is_played:
+            raise ConditionError(
+                f"{self._mode} was begun and 0 s of it were played: say how long, e.g. {self._mode}(seconds=10), or go "
+                "on with run(10)"
+            )
+
+    def __repr__(self) -> str:
+        """Describe the state of the run for failed assertions."""
+        return f"<sim at {self.summary()}>" if self.has_run else "<sim before its start>"
+
+    def summary(self) -> str:
+        """Return one line: the auto, robot pose and score."""
+        x, y, yaw = self.robot_sim.chassis.pose
+        auto = f"auto {self._auto!r}, " if self._auto else ""
+        return (
+            f"{self.time:.2f} s, {auto}{self._alliance}, {self._mode}, robot at ({x:.2f}, {y:.2f}) m, "
+            f"{math.degrees(yaw):.0f} deg, score blue {self.score.blue} red {self.score.red}"
+        )
+
+    # --- internals ------------------------------------------------------------------------------------------------
+
+    def _run_robot(self) -> None:
+        try:
+            with self._watched(_NOT_STARTED):
+                self._stack.enter_context(self._control.run_robot())
+        except AssertionError as error:  # pyfrc's test class: robotInit has not finished
+            self._raise_error_of_robot()
+            raise SimcoreError(f"{_NOT_STARTED}; {self._place()}") from error
+        if not isinstance(self.robot, (season.wpilib.IterativeRobotBase, *season.loop_classes())):
+            self._wait(lambda: self._hook.last_loop is not None, _FIRST_LOOP)
+
+    @property
+    def _robot_name(self) -> str:
+        return str(self.robot.__class__.__name__)
+
+    def _raise_error_of_robot(self) -> None:
+        error = self._control._reraise.exception
+        if error is not None:
+            self._control._thread.join(_ENDS)
+            self._control._reraise.reset()
+            raise error
+
+    def _play(self, mode: str, name: str, seconds: float) -> None:
+        _require_name(mode, name)
+        self.start()
+        self._op_mode = name
+        self._enter(mode)
+        self.run(seconds)
+
+    def _enter(self, mode: str) -> None:
+        if mode == self._mode:
+            return
+        if self._mode != "disabled" and mode != "disabled":
+            self._enter("disabled")  # as the field does between auto and teleop
+            self.run(5 * TICK)
+        self.require_played()
+        self._mode = mode
+        if mode != "disabled":
+            self._is_played, self.was_enabled = False, True
+            season.set_mode(mode, self._op_mode)
+        DriverStationSim.set_enabled(mode != "disabled")
+
+    def _step(self) -> None:
+        begin = time.perf_counter()
+        DriverStationSim.notify_new_data()
+        self._is_played = True
+        with self._watched(_NOT_LOOPED):
+            self._advance(TICK)
+        self._wall += time.perf_counter() - begin
+        self._ran += TICK
+        self._steps += 1
+        self._name_threads()
+        self._raise_error_of_robot()
+        if not self._control.robot_is_alive:
+            raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+    def _name_threads(self) -> None:
+        new = [name for name in started_threads() if name not in self.own_threads]
+        if new:
+            self.own_threads += new
+            _log.warning(
+                "%s has its own threads (%s): simulated time does not step them, so two runs may differ",
+                *(self._robot_name, ", ".join(new)),
+            )
+
+    @contextmanager
+    def _watched(self, awaited: str) -> Iterator[None]:
+        """Exit the process with one sentence if the program hangs in the body of the context."""
+        if self._watch is not None:
+            self._watch.arm(awaited)
+        try:
+            yield
+        finally:
+            if self._watch is not None:
+                self._watch.disarm()
+
+    def _advance(self, seconds: float) -> None:
+        """Step time from loop to loop.
+
+        Stepping WPILib's clock blocks until all notifiers are waited for. A MagicBot frees its own between two
+        modes: time must stand until it has reached the first loop of the next mode.
+        """
+        left = round(1e6 * seconds)
+        while left > 0:
+            until_loop = left if self._loop is None else round(1e6 * (self._next_loop - self._now()))
+            step = min(left, until_loop) if until_loop > 0 else left
+            step_timing(1e-6 * (step + 0.5))  # the HAL truncates to whole microseconds
+            left -= step
+            if self._loop is not None:
+                self._wait(lambda: self._now() < self._next_loop - 1e-6)
+
+    @property
+    def _next_loop(self) -> float:
+        assert self._loop is not None
+        return (self._hook.last_loop or 0.0) + self._loop
+
+    def _now(self) -> float:
+        return float(Timer.get_monotonic_timestamp())
+
+    def _wait(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
+        """Wait for the program's thread, for this wall time [s] at most, until the condition holds or it has ended."""
+        end = time.monotonic() + patience
+        while not condition() and self._control.robot_is_alive and time.monotonic() < end:
+            time.sleep(0.0002)
+
+    def _where(self) -> str:
+        """Return the line of the program that its thread, or another one except this, runs; else nothing."""
+        frames = sys._current_frames()
+        robot = getattr(self._control._thread, "ident", None) or 0
+        rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
+        return program_line([*filter(None, [frames.get(robot)]), *rest])
+
+    def _place(self) -> str:
+        """Return the place in the program, as the end of a sentence."""
+        return f"it is at {self._where() or NO_LINE}"
+
+
+def _require_name(mode: str, name: object) -> None:
+    """Refuse a number of seconds given as a name."""
+    if name is not None and not isinstance(name, str):
+        raise ConfigError(
+            f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"
+        )

@@ -1,0 +1,113 @@
+"""Screen at the start of a run: found and guessed devices, unconnected ones, and tables to write."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from simcore.robot_file.template import FILE_NAME
+
+__all__ = ["StartupSummary"]
+
+_WIDTH = 118
+_MOST = 6  # rows of one kind; the rest is counted
+_LABEL = 13
+_ON_NETWORK = "WPILib (5810, 1735){} on every interface of this computer"
+_NOT_ON_NETWORK = (
+    "another program (a simulation that is still open?) holds port 5810 of NetworkTables: dashboards show that one, "
+    "not this; close it and start again"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartupSummary:
+    """Texts about a program's parts, by their owner."""
+
+    robot: str
+    """Measures and their sources."""
+    drivetrain: str
+    """Devices of the drivetrain."""
+    assumed: str = ""
+    """Guesses about the drivetrain."""
+    described: Sequence[str] = ()
+    """Mechanisms of simcore.toml, with devices."""
+    sensors: Sequence[str] = ()
+    """Sensors of simcore.toml, with ports."""
+    lights: str = ""
+    """Devices with lights in telemetry."""
+    guessed: Sequence[tuple[str, str]] = ()
+    """Devices, and their likely mechanisms."""
+    own: str = ""
+    """Devices that the project's own physics moves."""
+    nobody: str = ""
+    """Devices without a model."""
+    cameras: str = ""
+    """Cameras that simcore runs."""
+    unseen: str = ""
+    """Cameras that the program uses and that nothing feeds."""
+    pushed: str = ""
+    """Kinds of the field's pieces without a described intake."""
+    has_file: bool = True
+    """Whether there is a simcore.toml."""
+    is_on_network: bool | None = None
+    """Whether the program listens on its ports, False if another one does; None: no network."""
+
+    def lines(self) -> list[str]:
+        """Return the screen: at most 30 lines of some 120 characters.
+
+        >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
+        ...     print(line)
+        Robot: 55 kg
+          drivetrain   TalonFX 1-8
+          cameras      none that simcore runs; [[camera]] in simcore.toml adds one
+          to change    mass, bumpers and start are in [robot] and [start] of simcore.toml
+        """
+        rows = [("drivetrain", self.drivetrain)]
+        if self.assumed:
+            rows.append(("", f"guessed, to be written in [drivetrain]: {self.assumed}"))
+        rows += _some("described", list(self.described))
+        rows += _some("sensors", list(self.sensors))
+        rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
+        if self.own:
+            rows.append(("own physics", self.own))
+        if self.nobody:
+            rows.append(("nobody moves", f"{self.nobody}: keeps its reading from the start"))
+        if self.lights:
+            rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
+        if self.pushed:
+            rows.append(("intake", f"not described: {self.pushed} is pushed, not taken in; [[intake]] describes one"))
+        cameras = self.cameras or f"none that simcore runs; [[camera]] in {FILE_NAME} adds one"
+        rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
+        if self.is_on_network is not None:
+            phoenix = " and Phoenix (1250) listen" if "phoenix6" in sys.modules else " listens"
+            rows.append(("network", _ON_NETWORK.format(phoenix) if self.is_on_network else _NOT_ON_NETWORK))
+        rows.append(("to change", self._advice()))
+        lines = [self.robot]
+        for label, text in rows:
+            lines += textwrap.wrap(
+                text,
+                _WIDTH,
+                initial_indent=f"  {label:<{_LABEL}}",
+                subsequent_indent=" " * (2 + _LABEL),
+                max_lines={"": 5, "nobody moves": 4}.get(label, 2),
+            )
+        return lines
+
+    def _advice(self) -> str:
+        if not self.has_file:
+            return f"`simcore init` writes a {FILE_NAME} with these motors; there is none yet"
+        if self.guessed:
+            number = self.guessed[0][0].split(" + ")[0].split()[-1]
+            return (
+                f"a guess becomes a mechanism with [[mechanism]] name, kind, leader = {number} and gearing in "
+                f"{FILE_NAME}; mass, bumpers and start are in [robot] and [start]"
+            )
+        return f"mass, bumpers and start are in [robot] and [start] of {FILE_NAME}"
+
+
+def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
+    """Return rows under one label, the first few of them."""
+    shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
+    return [(label if k == 0 else "", text) for k, text in enumerate(shown)]

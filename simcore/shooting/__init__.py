@@ -1,1 +1,0 @@
-"""Shooter tables: speed and elevation by distance, by simulated flights, with what they are worth."""

@@ -1,0 +1,241 @@
+"""Shot table: for each distance the shot with the best margin, and its share of hits.
+
+The loop flies shots of many elevations and speeds around those of `solve_shot`. For each elevation, the middle speed of
+those that go in is a candidate; the row's shot is the candidate with the largest allowed error of elevation and speed,
+in standard deviations of the scatter. Scattered flights of it give the share of hits.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from simcore.match.game import RobotEntry
+from simcore.match.match import Match
+from simcore.match.scatter import Scatter
+from simcore.match.starts import StartError
+from simcore.pieces.shot_solver import NoShotError, solve_shot
+from simcore.sweep.shot_task import ShotDraws, ShotTask, Stand
+from simcore.typing import BoolArray, FloatArray
+from simcore.units import degrees
+
+__all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
+
+_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # of the grid; the second as a share of the speed
+_SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # margin beyond the shooter's limits, so that the ends are found
+_SLOWER, _FASTER = 0.8, 1.3  # on the speed that meets the middle: from the near rim to the far one
+_SHOTS = 1024  # scattered shots for a row's share
+_AS_SAFE = 0.97  # share of the best margin above which shots count as equally good; the row has the middle one
+_TURN, _FARTHEST_TURN = degrees(5.0), degrees(90.0)  # between tried bearings, and largest angle from the approach
+_LEVEL = 0.005  # [m] and [rad]: a robot on a bump shoots differently
+_MOST_PLACES = 6  # places tried for a row
+_COLUMNS = (
+    "bearing_deg", "elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s", "entry_angle_deg",
+    "slowest_mps", "fastest_mps", "flattest_deg", "steepest_deg", "margin_sd",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class ShotBand:
+    """Grid of elevations and speeds with the shots that go in from every barrel."""
+
+    elevations: FloatArray
+    """Elevations of the grid [rad], shape (n,)."""
+    speeds: FloatArray
+    """Speeds of the grid relative to the muzzle, in geometric steps [m/s], shape (m,)."""
+    inside: BoolArray
+    """Whether each shot goes in, shape (n, m)."""
+
+    @classmethod
+    def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
+        """Fly the shots of a grid around those that meet the target's middle."""
+        elevations = _grid(task)
+        middles = _to_middle(task, stand, elevations)
+        most = task.max_speed * (1.0 + _SPARE_SPEED)
+        reachable = middles[middles < most]
+        if not len(reachable):
+            return cls(elevations, np.zeros(0), np.zeros((len(elevations), 0), dtype=bool))
+        least = max(_SLOWER * float(reachable.min()), task.min_speed)
+        most = min(_FASTER * float(reachable.max()), most)
+        speeds = least * np.exp(_SPEED_STEP * np.arange(max(1, math.ceil(math.log(most / least) / _SPEED_STEP))))
+        ratio = speeds[None, :] / middles[:, None]
+        row, column = np.nonzero((ratio > _SLOWER) & (ratio < _FASTER))
+        inside: BoolArray = np.zeros(ratio.shape, dtype=bool)
+        inside[row, column] = task.hits(stand, elevations[row], speeds[column]).all(axis=1)
+        return cls(elevations, speeds, inside)
+
+
+def _grid(task: ShotTask) -> FloatArray:
+    """Return the elevations to fly [rad], shape (n,)."""
+    low, high = task.elevations
+    spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
+    count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
+    grid: FloatArray = np.array(low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1), dtype=np.float64)
+    return grid[(grid > 0.0) & (grid < 0.5 * math.pi)]
+
+
+def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArray:
+    """Return the speed for each elevation that meets the middle of the opening [m/s], infinite for none, shape (n,)."""
+    speeds, muzzle = np.full(len(elevations), np.inf), task.muzzle(stand, stand.bearing)
+    for number, elevation in enumerate(elevations.tolist()):
+        with contextlib.suppress(NoShotError):
+            speeds[number] = solve_shot(
+                muzzle, task.opening.middle, elevation=elevation, drag=task.kind.air.drag,
+                rising=not task.zone.downward,
+            ).speed  # fmt: skip
+    return speeds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotTableRow:
+    """One distance with the shot from there."""
+
+    stand: Stand
+    """Place of the robot; its bearing is valid only if there is a shot."""
+    problem: str = ""
+    """Reason why there is no shot; empty if there is one."""
+    band: ShotBand | None = None
+    """Shots that go in from there; None where the robot has no place."""
+    elevation: float = math.nan
+    """Elevation [rad]."""
+    speed: float = math.nan
+    """Speed relative to the muzzle [m/s]."""
+    shot: Mapping[str, Any] = field(default_factory=lambda: dict.fromkeys(_COLUMNS))
+    """Values by column, with the unit in its name; None for missing ones. Some columns need a note:
+
+    - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: range that goes in with the other value unchanged; -
+    `margin_sd`: distance to the nearest of these ends, in standard deviations of the scatter (default where it has
+    none).
+    """
+    share: float | None = None
+    """Share of scattered shots that go in."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShotTable:
+    """All rows, with their task and scatter."""
+
+    task: ShotTask
+    scatter: Scatter
+    rows: tuple[ShotTableRow, ...]
+
+    @property
+    def feasible(self) -> list[ShotTableRow]:
+        """Rows with a shot."""
+        return [row for row in self.rows if not row.problem]
+
+
+def make_table(
+    task: ShotTask, distances: Iterable[float], *, scatter: Scatter | None = None,
+    on_row: Callable[[ShotTableRow], object] = lambda row: None,
+) -> ShotTable:  # fmt: skip
+    """Compute a table.
+
+    Args:
+        task: Shooter and target.
+        distances: Distances from the robot's origin to the target [m].
+        scatter: Scatter of the shots; None: the default.
+        on_row: Function that is called with each finished row.
+    """
+    spread = scatter or Scatter()
+    rows: list[ShotTableRow] = []
+    bare = replace(task.game, staging=lambda rng, entries: [], preload=0)
+    with Match(bare, robots=[RobotEntry(config=task.robot, preload=0)], practice=True) as match:
+        for distance in sorted(distances):
+            rows.append(_row(task, match, distance, spread))
+            on_row(rows[-1])
+    return ShotTable(task, spread, tuple(rows))
+
+
+def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
+    """Return the row of a distance: the shot from the first place with hits, or why there is none."""
+    problem, band = "the robot has no place on the field there", None
+    for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
+        band = ShotBand.of(task, stand)
+        usable = band.inside & task.can_tilt(band.elevations)[:, None] & (band.speeds <= task.max_speed)
+        shots = [(number, _middle(usable[number])) for number in np.nonzero(usable.any(axis=1))[0].tolist()]
+        if shots:
+            return _best(task, stand, band, shots, scatter)
+        problem = "no elevation and speed of this shooter go in"
+    return ShotTableRow(stand=Stand(distance, 0.0), problem=problem, band=band)
+
+
+def _best(
+    task: ShotTask, stand: Stand, band: ShotBand, shots: Sequence[tuple[int, int]], scatter: Scatter
+) -> ShotTableRow:
+    """Return the row of the shot with the best margin, the middle one of those with similar margins."""
+    margins = np.array([_margin(band, *shot, scatter) for shot in shots])
+    good = np.nonzero(margins >= _AS_SAFE * margins.max())[0]
+    number, column = shots[int(good[len(good) // 2])]
+    elevation, speed = float(band.elevations[number]), float(band.speeds[column])
+    draws = ShotDraws.of(scatter, np.random.default_rng(0), _SHOTS)
+    return ShotTableRow(
+        stand=stand, band=band, elevation=elevation, speed=speed, share=task.share(stand, elevation, speed, draws),
+        shot=_described(task, stand, band, number, column, scatter),
+    )  # fmt: skip
+
+
+def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
+    """Yield places at a distance where the robot can stand and face the target, the most frontal first.
+
+    They are level, on the carpet, and up to 90 degrees to either side of the opening's approach.
+    """
+    chassis = match.robots[0].chassis
+    for number in range(round(_FARTHEST_TURN / _TURN) + 1):
+        for side in (1.0, -1.0) if number else (1.0,):
+            stand = Stand(distance, task.opening.approach + side * number * _TURN)
+            with contextlib.suppress(StartError):
+                match.carry_to(0, (*stand.place(task.opening.middle), stand.bearing - task.shooter.launch.heading))
+                if abs(chassis.pos[2]) < _LEVEL and math.hypot(*chassis.roll_pitch_yaw[:2]) < _LEVEL:
+                    yield stand
+
+
+def _described(
+    task: ShotTask, stand: Stand, band: ShotBand, number: int, column: int, scatter: Scatter
+) -> dict[str, Any]:
+    """Return the columns of a band's shot, given by the indices of elevation and speed."""
+    elevation, speed, deg = float(band.elevations[number]), float(band.speeds[column]), math.degrees
+    hood = task.hood_for(elevation)
+    seen = task.fly(task.rows(stand, np.array([elevation]), np.array([speed])))
+    vx, vy, vz = seen.vel[0].tolist()
+    values = (
+        deg(stand.bearing), deg(elevation), None if hood is None else hood / math.tau, speed,
+        task.shooter.wheel_speed_for(speed) / math.tau, float(seen.time[0]), deg(math.atan2(-vz, math.hypot(vx, vy))),
+        *_around(band.speeds, band.inside[number], column),
+        *map(deg, _around(band.elevations, band.inside[:, column], number)), _margin(band, number, column, scatter),
+    )  # fmt: skip
+    return dict(zip(_COLUMNS, values, strict=True))
+
+
+def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float:
+    """Return the distance of a band's shot from those that miss, in standard deviations of the scatter."""
+    slowest, fastest = np.log(_around(band.speeds, band.inside[number], column)) - math.log(band.speeds[column])
+    flattest, steepest = np.array(_around(band.elevations, band.inside[:, column], number)) - band.elevations[number]
+    return min(
+        float(min(-slowest, fastest)) / (scatter.exit_speed or Scatter().exit_speed),
+        float(min(-flattest, steepest)) / (scatter.elevation or Scatter().elevation),
+    )
+
+
+def _stretches(inside: BoolArray) -> list[tuple[int, int]]:
+    """Return the first and last index of each unbroken range."""
+    edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0].tolist()
+    return [(first, after - 1) for first, after in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _middle(inside: BoolArray) -> int:
+    """Return the middle index of the longest range."""
+    first, last = max(_stretches(inside), key=lambda ends: ends[1] - ends[0])
+    return (first + last) // 2
+
+
+def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, float]:
+    """Return the ends of the range around an index."""
+    first, last = next(ends for ends in _stretches(inside) if ends[0] <= here <= ends[1])
+    return float(values[first]), float(values[last])

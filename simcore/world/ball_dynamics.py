@@ -1,0 +1,159 @@
+"""Balls of a world: their arrays, and the queries about them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from simcore.loop.balls import depth_at
+from simcore.loop.robot_state import BODY, no_robots, records
+from simcore.loop.solids import Solids
+from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
+from simcore.loop.step import advance, prepare
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.engine import Engine
+from simcore.world.rotation import IDENTITY, Vector, matrix
+from simcore.world.solids_builder import SolidsBuilder
+
+if TYPE_CHECKING:
+    from simcore.world.field import FieldElement
+
+__all__ = ["BallDynamics", "StandingField", "factors"]
+
+_NO_ROBOTS, _NO_BODIES = no_robots(), records(BODY, 0)
+
+
+def factors(surface: TerrainSurface) -> Vector:
+    """Return friction [-], restitution [-] and rolling lever [m] of a surface for contacts of balls."""
+    return surface.friction, surface.restitution, surface.rolling
+
+
+class StandingField(NamedTuple):
+    """Static field for test flights of balls that meet no moving body and no other ball."""
+
+    solids: Solids
+    floor: Floor
+
+    @classmethod
+    def of(cls, elements: Iterable[FieldElement], floor: TerrainSurface) -> StandingField:
+        """Make it from elements and from the material of the floor at z = 0."""
+        prepare()
+        builder = SolidsBuilder()
+        for element in elements:
+            builder.add(element.shape, element.position, IDENTITY, factors(element.surface))
+        return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
+
+    def fly(self, balls: Balls, memory: Memory, h: float) -> None:
+        """Move separate balls by h [s]; `memory` keeps their friction state."""
+        advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
+
+
+class BallDynamics:
+    """All balls of a world.
+
+    Args:
+        bodies: Bodies that balls may touch.
+        solids: Solids that balls touch, apart from the floor and each other.
+        floor: Material of the floor at z = 0; None: no floor.
+        gravity: Gravity, downward [m/s^2].
+    """
+
+    def __init__(self, bodies: Bodies, solids: SolidsBuilder, floor: TerrainSurface | None, gravity: float) -> None:
+        self._bodies, self._builder = bodies, solids
+        friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
+        self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
+        self._others: list[int] = []  # numbers of the bodies, without robots, that balls may touch in this tick
+        self._fixed: set[int] = set()  # numbers of the sleeping ones
+        self._sent: dict[int, FloatArray] = {}  # carriers' rates as sent before the engine's last step
+        self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
+        """State of all balls."""
+        self.memory = make_memory(0)
+        """Contact memory of all balls."""
+
+    def set_balls(self, balls: Balls) -> None:
+        """Replace the balls of the world."""
+        if len(balls.status):
+            prepare()
+        self.balls, self.memory = balls, make_memory(len(balls.status))
+
+    def depth(self, pos: Vector, radius: float) -> float:
+        """Return the depth of a ball at a place in the static field [m]; 0 for no overlap."""
+        depth = float(depth_at(self._builder.solids, *pos, radius))
+        return max(depth, radius - pos[2]) if self.floor.is_there else depth
+
+    def reach(self, row: int) -> float:
+        """Return the largest distance of a body's shape from its origin [m]."""
+        return float(self._bodies.of(row)["reach"][0])
+
+    def leave(self, ball: int, row: int) -> None:
+        """Let a ball touch the body of a row only after the ball has left it."""
+        self.balls.leaves[ball] = self._bodies.number_of[row]
+
+    def robots_touching(self, ball: int) -> list[int]:
+        """Return rows of the robots that a ball has touched in this tick."""
+        marks, marked = int(self.balls.bodies[ball]), self._bodies.records["mark"]
+        return [self._bodies.rows[number] for number in self._bodies.robots if marks & int(marked[number])]
+
+    # --- motion ---------------------------------------------------------------------------------------------------
+
+    def begin_tick(self, others: list[int], fixed: list[int]) -> None:
+        """Set the bodies that balls may touch in a tick.
+
+        Args:
+            others: Rows of the bodies that are not robots.
+            fixed: Rows of the sleeping ones.
+        """
+        self.balls.bodies[:] = 0
+        bodies = self._bodies
+        bodies.records["is_active"] = bodies.records["is_robot"]
+        self._others = [number for number in map(bodies.number_of.__getitem__, others) if number not in bodies.carriers]
+        bodies.records["is_active"][bodies.carriers] = 1
+        bodies.records["is_active"][self._others] = 1
+        self._fixed = {bodies.number_of[row] for row in fixed}
+
+    def read_bodies(self, engine: Engine, h: float) -> None:
+        """Read poses and velocities of the engine's bodies that balls or robots may touch, for a step of h [s]."""
+        bodies = self._bodies
+        for number in (*self._others, *bodies.carriers):
+            body = bodies.records[number]
+            body["pos"], body["quat"] = engine.pose(bodies.rows[number])
+            vel, body["rate"] = engine.velocity(bodies.rows[number])
+            body["vel"] = (0.0, 0.0, 0.0) if body["swings"] else vel
+            if body["carries"]:
+                body["pull"] = (body["rate"] - self._sent.get(number, body["rate"])) / h
+
+    def push_bodies(self, engine: Engine) -> None:
+        """Apply the impulses of the balls to the engine's bodies, before its step."""
+        bodies = self._bodies
+        for number in (*self._others, *bodies.carriers):
+            body = bodies.records[number]
+            impulse = body["impulse"]
+            if body["carries"]:
+                self._sent[number] = np.array(engine.velocity(bodies.rows[number])[1])
+            if number in self._fixed or not impulse.any():
+                continue
+            row = bodies.rows[number]
+            pos, quat = engine.pose(row)
+            axes = matrix(quat) @ body["principal"]
+            turn = axes @ ((impulse[3:] @ axes) / body["inertia"])
+            vel, rate = engine.velocity(row)
+            spin = rate + turn
+            linear = np.cross(spin, pos - body["center"]) if body["swings"] else vel + impulse[:3] / body["mass"]
+            if body["carries"]:
+                self._sent[number] = spin
+            engine.wake(row)
+            engine.set_velocity(row, linear.tolist(), spin.tolist())
+
+    @property
+    def standing(self) -> StandingField:
+        """Static field, for test flights of separate balls."""
+        return StandingField(self._builder.solids, self.floor._replace(with_pairs=False))
+
+    def fly(self, balls: Balls, h: float) -> None:
+        """Move separate balls by h [s] through the static field, past each other and past all bodies."""
+        self.standing.fly(balls, make_memory(len(balls.status)), h)

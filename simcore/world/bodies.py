@@ -1,0 +1,92 @@
+"""Rigid bodies of a world as records of the loop: robots, and the engine's bodies that balls may touch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simcore.loop.robot_state import BODY, Records, join, records
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix
+from simcore.world.shapes import Shape, bounding_radius
+from simcore.world.solids_builder import SolidsBuilder
+
+__all__ = ["Bodies"]
+
+_MARKS = 62  # robots that a ball's contact marks tell apart
+
+
+class Bodies:
+    """All bodies of a world, one record each.
+
+    Args:
+        solids: Builder that receives their shapes.
+    """
+
+    def __init__(self, solids: SolidsBuilder) -> None:
+        self._solids = solids
+        self.records: Records = records(BODY, 0)
+        """Records in the order of `add`; see `BODY`."""
+        self.rows: list[int] = []
+        """Row of each body among the bodies of the world."""
+        self.number_of: dict[int, int] = {}
+        """Number of each body by its row."""
+        self.carriers: list[int] = []
+        """Numbers of the bodies that robots drive on."""
+        self.robots: list[int] = []
+        """Numbers of the robots."""
+
+    def add(
+        self,
+        row: int,
+        shape: Shape,
+        surface: Vector,
+        mass: float,
+        inertia: Vector,
+        *,
+        center: Vector = (0.0, 0.0, 0.0),
+        inertia_axes: Quaternion = IDENTITY,
+        pivot: Vector | None = None,
+        pos: Vector = (0.0, 0.0, 0.0),
+        is_robot: bool = False,
+        drivable: bool = False,
+    ) -> int:
+        """Add a body and return its number.
+
+        Args:
+            row: Row among the bodies of the world.
+            shape: Collision shape.
+            surface: Friction [-], restitution [-] and rolling lever [m].
+            mass: Mass [kg].
+            inertia: Principal moments about the center of mass, or about the pivot [kg m^2].
+            center: Center of mass in the body frame [m].
+            inertia_axes: Attitude of the principal axes in the body frame.
+            pivot: Point of the field about which the body swings [m].
+            pos: Origin of the body, field frame [m].
+            is_robot: Whether the loop moves it and balls can always touch it.
+            drivable: Whether robots drive on it.
+        """
+        number = len(self.rows)
+        self.rows.append(row)
+        self.number_of[row] = number
+        body = records(BODY)
+        body["first_solid"] = self._solids.add(
+            shape, (0.0, 0.0, 0.0), IDENTITY, surface, row=row, body=number, drivable=drivable
+        )
+        body["last_solid"] = self._solids.count
+        body["row"], body["is_robot"], body["swings"] = row, is_robot, pivot is not None
+        body["reach"], body["mass"], body["inertia"] = bounding_radius(shape), mass, inertia
+        body["principal"], body["center"] = matrix(inertia_axes), center if pivot is None else pivot
+        body["pos"], body["quat"], body["axes"] = pos, IDENTITY, np.eye(3)
+        body["com"] = body["center"] if pivot is not None else np.add(pos, center)
+        if drivable:
+            body["carries"], body["is_active"] = 1, 1
+            self.carriers.append(number)
+        if is_robot:
+            body["mark"], body["is_active"] = 1 << min(len(self.robots), _MARKS), 1
+            self.robots.append(number)
+        self.records = join((self.records, body))
+        return number
+
+    def of(self, row: int) -> Records:
+        """Return the record of the body at a row, shape (1,)."""
+        number = self.number_of[row]
+        return self.records[number : number + 1]

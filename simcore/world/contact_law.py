@@ -1,0 +1,162 @@
+"""Contact materials, and the springs and dampers that the engines use for a pair of them.
+
+- **Pairs.** Friction and restitution are the products of both sides' values. A rolling pair resists with the torque
+`(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. So each surface acts on every pair that touches it,
+and there is no separate table of pairs.
+- **Load.** A spring and a damper: f = k x - c v. For two soft surfaces the depths add.
+
+`simcore.loop.contact` has the contacts of balls.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from simcore.quantities import (
+    FRACTION,
+    FRICTION,
+    ROBOT_HEIGHT,
+    STIFFNESS,
+    Quantity,
+    require_fields,
+)
+from simcore.typing import FloatArray
+
+__all__ = [
+    "BUMPER",
+    "BUMPER_CLOTH",
+    "CARPET",
+    "FOAM",
+    "FOAM_STIFFNESS",
+    "FRICTIONLESS",
+    "OVERLAP_TIME",
+    "POLYCARBONATE",
+    "RUBBER",
+    "WALL",
+    "FoamStiffness",
+    "TerrainSurface",
+    "contact_damping",
+    "contact_spring",
+    "pair_friction",
+    "pair_restitution",
+    "pair_rolling",
+]
+
+_Value = TypeVar("_Value", float, FloatArray)
+
+# --- springs, dampers and overlaps ----------------------------------------------------------------------------------
+
+_DAMPING_RATIO = 8.0
+"""Damping ratio of contacts on PyBullet: a compressed contact recovers slowly, and a hit does not bounce twice."""
+OVERLAP_TIME = 0.5
+"""Time constant with which overlaps of rigid bodies vanish on PyBullet [s]: the correction adds to bounces."""
+_STRONGEST = (1.0, 0.2)
+"""Largest c h / m of a contact on MuJoCo in its step h [-]: without friction and bounce, and for others.
+
+MuJoCo makes its friction cone convex: a body that starts to slide at v is thrown up with at most mu v c h / m. At
+2 m/s a tube on carpet hops by 1 mm."""
+_LEAST_RATIO = 0.5  # of damping, which limits springs: half a period has 15 steps or more
+# --- materials ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TerrainSurface:
+    """Contact material of one body. Make variants with `dataclasses.replace`."""
+
+    name: str
+    friction: float
+    """Friction factor; the Coulomb coefficient of a pair is the product of both [-]."""
+    restitution: float
+    """Bounce factor; the speed ratio of a pair (out over in) is the product of both [-], 0 to 1."""
+    rolling: float = 0.0
+    """Rolling resistance lever arm [m]: a ball of radius r, friction f decelerates by rolling * f * g / (1.4 r)."""
+    stiffness: float | None = None
+    """Stiffness under load, force over depth [N/m]; None: rigid. The depths of a pair add."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self, self.name, friction=FRICTION, restitution=FRACTION, rolling=ROBOT_HEIGHT, stiffness=STIFFNESS
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoamStiffness:
+    """Stiffness of foam on one side of a ball: F = linear d + cubic d^3 at a depth d."""
+
+    linear: float
+    """Stiffness in the first millimeters [N/m]."""
+    cubic: float
+    """Coefficient of the cubic term [N/m^3]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, "FoamStiffness", linear=STIFFNESS, cubic=Quantity("N/m^3", 0.0, 1e12))
+
+
+# Estimates, +-30 %: no measurements of FRC field materials against foam balls are published. Against a foam ball
+# (friction 0.8, restitution 0.55) they give mu / e: carpet 0.8 / 0.28, wall 0.4 / 0.44, bumper 0.96 / 0.25,
+# polycarbonate 0.24 / 0.5; a ball rolling on carpet slows by 0.45 m/s^2.
+CARPET = TerrainSurface(name="CARPET", friction=1.0, restitution=0.5, rolling=0.006)
+WALL = TerrainSurface(name="WALL", friction=0.5, restitution=0.8, rolling=0.001)
+RUBBER = TerrainSurface(name="RUBBER", friction=1.2, restitution=0.45, rolling=0.005)
+POLYCARBONATE = TerrainSurface(name="POLYCARBONATE", friction=0.3, restitution=0.9, rolling=0.0005)
+FRICTIONLESS = TerrainSurface(name="FRICTIONLESS", friction=0.0, restitution=0.0)
+
+BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
+"""Surface of a bumper (noodles under fabric) against pieces; two robots bounce off each other with e = 0.06."""
+BUMPER_CLOTH = 0.7
+"""Friction factor of bumper cloth against walls and robots: 0.49 between two bumpers, 0.35 at a wall [-].
+
+Source: team 971 measured 0.5 for Cordura on Cordura, 0.3 for ballistic nylon on it and 0.25 for sailcloth on it
+(Chief Delphi, "Bumper Material", post 1381897, 2014). No measurement of cloth on polycarbonate is published;
+estimate, +-30 %.
+"""
+FOAM_STIFFNESS = 1e5
+"""Stiffness of dense foam [N/m]: a piece pressed against a wall with 600 N is compressed by 6 mm on each side.
+Estimate, within a factor of 3."""
+FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM_STIFFNESS)
+"""Default surface of pieces."""
+
+# --- pairs ----------------------------------------------------------------------------------------------------------
+
+
+def pair_friction(a: _Value, b: _Value) -> _Value:
+    """Compute Coulomb's coefficient of a pair from the factors of both [-], or of n pairs, shape (n,)."""
+    return a * b
+
+
+def pair_restitution(a: _Value, b: _Value) -> _Value:
+    """Compute the coefficient of restitution of a pair from the factors of both [-], or of n pairs, shape (n,)."""
+    return a * b
+
+
+def pair_rolling(rolling_a: _Value, friction_a: _Value, rolling_b: _Value, friction_b: _Value) -> _Value:
+    """Compute the rolling resistance lever arm of a pair [m], or of n pairs, shape (n,)."""
+    return rolling_a * friction_b + rolling_b * friction_a
+
+
+def contact_damping(stiffness: float, mass: float) -> float:
+    """Compute the damping of a body's contacts on PyBullet [N s/m] from its stiffness [N/m] and mass [kg]."""
+    return 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass)
+
+
+def contact_spring(restitution: float, friction: float, stiffness: float, mass: float, h: float) -> tuple[float, float]:
+    """Compute spring and damper of a contact on MuJoCo over the mass: k / m [1/s^2] and c / m [1/s].
+
+    Args:
+        restitution: Restitution of the pair [-]; below 0.13 it acts as 0.13.
+        friction: Friction of the pair [-].
+        stiffness: Stiffness of the pair, infinite for rigid ones [N/m]; reduced where the step requires it.
+        mass: Mass of the lighter body [kg].
+        h: Longest step in which it is computed [s].
+    """
+    from simcore.loop.bumpers import DAMPING_RATIOS  # imported here, so that reading a material needs no Numba
+
+    places = np.linspace(0.0, 1.0, len(DAMPING_RATIOS))
+    ratio = min(1.0, float(np.interp(restitution, places, DAMPING_RATIOS)))
+    strongest = _STRONGEST[friction + restitution > 0.0] / h
+    spring = min(stiffness / mass, (0.5 * strongest / max(ratio, _LEAST_RATIO)) ** 2)
+    return spring, 2.0 * ratio * math.sqrt(spring)

@@ -1,0 +1,245 @@
+"""Bodies that hang from the field on a chain and swing, or turn about a hinge; robots and pieces push them.
+
+The engine holds the body at its pivot and moves it like pieces. This module adds what the engine lacks: friction of the
+chain, which also turns the body back to its heading at rest, friction and spring of a hinge, the pull of climbers,
+and sleep. A hinge keeps its axis because the engine gets a large inertia about the other axes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
+from simcore.typing import Alliance
+from simcore.world.contact_law import WALL, TerrainSurface
+from simcore.world.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
+from simcore.world.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
+from simcore.world.world import PhysicsWorld
+
+__all__ = ["HangingBody", "HangingConfig"]
+
+_DAMPING = Quantity("1/s", 0.0, 100.0)
+_SPRING = Quantity("N m/rad", 0.0, 1e5)
+_STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm below a chain of 1 m
+_STILL_TIME = 0.5  # [s], duration below both
+_TOUCHING_SPEED = 0.3  # [m/s]; below it, the engine wakes what the body touches in time
+_TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back within a second, without overshoot
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HangingConfig:
+    """Config of a body that hangs on a chain or turns about a hinge: a bar, or a seesaw that robots drive on."""
+
+    name: str
+    shape: Box | Cylinder | Sphere
+    """Shape; its origin is the center of mass, and its axes are the field's at rest."""
+    mass: float
+    """Mass [kg]."""
+    pivot: Vector
+    """Fixed point of its chain, or center of its hinge, field frame [m]."""
+    drop: float
+    """Distance from the pivot down to the center of mass [m]; for a hinge it may be 0, or negative if hinged from
+    below."""
+    hinge: Literal["x", "y"] | None = None
+    """Axis of its hinge; None: it hangs on a chain. A hinged body turns until it meets the carpet or an element of the
+    field: these are its stops."""
+    spring: float = 0.0
+    """Spring of a hinge: torque per angle back to the rest position [N m/rad]."""
+    drivable: bool = False
+    """Whether robots drive on it; for hinged bodies only."""
+    alliance: Alliance | None = None
+    """Alliance that it belongs to; None: neither."""
+    surface: TerrainSurface = WALL
+    damping: float = 0.3
+    """Share of its angular velocity lost to friction and air per second [1/s]; a swing decays at half this rate."""
+
+    def __post_init__(self) -> None:
+        owner = f"HangingConfig {self.name!r}"
+        drop = FIELD_LENGTH if self.hinge is None else FIELD_PLACE
+        require_fields(self, owner, mass=MASS, pivot=(FIELD_PLACE,) * 3, drop=drop, damping=_DAMPING, spring=_SPRING)
+        if self.hinge not in (None, "x", "y"):
+            raise ConfigError(f"{owner}: hinge must be along 'x' or 'y', or None for a chain, got {self.hinge!r}")
+        if self.hinge is None and (self.spring or self.drivable):
+            raise ConfigError(f"{owner}: only what has a hinge has a spring, or carries robots")
+
+
+class HangingBody:
+    """A hanging or hinged body in a world; it starts at rest and sleeps until something touches it.
+
+    Args:
+        world: World with the field.
+        config: Config of the body.
+    """
+
+    def __init__(self, world: PhysicsWorld, config: HangingConfig) -> None:
+        self.config = config
+        self._engine = world.engine
+        x, y, z = config.pivot
+        self.row = world.add_hanging_body(
+            config.name,
+            config.shape,
+            mass=config.mass,
+            surface=config.surface,
+            pos=(x, y, z - config.drop),
+            pivot=config.pivot,
+            hinge=config.hinge,
+            drivable=config.drivable,
+        )
+        self._axis = 0 if config.hinge is None else "xy".index(config.hinge)
+        across = config.mass * float(mass_properties(config.shape).inertia[self._axis, self._axis])
+        self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
+        self._own_share = across / self._inertia
+        self.radius = bounding_radius(config.shape)
+        """Radius of a ball about the center of mass that encloses it [m]."""
+        self._half = bounding_box(config.shape)[1]
+        self._torque = (0.0, 0.0, 0.0)
+        self._still = 0.0
+        self.is_awake = False
+        """Whether it moves."""
+        self.pos: Vector = (x, y, z - config.drop)
+        """Center of mass, field frame [m]."""
+        self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+        self.rate: Vector = (0.0, 0.0, 0.0)
+        """Angular velocity, field frame [rad/s]."""
+        self._engine.sleep(self.row)
+
+    # --- interface for climbers -----------------------------------------------------------------------------------
+
+    def to_rest(self, place: Vector) -> Vector:
+        """Return where a point of the field, moved with the body, is when the body is at rest [m]."""
+        return self._from_pivot(rotate_back(self.quat, self._arm(place)))
+
+    def from_rest(self, place: Vector) -> Vector:
+        """Return the present place of a point of the body from its place at rest [m]."""
+        return self._from_pivot(rotate(self.quat, self._arm(place)))
+
+    def velocity_at(self, place: Vector) -> Vector:
+        """Return the velocity of a point of the body, field frame [m/s]."""
+        return cross(self.rate, self._arm(place))
+
+    def mobility_at(self, place: Vector) -> float:
+        """Return the inverse of the effective mass at a point, across the line to the pivot [1/kg]."""
+        arm = self._arm(place)
+        return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
+
+    def pull(self, place: Vector, force: Vector) -> None:
+        """Pull at a point in the next sub-step, field frame [m, N]; the pivot bears the part along the chain."""
+        tx, ty, tz = cross(self._arm(place), force)
+        x, y, z = self._torque
+        self._torque = (x + tx, y + ty, z + tz)
+        self._wake()
+
+    # --- motion ---------------------------------------------------------------------------------------------------
+
+    def read(self) -> None:
+        """Read pose and velocity from the engine, before climbers ask for them."""
+        if self.is_awake:
+            self.pos, self.quat = self._engine.pose(self.row)
+            vel, rate = self._engine.velocity(self.row)
+            if self.config.hinge is not None:
+                self.rate = self._about_hinge(rate[self._axis])
+                return
+            # Rate from the angular momentum about the pivot, which the joint preserves while position and rate
+            # disagree.
+            arm, own = self._arm(self.pos), self._own_share
+            length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
+            along = (rate[0] * arm[0] + rate[1] * arm[1] + rate[2] * arm[2]) / length2
+            x, y, z = cross(arm, vel)
+            share = (1.0 - own) / length2
+            self.rate = (
+                share * x + own * (rate[0] - along * arm[0]) + along * arm[0],
+                share * y + own * (rate[1] - along * arm[1]) + along * arm[1],
+                share * z + own * (rate[2] - along * arm[2]) + along * arm[2],
+            )
+
+    def before_substep(self, h: float) -> None:
+        """Apply friction and the pull of climbers for the next sub-step of h [s]."""
+        if not self.is_awake:
+            return
+        arm = self._arm(self.pos)
+        if self.config.hinge is not None:
+            spring, axis = self.config.spring / self._inertia, self._axis
+            kept = self.rate[axis] * math.exp(-self.config.damping * h)  # damping acts on the motion, not on the spring
+            turn = kept + (self._torque[axis] / self._inertia - spring * self.angle) * h
+            self.rate = self._about_hinge(turn / (1.0 + spring * h * h))
+            self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
+            self._torque = (0.0, 0.0, 0.0)
+            return
+        length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
+        along = self.rate[0] * arm[0] + self.rate[1] * arm[1] + self.rate[2] * arm[2]
+        keep = math.exp(-self.config.damping * h)
+        twist = -along / math.sqrt(length2)  # about the line up to the pivot
+        wanted = (twist - _TWIST_RATE**2 * yaw_of(self.quat) * h) / (1.0 + _TWIST_RATE * h) ** 2
+        more = -wanted / math.sqrt(length2)
+        rate = [keep * (w - along * a / length2) + more * a for w, a in zip(self.rate, arm, strict=True)]
+        self.rate = (rate[0], rate[1], rate[2])
+        self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
+        if self._torque != (0.0, 0.0, 0.0):
+            fx, fy, fz = cross(self._torque, arm)
+            self._engine.apply_forces([self.row], np.array([[fx, fy, fz]]) / length2)
+            self._torque = (0.0, 0.0, 0.0)
+
+    def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
+        """Wake the body if something touched it in a tick of dt [s], or put it to sleep after enough time at rest.
+
+        Args:
+            dt: Length of the tick [s].
+            in_reach: Whether anything that moves could have touched it.
+        """
+        is_hinged = self.config.hinge is not None
+        if not self.is_awake:
+            if in_reach and (is_hinged or any(map(any, self._engine.velocity(self.row)))):
+                self._wake()
+            return
+        self.read()
+        if is_hinged:  # it rests at any angle, and a robot on it may be slow
+            is_still = not in_reach and abs(self.rate[self._axis]) < _STILL_RATE
+        else:
+            x, y, _ = self._arm(self.pos)
+            tilt = math.hypot(x, y) / self.config.drop
+            is_still = max(tilt, abs(yaw_of(self.quat))) < _STILL_ANGLE and math.hypot(*self.rate) < _STILL_RATE
+        self._still = self._still + dt if is_still else 0.0
+        if self._still > _STILL_TIME:
+            self.is_awake, self.rate = False, (0.0, 0.0, 0.0)
+            self._engine.sleep(self.row)
+
+    @property
+    def angle(self) -> float:
+        """Angle of a hinge from its rest position, about the positive axis [rad]."""
+        return 2.0 * math.atan2(self.quat[self._axis], self.quat[3])
+
+    @property
+    def speed(self) -> float:
+        """Upper bound on the speed of its fastest point [m/s]."""
+        return math.hypot(*self.rate) * (abs(self.config.drop) + self.radius)
+
+    @property
+    def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
+        """Extent and speed, for the pieces.
+
+        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest point [m], and the speed below which
+        it wakes pieces by touch alone, because it swings for half a minute [m/s].
+        """
+        dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
+        x, y, z = self.pos
+        return x, y, 0.0, dx, dy, self.speed, (z - dz, z + dz), _TOUCHING_SPEED
+
+    def _wake(self) -> None:
+        if not self.is_awake:
+            self.is_awake, self._still = True, 0.0
+            self._engine.wake(self.row)
+
+    def _about_hinge(self, rate: float) -> Vector:
+        return (rate, 0.0, 0.0) if self._axis == 0 else (0.0, rate, 0.0)
+
+    def _arm(self, place: Vector) -> Vector:
+        return minus(place, self.config.pivot)
+
+    def _from_pivot(self, arm: Vector) -> Vector:
+        x, y, z = self.config.pivot
+        return (x + arm[0], y + arm[1], z + arm[2])

@@ -1,0 +1,133 @@
+"""Moving parts of a robot: a chain of joints from the robot frame to the part.
+
+An elevator is a joint that slides, an arm one that turns; a claw on an arm on an elevator is a chain of both. The chain
+gives the pose of a drawn part, of an intake's zone, and of a held piece with its velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.quantities import RATIO, ROBOT_PLACE, require_fields
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
+
+__all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "require_mechanisms"]
+
+
+class MechanismMotion(Protocol):
+    """Mechanism that drives a joint, as a joint needs it."""
+
+    @property
+    def position(self) -> float:
+        """Angle of its shaft [rad]."""
+        ...
+
+    @property
+    def velocity(self) -> float:
+        """Rate of its shaft [rad/s]."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Joint:
+    """One joint of a chain, driven by a mechanism."""
+
+    mechanism: str
+    """Name of the mechanism."""
+    axis: Vector
+    """Unit vector in the frame before the joint: axis of a counter-clockwise turn, or direction of the travel."""
+    origin: Vector = (0.0, 0.0, 0.0)
+    """Origin of the joint in the frame before it [m]."""
+    slides: bool = False
+    """Whether it slides; otherwise it turns."""
+    ratio: float = 1.0
+    """Angle [rad] or travel [m] of the joint per radian of the mechanism's shaft."""
+
+    def __post_init__(self) -> None:
+        owner = f"Joint of {self.mechanism!r}"
+        require_fields(self, owner, axis=(RATIO,) * 3, origin=(ROBOT_PLACE,) * 3, ratio=RATIO)
+        if not math.isclose(math.hypot(*self.axis), 1.0, abs_tol=1e-6):
+            raise ConfigError(f"{owner}: axis must be a unit vector, got {self.axis}")
+
+
+class PartState(NamedTuple):
+    """Pose and motion of a part or of a whole robot: in the robot frame, or in the field frame where stated."""
+
+    pos: Vector
+    """Position [m]."""
+    quat: Quaternion
+    """Attitude: rotation from the part's axes, x, y, z, w."""
+    vel: Vector
+    """Velocity [m/s]."""
+    rate: Vector
+    """Angular velocity [rad/s]."""
+
+
+def part_pose(
+    joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
+) -> tuple[Vector, Quaternion]:
+    """Compute the pose of a part in the robot frame.
+
+    Args:
+        joints: Joints from the robot outward; none for a fixed part.
+        mechanisms: Mechanisms by name.
+        offset: Position of the part in the frame after the last joint [m].
+    """
+    x = y = z = 0.0
+    quat = IDENTITY
+    for joint in joints:
+        travel = joint.ratio * mechanisms[joint.mechanism].position
+        ox, oy, oz = joint.origin
+        if joint.slides:
+            ax, ay, az = joint.axis
+            ox, oy, oz = ox + travel * ax, oy + travel * ay, oz + travel * az
+        if quat is not IDENTITY:
+            ox, oy, oz = rotate(quat, (ox, oy, oz))
+        x, y, z = x + ox, y + oy, z + oz
+        if not joint.slides:
+            turn = _turn(joint.axis, travel)
+            quat = turn if quat is IDENTITY else multiply(quat, turn)
+    ox, oy, oz = offset if quat is IDENTITY else rotate(quat, offset)
+    return (x + ox, y + oy, z + oz), quat
+
+
+def part_state(
+    joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
+) -> PartState:
+    """Compute pose and motion of a part in the robot frame; see `part_pose`."""
+    (x, y, z), quat = part_pose(joints, mechanisms, offset)
+    vx = vy = vz = wx = wy = wz = 0.0
+    for number, joint in enumerate(joints):
+        here, before = part_pose(joints[:number], mechanisms, joint.origin)
+        axis = rotate(before, joint.axis)
+        speed = joint.ratio * mechanisms[joint.mechanism].velocity
+        ax, ay, az = axis[0] * speed, axis[1] * speed, axis[2] * speed
+        if joint.slides:
+            vx, vy, vz = vx + ax, vy + ay, vz + az
+        else:
+            rx, ry, rz = x - here[0], y - here[1], z - here[2]
+            vx, vy, vz = vx + ay * rz - az * ry, vy + az * rx - ax * rz, vz + ax * ry - ay * rx
+            wx, wy, wz = wx + ax, wy + ay, wz + az
+    return PartState((x, y, z), quat, (vx, vy, vz), (wx, wy, wz))
+
+
+def require_mechanisms(owner: str, names: Iterable[str | None], known: Iterable[str]) -> None:
+    """Check that the mechanisms that a config names exist.
+
+    Raises:
+        UnknownNameError: If one does not; the message names its owner.
+    """
+    known = list(known)
+    for name in names:
+        if name is not None and name not in known:
+            raise UnknownNameError(f"mechanism (for {owner})", name, known)
+
+
+def _turn(axis: Vector, angle: float) -> Quaternion:
+    half = 0.5 * math.fmod(angle, 4.0 * math.pi)
+    s = math.sin(half)
+    return axis[0] * s, axis[1] * s, axis[2] * s, math.cos(half)

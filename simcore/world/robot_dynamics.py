@@ -1,0 +1,484 @@
+"""Robots of a world: their records, the outlines that their bumpers meet, and their mass properties."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from simcore.errors import ConfigError, EngineError
+from simcore.loop.body import kick_and_drift
+from simcore.loop.robot_state import (
+    BATTERY,
+    OUTLINE,
+    PART,
+    POINT,
+    ROBOT,
+    SHAFT,
+    SPRING,
+    SPRINGS,
+    STEP,
+    WHEEL,
+    Fleet,
+    Records,
+    join,
+    records,
+)
+from simcore.loop.robots import settle
+from simcore.loop.solids import Solids
+from simcore.loop.step import prepare
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.engine import Engine
+from simcore.world.rotation import Quaternion, Vector, from_yaw, matrix
+from simcore.world.shapes import Compound, Mesh, Part, Shape, outline, outline_points
+
+__all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice_between"]
+
+_BAND = 0.02  # [m]; outlines of elements are made at whole multiples of this height, slightly below the requested one
+_LOW = 0.1  # [m]; lower elements meet wheels and frames only
+_LIFT = 0.003  # [m]; a robot that has risen or sunk by less keeps its outlines
+_THIN = 1e-5  # [m^2]; smallest area of an element's slice that bumpers meet
+_COVERED = 1e-3  # [m]; points this far outside a side are tested for being covered by another outline
+_SINK = 0.0003  # [m]; compression of the wheels under the robot's weight
+_DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
+_STIFFER = 3.0  # factor of bumpers and frame on the wheels' stiffness
+_POINT_RADIUS = 0.01  # [m]
+_ROOM = 64  # most robots in a world
+_ABOVE = 0.002  # [m]; height above the ground from which a placed robot settles
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BumperPart:
+    """A rectangle that meets walls and robots: bumpers, or the frame above them."""
+
+    x: float
+    """Center, robot frame [m]."""
+    y: float
+    half_length: float
+    """Half of the length [m]."""
+    half_width: float
+    bottom: float
+    """Height of the lower edge above the carpet [m]."""
+    top: float
+    """Height of the upper edge above the carpet [m]."""
+    friction: float
+    """Friction factor, as of a surface [-]."""
+    restitution: float
+    """Restitution factor, as of a surface [-]."""
+    stiffness: float
+    """Force per depth and per length of the touching side [N/m^2]."""
+
+
+_kick_and_drift: Callable[..., None] = kick_and_drift
+
+
+class RecordRows:
+    """Preallocated records of one type: a row keeps its place once it is taken.
+
+    Args:
+        what: Name of the records, for messages.
+        dtype: Type of the records.
+        room: Largest number of rows; untouched rows use no memory.
+    """
+
+    def __init__(self, what: str, dtype: np.dtype[Any], room: int) -> None:
+        self._what, self._made, self.count = what, records(dtype, room), 0
+
+    @property
+    def taken(self) -> Records:
+        """Rows in use."""
+        return self._made[: self.count]
+
+    def take(self, new: Records) -> Records:
+        """Take as many rows as there are new records, set them, and return them.
+
+        Raises:
+            ConfigError: If there is no room left.
+        """
+        first, self.count = self.count, self.count + len(new)
+        if self.count > len(self._made):
+            raise ConfigError(f"a world has room for {len(self._made)} {self._what}, its robots have {self.count}")
+        rows = self._made[first : self.count]
+        rows[:] = new
+        return rows
+
+
+class _Wheels(Protocol):
+    """A drivetrain whose records move into those of the world."""
+
+    robot_record: Records
+    shafts: Records
+    wheel_records: Records
+    battery: Any
+
+
+class _Shaft(Protocol):
+    """A mechanism whose record moves into those of the world."""
+
+    record: Records
+
+
+def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
+    """Return whether bumpers meet a static of this shape and pose by its outline.
+
+    Concave shapes, and shapes so low that wheels or the frame's lower edge meet them, are met as solids.
+    """
+    if isinstance(shape, Mesh):
+        return False
+    return bool((outline_points(shape) @ matrix(quat).T)[:, 2].max() + pos[2] > _LOW)
+
+
+class RobotDynamics:
+    """All robots of a world.
+
+    Args:
+        bodies: All bodies of the world, robots among them.
+    """
+
+    def __init__(self, bodies: Bodies) -> None:
+        self._bodies = bodies
+        self._drives: list[_Wheels | None] = []
+        self._robots = RecordRows("robots", ROBOT, _ROOM)
+        self._batteries = RecordRows("batteries", BATTERY, _ROOM)
+        self._shafts = RecordRows("motors", SHAFT, 64 * _ROOM)
+        self._wheels = RecordRows("wheels", WHEEL, 32 * _ROOM)
+        self._points = RecordRows("points of contact", POINT, 256 * _ROOM)
+        self._parts = RecordRows("parts of bumpers", PART, 16 * _ROOM)
+        self._springs = RecordRows("contacts", SPRING, SPRINGS * _ROOM)
+        self._clock = np.zeros(1, np.int64)
+        self._reported = 0  # count of brown-outs and resets
+        self._number_of: dict[int, int] = {}  # by row
+        self._statics: list[tuple[int, tuple[FloatArray, ...], TerrainSurface]] = []
+        self._slices: dict[tuple[int, int], tuple[int, int]] = {}
+        self._fleet: Fleet | None = None
+        self._forget_outlines()
+
+    def _forget_outlines(self) -> None:
+        self._outlines, self._hidden = records(OUTLINE, 0), np.zeros(0, np.uint8)
+        self._corners, self._normals = np.zeros((0, 2)), np.zeros((0, 2))
+        self._slices.clear()
+        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # of the parts at the last choice [m]
+
+    @property
+    def robots(self) -> Records:
+        """Records of the robots, in the order in which they were added."""
+        return self._robots.taken
+
+    @property
+    def fleet(self) -> Fleet:
+        """All records, as the loop takes them."""
+        if self._fleet is None:
+            self._fleet = Fleet(
+                self.robots, self._shafts.taken, self._wheels.taken, self._batteries.taken, self._parts.taken,
+                self._points.taken, self._springs.taken.reshape(-1, SPRINGS), self._outlines, self._corners,
+                self._normals, self._hidden, self._clock,
+            )  # fmt: skip
+        return self._fleet
+
+    # --- building -------------------------------------------------------------------------------------------------
+
+    def add_static(self, row: int, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
+        """Add a static that bumpers meet, with its origin at a place [m]."""
+        turn = matrix(quat).T
+        assert not isinstance(shape, Mesh)
+        members = shape.parts if isinstance(shape, Compound) else (Part(shape),)
+        corners = [outline_points(p.shape) @ matrix(p.quat).T + np.array(p.offset) for p in members]
+        self._statics.append((row, tuple(points @ turn + np.array(pos) for points in corners), surface))
+        self._forget_outlines()
+
+    def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
+        """Add a robot whose body has this row and number; return the robot's number."""
+        prepare()
+        number = len(self._drives)
+        self._number_of[row] = number
+        self._drives.append(None)
+        robot = self._robots.take(records(ROBOT))
+        self._batteries.take(records(BATTERY))
+        self._springs.take(records(SPRING, SPRINGS))["stamp"] = -2
+        robot["body"], robot["request"]["is_enabled"], robot["is_put"] = body, 1, 1
+        robot["first_part"], robot["last_part"] = self._parts.count, self._parts.count + len(parts)
+        made = records(PART, len(parts))
+        for one, part in zip(range(len(parts)), parts, strict=True):
+            made["robot"][one] = number
+            for name in BumperPart.__slots__:
+                made[name][one] = getattr(part, name)
+        if parts:
+            robot["reach"] = max(math.hypot(abs(p.x) + p.half_length, abs(p.y) + p.half_width) for p in parts)
+            robot["low"], robot["high"] = min(p.bottom for p in parts), max(p.top for p in parts)
+        self._parts.take(made)
+        self._forget_outlines()
+        return number
+
+    def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
+        """Move the records of a robot's drivetrain and mechanisms into those of the world, where they stay."""
+        robot = self.robots[number : number + 1]
+        robot["first_shaft"], robot["first_wheel"] = self._shafts.count, self._wheels.count
+        if drive is not None:
+            for name in ("request", "drive_shafts", "bus", "time"):
+                robot[name] = drive.robot_record[name]
+            battery = self._batteries.taken[number : number + 1]
+            battery[:] = drive.battery.records
+            drive.robot_record, drive.battery.records = robot, battery
+            drive.shafts, drive.wheel_records = self._shafts.take(drive.shafts), self._wheels.take(drive.wheel_records)
+        for mechanism in mechanisms:
+            mechanism.record = self._shafts.take(mechanism.record)
+        robot["last_shaft"], robot["last_wheel"] = self._shafts.count, self._wheels.count
+        self._drives[number], self._fleet = drive, None
+
+    def set_points(self, number: int, wheels: Sequence[Vector], points: Sequence[Vector], radius: float) -> None:
+        """Set the contact points of a robot.
+
+        Args:
+            number: Number of the robot.
+            wheels: Centers of the wheels, robot frame [m].
+            points: Points of bumpers and frame, each the center of a ball of 10 mm [m].
+            radius: Radius of the wheels [m].
+        """
+        robot, m = self.robots[number], len(wheels)
+        made = records(POINT, m + len(points))
+        made["x"], made["y"], made["z"] = zip(*wheels, *points, strict=True)
+        made["is_wheel"][:m] = 1
+        made["radius"][:m], made["radius"][m:] = radius, _POINT_RADIUS
+        robot["first_point"], robot["last_point"] = self._points.count, self._points.count + len(made)
+        robot["reach"] = max(float(robot["reach"]), *(math.hypot(x, y) for x, y, _ in (*wheels, *points)))
+        self._points.take(made)
+        self._fleet = None
+
+    def set_mass(
+        self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
+    ) -> None:
+        """Set mass, center of mass and moments of inertia of a robot; its pose stays.
+
+        Args:
+            number: Number of the robot.
+            mass: Mass [kg].
+            center: Center of mass, robot frame [m].
+            inertia: Moments of inertia about it [kg m^2].
+            radius: Radius of the wheels [m].
+            loads: Loads of the wheels on level ground [N]; each spring is lengthened so that the robot stands at height
+                0.
+        """
+        robot, m = self.robots[number], len(loads)
+        body = self._bodies.records[int(robot["body"])]
+        body["mass"], body["center"], body["inertia"] = mass, center, inertia
+        points = self._points.taken[int(robot["first_point"]) : int(robot["last_point"])]
+        stiffness = mass * GRAVITY / (m * _SINK)
+        damping = 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass / m)
+        stiffer = math.sqrt(_STIFFER)
+        points["radius"][:m] = radius + np.array(loads) / stiffness
+        points["stiffness"][:m], points["stiffness"][m:] = stiffness, _STIFFER * stiffness
+        points["damping"][:m], points["damping"][m:] = damping, stiffer * damping
+        parts = self._parts.taken[int(robot["first_part"]) : int(robot["last_part"])]
+        parts["edge_stiffness"], parts["edge_damping"] = _STIFFER * stiffness, stiffer * damping
+
+    # --- queries --------------------------------------------------------------------------------------------------
+
+    def touching(self, row: int) -> list[int]:
+        """Return rows of the walls and robots that a robot touched in its last step."""
+        if row not in self._number_of:
+            return []
+        robot = self.robots[self._number_of[row]]
+        touched: list[int] = robot["touches"][: robot["touched"]].tolist()
+        return touched
+
+    def wheel_gaps(self, number: int, count: int) -> list[float]:
+        """Return distances of a robot's wheels from the ground, where it is near [m]."""
+        first = int(self.robots["first_point"][number])
+        gaps: list[float] = self._points.taken["gap"][first : first + count].tolist()
+        return gaps
+
+    def standing(
+        self, number: int, pose: Vector, solids: Solids, has_floor: bool, gravity: float, height: float
+    ) -> tuple[Vector, Quaternion]:
+        """Return position of the origin and attitude of a robot that stands at a pose [m, m, rad].
+
+        The robot settles there from a height [m] without overlaps.
+        """
+        kept = self._bodies.records.copy()
+        body = self._bodies.records[int(self.robots["body"][number])]
+        body["pos"], body["quat"] = (pose[0], pose[1], height + _ABOVE), from_yaw(pose[2])
+        body["vel"] = body["rate"] = 0.0
+        settle(self.fleet, number, self._bodies.records, solids, has_floor, gravity, STEP)
+        x, y, z = body["pos"].tolist()
+        a, b, c, d = body["quat"].tolist()
+        self._bodies.records[:] = kept
+        return (x, y, z), (a, b, c, d)
+
+    # --- motion ---------------------------------------------------------------------------------------------------
+
+    def put(self, row: int, pos: Sequence[float], quat: Quaternion) -> None:
+        """Place a robot at rest."""
+        robot = self.robots[self._number_of[row]]
+        body = self._bodies.records[int(robot["body"])]
+        body["pos"], body["quat"], body["vel"], body["rate"] = pos, quat, 0.0, 0.0
+        body["axes"] = axes = matrix(quat)
+        body["com"] = pos + axes @ body["center"]
+        points = self._points.taken[int(robot["first_point"]) : int(robot["last_point"])]
+        points["load"], points["gap"] = 0.0, 0.0
+        robot["is_put"] = 1
+
+    def choose_outlines(self) -> None:
+        """Choose the outlines that bumpers may meet at the heights of the robots."""
+        if self._parts.count:
+            heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts.taken["robot"]]
+            if not np.abs(heights - self._heights).max() <= _LIFT:
+                self._heights = heights
+                self._slice_field()
+
+    def report_brownouts(self) -> None:
+        """Let batteries report new brown-outs and resets."""
+        batteries = self._batteries.taken
+        begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
+        if begun != self._reported:
+            self._reported = begun
+            for drive in self._drives:
+                if drive is not None:
+                    drive.battery.report()
+
+    def fail(self, number: int) -> NoReturn:
+        """Report that the state of a robot is not finite.
+
+        Raises:
+            EngineError: Always.
+        """
+        body = self._bodies.records[int(self.robots["body"][number])]
+        raise EngineError(
+            f"robot {number}: its pose or velocity is not finite: {body['pos'].tolist()}, {body['vel'].tolist()}"
+        )
+
+    # --- the engine's bodies ---------------------------------------------------------------------------------------
+
+    def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
+        """Give the engine the robots' motion as the loop has computed it, so that it meets the engine's bodies.
+
+        Args:
+            engine: Engine of all other bodies.
+            before: Positions and attitudes of all bodies at the start of the step, shape (n, 7).
+            h: Step [s].
+            gravity: Gravity, downward, which the engine adds [m/s^2].
+        """
+        for number in self._bodies.robots:
+            row, mean = self._bodies.rows[number], self._bodies.records["mean_twist"][number].tolist()
+            engine.set_pose(row, before[number, :3].tolist(), before[number, 3:].tolist())
+            engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
+
+    def take_from(self, engine: Engine, h: float) -> None:
+        """Add the effect of the engine's bodies on the robots in its step of h [s]: kick, then drift."""
+        for number in self._bodies.robots:
+            row, body = self._bodies.rows[number], self._bodies.records[number]
+            if not engine.touching(row):
+                continue
+            (vx, vy, vz), (wx, wy, wz) = engine.velocity(row)
+            ux, uy, uz, px, py, pz = body["mean_twist"].tolist()
+            _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
+
+    def _slice_field(self) -> None:
+        """Set the outlines of the field at the heights of all parts."""
+        parts = self._parts.taken
+        for number, height in enumerate(self._heights.tolist()):
+            low = float(parts["bottom"][number]) + height
+            high = float(parts["top"][number]) + height
+            parts["first_outline"][number], parts["last_outline"][number] = self._slice(
+                math.floor(low / _BAND + 0.25), math.floor(high / _BAND + 0.25)
+            )
+        self._fleet = None
+
+    def _slice(self, low: int, high: int) -> tuple[int, int]:
+        """Return the range of outlines of all statics between two heights, in `_BAND`: first, and last plus one."""
+        if (low, high) not in self._slices:
+            found, polygons = [], []
+            for row, members, surface in self._statics:
+                for points in members:
+                    corners = slice_between(points, low * _BAND, high * _BAND)
+                    if len(corners) > 2:
+                        polygons.append(corners)
+                        found.append((row, float(points[:, 2].min()), float(points[:, 2].max()), surface))
+            made = records(OUTLINE, len(found))
+            at = len(self._corners)
+            for one, (row, bottom, top, surface), corners in zip(range(len(found)), found, polygons, strict=True):
+                made["row"][one], made["bottom"][one], made["top"][one] = row, bottom, top
+                made["first"][one], made["last"][one] = at, at + len(corners)
+                (made["low_x"][one], made["low_y"][one]), (made["high_x"][one], made["high_y"][one]) = (
+                    corners.min(axis=0),
+                    corners.max(axis=0),
+                )
+                made["friction"][one], made["restitution"][one] = surface.friction, surface.restitution
+                at += len(corners)
+            self._slices[low, high] = len(self._outlines), len(self._outlines) + len(made)
+            self._outlines = join((self._outlines, made))
+            self._corners = np.concatenate((self._corners, *polygons)) if polygons else self._corners
+            normals = [_outward(corners) for corners in polygons]
+            self._normals = np.concatenate((self._normals, *normals)) if polygons else self._normals
+            boxes = np.array([(*corners.min(axis=0), *corners.max(axis=0)) for corners in polygons]).reshape(-1, 4)
+            hidden = [_covered(k, polygons, normals, boxes) for k in range(len(polygons))]
+            self._hidden = np.concatenate((self._hidden, *hidden)) if polygons else self._hidden
+        return self._slices[low, high]
+
+
+def _outward(corners: FloatArray) -> FloatArray:
+    """Compute outward unit normals of the sides after each corner of a convex outline, shape (n, 2)."""
+    along = np.roll(corners, -1, axis=0) - corners
+    normals: FloatArray = np.column_stack((along[:, 1], -along[:, 0])) / np.linalg.norm(along, axis=1)[:, None]
+    return normals
+
+
+def _covered(
+    number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
+) -> npt.NDArray[np.uint8]:
+    """Return which sides of an outline others cover from end to end, shape (n,): nothing can touch them.
+
+    Args:
+        number: Number of the outline.
+        polygons: Corners of all outlines [m].
+        normals: Normals of their sides.
+        boxes: Bounds of each outline: low x, low y, high x, high y [m], shape (m, 4).
+    """
+    corners = polygons[number]
+    after = np.roll(corners, -1, axis=0)
+    covered = np.zeros(len(corners), np.uint8)
+    for k in range(len(corners)):
+        shares = np.array([0.02, 0.5, 0.98])[:, None]
+        places = corners[k] + shares * (after[k] - corners[k]) + _COVERED * normals[number][k]
+        inside = np.zeros(len(places), dtype=bool)
+        near = (boxes[:, :2] <= places.max(axis=0)).all(axis=1) & (boxes[:, 2:] >= places.min(axis=0)).all(axis=1)
+        for other in np.nonzero(near)[0].tolist():
+            if other != number:
+                away = ((places[:, None, :] - polygons[other][None]) * normals[other][None]).sum(axis=2)
+                inside |= (away < 0.0).all(axis=1)
+        covered[k] = inside.all()
+    return covered if not covered.all() else np.zeros_like(covered)
+
+
+def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
+    """Compute the outline in plan view of a convex shape between two heights.
+
+    Args:
+        points: Corners of the shape [m], shape (n, 3).
+        low: Lower height [m].
+        high: Upper height [m].
+
+    Returns:
+        Corners, counter-clockwise [m], shape (m, 2); none if it has nothing there.
+    """
+    z = points[:, 2]
+    found = [points[(z >= low) & (z <= high), :2]]
+    for level in (low, high):
+        below, above = points[z < level], points[z > level]
+        if len(below) and len(above):  # all lines between them lie in the shape, and its edges are among them
+            share = (level - below[:, 2])[:, None] / (above[None, :, 2] - below[:, None, 2])
+            cut = below[:, None, :2] + share[..., None] * (above[None, :, :2] - below[:, None, :2])
+            found.append(cut.reshape(-1, 2))
+    corners = np.vstack(found)
+    if len(corners) < 3:
+        return np.zeros((0, 2))
+    corners = outline(np.unique(corners.round(9), axis=0))
+    x, y = corners.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    return corners if len(corners) > 2 and area > _THIN else np.zeros((0, 2))

@@ -1,0 +1,606 @@
+"""Collision shapes as plain records: extents, mass properties, and tubes, rings and cones of convex parts.
+
+Every shape is given in its own frame; its pose is given where it is added to a world. Volume, center of mass and
+inertia are those of uniform solids.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    ATTITUDE,
+    FIELD_PLACE,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    Quantity,
+    require,
+    require_fields,
+    require_points,
+)
+from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+
+__all__ = [
+    "Box",
+    "Compound",
+    "Cylinder",
+    "Hull",
+    "MassProperties",
+    "Mesh",
+    "Part",
+    "Shape",
+    "Sphere",
+    "bounding_box",
+    "bounding_radius",
+    "centered",
+    "cone",
+    "free_spin",
+    "hollow_cone",
+    "inner_radius",
+    "mass_properties",
+    "mean_frontal_area",
+    "outline",
+    "outline_points",
+    "parts_of",
+    "principal_axes",
+    "smallest_thickness",
+    "stands",
+    "support",
+    "support_height",
+    "torus",
+    "tube",
+]
+
+_LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world has this length
+_RING = 24  # points of a round outline
+_TOUCHES = 0.001  # [m]; points at most this far above the lowest one also carry the shape
+_OVER = 0.002  # [m]; allowed distance of the center outside the supporting points
+_DIRECTIONS: FloatArray = np.array([np.cos(np.arange(72) * math.tau / 72), np.sin(np.arange(72) * math.tau / 72)])
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A ball around the origin."""
+
+    radius: float
+    """Radius [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, radius=_LENGTH)
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder along z, centered at the origin."""
+
+    radius: float
+    """Radius [m]."""
+    height: float
+    """Full height [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, radius=_LENGTH, height=_LENGTH)
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box centered at the origin."""
+
+    size: tuple[float, float, float]
+    """Full edge lengths along x, y and z [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, size=(_LENGTH,) * 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hull:
+    """The convex hull of some points."""
+
+    points: FloatArray
+    """Corners [m], shape (n, 3), n >= 4."""
+
+    def __post_init__(self) -> None:
+        require_points("Hull", "points", self.points, FIELD_PLACE, least=4)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A triangle mesh, two-sided; for statics only. Slower and leakier than the other shapes."""
+
+    vertices: FloatArray
+    """Vertices [m], shape (n, 3)."""
+    faces: IntArray
+    """Vertex rows of each triangle, shape (m, 3)."""
+
+    def __post_init__(self) -> None:
+        require_points("Mesh", "vertices", self.vertices, FIELD_PLACE, least=3)
+        require_points("Mesh", "faces", self.faces, Quantity("", 0, len(self.vertices) - 1, is_whole=True), least=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """One member of a `Compound`, with its position and attitude."""
+
+    shape: Sphere | Cylinder | Box | Hull
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Origin of the member in the frame of the whole [m]."""
+    quat: Quaternion = IDENTITY
+    """Attitude of the member in that frame, x, y, z, w, a unit quaternion."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, offset=(FIELD_PLACE,) * 3, quat=ATTITUDE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compound:
+    """Several convex shapes that move as one body and share one surface."""
+
+    parts: tuple[Part, ...]
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if not self.parts:
+            raise ConfigError("Compound: it needs at least one part")
+
+
+Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
+
+
+def parts_of(shape: Shape) -> tuple[Part, ...]:
+    """Return the convex members of a shape; a convex shape is its only member."""
+    if isinstance(shape, Compound):
+        return shape.parts
+    if isinstance(shape, Mesh):
+        raise ConfigError(f"a {type(shape).__name__} can only be a static")
+    return (Part(shape),)
+
+
+def support(shape: Shape, ways: FloatArray) -> FloatArray:
+    """Compute the extent of a shape from its origin along unit vectors, shape (n, 3) [m], shape (n,)."""
+    if isinstance(shape, Compound):
+        reach = [support(p.shape, ways @ matrix(p.quat)) + ways @ np.array(p.offset) for p in shape.parts]
+        return np.asarray(np.max(reach, axis=0))
+    if isinstance(shape, Sphere):
+        return np.full(len(ways), shape.radius)
+    if isinstance(shape, Cylinder):
+        x, y, z = ways.T
+        return np.asarray(0.5 * shape.height * np.abs(z) + shape.radius * np.hypot(x, y))
+    if isinstance(shape, Box):
+        return np.abs(ways) @ (0.5 * np.array(shape.size))
+    return np.asarray((ways @ (shape.points if isinstance(shape, Hull) else shape.vertices).T).max(axis=1))
+
+
+def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
+    """Return smallest and largest coordinates of a shape in its frame [m], shape (3,) each."""
+    return -support(shape, -np.eye(3)), support(shape, np.eye(3))
+
+
+def outline_points(shape: Shape) -> FloatArray:
+    """Return points whose convex hull is the shape (round ones as rings of 24), in its frame [m], shape (n, 3)."""
+    if isinstance(shape, Box):
+        corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
+        return np.asarray(corners * np.array(shape.size))
+    if isinstance(shape, Hull):
+        return shape.points
+    if isinstance(shape, Mesh):
+        return shape.vertices
+    if isinstance(shape, Compound):
+        return np.vstack(
+            [outline_points(part.shape) @ matrix(part.quat).T + np.array(part.offset) for part in shape.parts]
+        )
+    angle = np.arange(_RING) * math.tau / _RING
+    half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
+    ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.vstack([np.column_stack([ring, np.full(_RING, z)]) for z in (-half, half)])
+
+
+def outline(points: FloatArray) -> FloatArray:
+    """Return corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2); the ends of a line."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return np.asarray(points[np.lexsort((points[:, 1], points[:, 0]))[[0, -1]]])
+
+
+@lru_cache(maxsize=256)
+def bounding_radius(shape: Shape) -> float:
+    """Compute the radius of the smallest ball around the origin that encloses the shape [m]."""
+    if isinstance(shape, Sphere):
+        return shape.radius
+    if isinstance(shape, Compound):
+        return max([_reach(part) for part in shape.parts])
+    return float(np.linalg.norm(outline_points(shape), axis=1).max())
+
+
+@lru_cache(maxsize=256)
+def inner_radius(shape: Shape) -> float:
+    """Compute the radius of the largest ball around the origin within the shape's convex hull [m]."""
+    if isinstance(shape, Sphere):
+        return shape.radius
+    if isinstance(shape, Cylinder):
+        return min(shape.radius, shape.height / 2.0)
+    if isinstance(shape, Box):
+        return min(shape.size) / 2.0
+    return float(-ConvexHull(outline_points(shape)).equations[:, 3].max())
+
+
+@lru_cache(maxsize=256)
+def smallest_thickness(shape: Shape) -> float:
+    """Compute the thickness of the thinnest part, between a plane along a face and a parallel one [m]."""
+    if isinstance(shape, Sphere):
+        return 2.0 * shape.radius
+    if isinstance(shape, Cylinder):
+        return min(2.0 * shape.radius, shape.height)
+    if isinstance(shape, Box):
+        return min(shape.size)
+    if isinstance(shape, Compound):
+        return min([smallest_thickness(part.shape) for part in shape.parts])
+    points = outline_points(shape)
+    height = points @ ConvexHull(points).equations[:, :3].T
+    return float((height.max(axis=0) - height.min(axis=0)).min())
+
+
+@lru_cache(maxsize=256)
+def mean_frontal_area(shape: Shape) -> float:
+    """Compute the shadow area of the shape's convex hull, averaged over all directions: a quarter of its surface [m^2].
+
+    Source: A. Cauchy, 1841; exact for convex bodies, so also for a ball: pi r^2.
+    """
+    if isinstance(shape, Sphere):
+        return math.pi * shape.radius**2
+    if isinstance(shape, Cylinder):
+        return 0.5 * math.pi * shape.radius * (shape.radius + shape.height)
+    if isinstance(shape, Box):
+        x, y, z = shape.size
+        return 0.5 * (x * y + y * z + z * x)
+    return float(ConvexHull(outline_points(shape)).area) / 4.0
+
+
+def support_height(shape: Shape, quat: Quaternion = IDENTITY) -> float:
+    """Compute the height of the origin above flat ground that the shape touches in an attitude [m]."""
+    return float(support(shape, -matrix(quat)[2:])[0])
+
+
+def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
+    """Return whether the shape is stable in an attitude on flat ground: its origin is above its supporting points."""
+    parts = parts_of(shape)
+    axes = matrix(quat)
+    points = np.vstack([_low_points(part, axes) for part in parts])
+    carrying = points[points[:, 2] < points[:, 2].min() + _TOUCHES, :2]
+    return bool((carrying @ _DIRECTIONS).min(axis=0).max() < _OVER)
+
+
+def _low_points(part: Part, axes: FloatArray) -> FloatArray:
+    """Return the candidates for supporting points of a member, relative to the origin of the rotated shape."""
+    origin = axes @ np.array(part.offset)
+    if isinstance(part.shape, Sphere):
+        return np.array([origin - (0.0, 0.0, part.shape.radius)])
+    turned: FloatArray = outline_points(part.shape) @ (axes @ matrix(part.quat)).T + origin
+    return turned
+
+
+def _reach(part: Part) -> float:
+    """Compute the largest distance of a member from the origin of the whole [m]."""
+    if isinstance(part.shape, Sphere):
+        return math.hypot(*part.offset) + part.shape.radius
+    return float(np.linalg.norm(outline_points(part.shape) @ matrix(part.quat).T + part.offset, axis=1).max())
+
+
+# --- mass ------------------------------------------------------------------------------------------------------------
+
+
+_ALIGNED = 1e-6  # largest product of inertia, as a share of the largest moment, for the axes to count as principal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MassProperties:
+    """Mass properties of a uniform solid."""
+
+    volume: float
+    """Volume [m^3]; overlaps of a compound's parts count twice."""
+    center: FloatArray
+    """Center of mass in the frame of the shape [m], shape (3,)."""
+    inertia: FloatArray
+    """Inertia tensor about the center of mass, in the axes of the shape, for a mass of 1 kg [m^2], shape (3, 3)."""
+
+
+@lru_cache(maxsize=256)
+def mass_properties(shape: Shape) -> MassProperties:
+    """Compute volume, center of mass and inertia.
+
+    Raises:
+        ConfigError: If the shape has no volume: a mesh, or a hull of points in one plane.
+
+    >>> float(mass_properties(Sphere(0.5)).inertia[0, 0])
+    0.1
+    """
+    if isinstance(shape, Compound):
+        return _compound(shape)
+    if isinstance(shape, Hull):
+        return _hull(shape.points)
+    if isinstance(shape, Sphere):
+        moments = [0.4 * shape.radius**2] * 3
+        volume = 4.0 / 3.0 * math.pi * shape.radius**3
+    elif isinstance(shape, Cylinder):
+        across = (3.0 * shape.radius**2 + shape.height**2) / 12.0
+        moments = [across, across, 0.5 * shape.radius**2]
+        volume = math.pi * shape.radius**2 * shape.height
+    elif isinstance(shape, Box):
+        x, y, z = shape.size
+        moments = [(y * y + z * z) / 12.0, (x * x + z * z) / 12.0, (x * x + y * y) / 12.0]
+        volume = x * y * z
+    else:
+        raise ConfigError(f"a {type(shape).__name__} has no volume and can only stand still")
+    return MassProperties(volume, np.zeros(3), np.diag(moments))
+
+
+def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
+    """Compute principal moments of a tensor, shape (3, 3), and the attitude of the principal axes, x, y, z, w.
+
+    A tensor that is already diagonal keeps its axes.
+    """
+    moments = np.diag(inertia)
+    if np.abs(inertia - np.diag(moments)).max() <= _ALIGNED * moments.max():
+        a, b, c = moments.tolist()
+        return (a, b, c), IDENTITY
+    from scipy.spatial.transform import Rotation
+
+    values, axes = np.linalg.eigh(inertia)
+    axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0.0, -1.0, 1.0)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 2] *= -1.0
+    a, b, c = values.tolist()
+    x, y, z, w = Rotation.from_matrix(axes).as_quat().tolist()
+    return (a, b, c), (x, y, z, w)
+
+
+def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
+    """Compute angular velocity after h [s] without torque: Euler's equations, classical Runge-Kutta method.
+
+    Args:
+        spin: Angular velocity along the principal axes [rad/s].
+        moments: Principal moments of inertia [kg m^2].
+        h: Step [s].
+
+    >>> free_spin((0.0, 0.0, 2.0), (2.0, 2.0, 1.0), 0.1)
+    (0.0, 0.0, 2.0)
+    """
+    x, y, z = moments
+    shares = (y - z) / x, (z - x) / y, (x - y) / z
+
+    def after(step: float, rates: Vector) -> Vector:
+        return spin[0] + step * rates[0], spin[1] + step * rates[1], spin[2] + step * rates[2]
+
+    def rate(w: Vector) -> Vector:
+        return shares[0] * w[1] * w[2], shares[1] * w[2] * w[0], shares[2] * w[0] * w[1]
+
+    a = rate(spin)
+    b = rate(after(0.5 * h, a))
+    c = rate(after(0.5 * h, b))
+    d = rate(after(h, c))
+    p, q, r = (k + 2.0 * (m + n) + o for k, m, n, o in zip(a, b, c, d, strict=True))
+    return after(h / 6.0, (p, q, r))
+
+
+def centered(shape: Hull | Compound) -> Hull | Compound:
+    """Return the shape moved so that its center of mass is at the origin, as a game piece needs it."""
+    center = mass_properties(shape).center
+    if isinstance(shape, Hull):
+        return Hull(shape.points - center)
+    cx, cy, cz = center.tolist()
+    moved = [
+        Part(part.shape, (part.offset[0] - cx, part.offset[1] - cy, part.offset[2] - cz), part.quat)
+        for part in shape.parts
+    ]
+    return Compound(tuple(moved))
+
+
+def _compound(shape: Compound) -> MassProperties:
+    found = [(part, mass_properties(part.shape)) for part in shape.parts]
+    volumes = np.array([one.volume for _, one in found])
+    share = volumes / volumes.sum()
+    places = np.array([np.array(part.offset) + matrix(part.quat) @ one.center for part, one in found])
+    center = share @ places
+    inertia = np.zeros((3, 3))
+    for (part, one), part_share, away in zip(found, share.tolist(), places - center, strict=True):
+        axes = matrix(part.quat)
+        inertia += part_share * (axes @ one.inertia @ axes.T + (away @ away) * np.eye(3) - np.outer(away, away))
+    return MassProperties(float(volumes.sum()), center, inertia)
+
+
+def _hull(points: FloatArray) -> MassProperties:
+    """Compute mass properties from tetrahedra between an inner point and the triangles of the surface."""
+    try:
+        hull = ConvexHull(points)
+    except QhullError as error:
+        raise ConfigError("a Hull whose points lie in one plane has no volume; give it some thickness") from error
+    middle = points.mean(axis=0)
+    corners = points[hull.simplices] - middle
+    volumes = np.abs(np.linalg.det(corners)) / 6.0
+    volume = float(volumes.sum())
+    total = corners.sum(axis=1)
+    center = (volumes / volume) @ total / 4.0
+    # second moments of a tetrahedron with a corner at the origin: (sum of outer products + outer product of sum) / 20
+    outer = np.einsum("ijk,ijl->ikl", corners, corners) + np.einsum("ik,il->ikl", total, total)
+    second = np.einsum("i,ikl->kl", volumes / volume, outer) / 20.0 - np.outer(center, center)
+    return MassProperties(volume, middle + center, np.trace(second) * np.eye(3) - second)
+
+
+# --- tubes, rings and cones ------------------------------------------------------------------------------------------
+
+
+_OUTER_FACES = 8  # of each stave: a tube of 12 staves has 96 outer faces
+_WAIST = 0.0001  # [m]; recess of each surface of a tube at its middle
+_TONGUE = 0.008  # [m]; length by which each half of a stave reaches into the other,
+_SUNK = 0.2  # and depth of its end below the other's surfaces, as a share of the wall
+_FEWEST_STAVES = 6
+_MOST_STAVES = 16
+
+
+def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int = 12) -> Compound:
+    """Make a hollow tube along z around the origin, as a ring of staves; thinner objects pass through its bore.
+
+    The bore is a regular polygon around the inner radius; each stave has eight outer faces with their edges on the
+    outer radius. Each stave has two halves, so that an engine finds at least two contacts where a lying tube touches
+    the ground (with one it sinks by 8 mm as it slides). Each half ends in a tongue under the other's surfaces: an
+    object that slides along under pressure would be stopped by a face across its path (a pipe's end in the bore lost
+    two thirds of 1.3 m/s).
+
+    Args:
+        length: Length [m].
+        outer_radius: Outer radius [m].
+        inner_radius: Radius of the largest cylinder that passes [m].
+        staves: Staves of the ring, 6 to 16.
+
+    Raises:
+        ConfigError: If a length is not above zero, the bore is not smaller than the tube, or the number of staves is
+        out of range.
+
+    >>> len(tube(length=0.3, outer_radius=0.06, inner_radius=0.05).parts)
+    24
+    """
+    require("tube", "length", length, ROBOT_LENGTH)
+    require("tube", "inner_radius", inner_radius, ROBOT_LENGTH)
+    require("tube", "outer_radius", outer_radius, ROBOT_LENGTH)
+    _require_staves("tube", staves)
+    half = math.pi / staves
+    if not inner_radius / math.cos(half) < outer_radius * math.cos(half / _OUTER_FACES):
+        raise ConfigError(
+            f"tube: a bore of {inner_radius} m leaves no wall in a radius of {outer_radius} m with {staves} staves; "
+            "make it smaller or take more staves"
+        )
+    arc = np.linspace(-half, half, _OUTER_FACES + 1)
+    outside = outer_radius * np.column_stack((np.cos(arc), np.sin(arc)))
+    inside = inner_radius * np.array([[1.0, -math.tan(half)], [1.0, math.tan(half)]])
+    wall = outer_radius - inner_radius
+
+    def thinner(by: float) -> FloatArray:
+        inward = np.array([by, 0.0])
+        return np.vstack((outside - inward, inside + inward))
+
+    sections = ((thinner(0.0), 0.5 * length), (thinner(_WAIST), 0.0), (thinner(_SUNK * wall), -_TONGUE))
+    ups = [np.vstack([np.column_stack((points, np.full(len(points), z))) for points, z in sections])]
+    ups.append(ups[0] * (1.0, 1.0, -1.0))
+    return Compound(tuple(part for points in ups for part in _ring(Hull(points), staves).parts))
+
+
+def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Compound:
+    """Make a ring around z, as convex segments that are round outside.
+
+    Args:
+        ring_radius: Distance from the axis to the center of the tube [m].
+        tube_radius: Radius of the tube [m].
+        segments: Segments of the ring, 6 to 16.
+
+    Raises:
+        ConfigError: If a radius is not above zero, the tube is as thick as the ring, or the number of segments is out
+        of range.
+    """
+    require("torus", "tube_radius", tube_radius, ROBOT_LENGTH)
+    require("torus", "ring_radius", ring_radius, ROBOT_LENGTH)
+    _require_staves("torus", segments)
+    if not tube_radius < ring_radius:
+        raise ConfigError(f"torus: ring_radius must be above tube_radius, got {ring_radius} and {tube_radius} m")
+    half = math.pi / segments
+    turn = np.arange(12) * math.tau / 12
+    away, height = ring_radius + tube_radius * np.cos(turn), tube_radius * np.sin(turn)
+    ends = [np.column_stack((away * math.cos(a), away * math.sin(a), height)) for a in (-half, half)]
+    outer = away > ring_radius  # a segment's middle is round only where it bends outward
+    middle = np.column_stack((away, np.zeros(12), height))[outer]
+    return _ring(Hull(np.vstack((*ends, middle))), segments)
+
+
+def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides: int = 24) -> Hull:
+    """Make a cone or frustum along z; its origin is its center of mass.
+
+    Args:
+        height: Height [m].
+        bottom_radius: Radius of the lower end [m].
+        top_radius: Radius of the upper end, 0 for a pointed cone [m].
+        sides: Number of faces around it.
+    """
+    require("cone", "height", height, ROBOT_LENGTH)
+    require("cone", "bottom_radius", bottom_radius, ROBOT_LENGTH)
+    require("cone", "top_radius", top_radius, ROBOT_HEIGHT)
+    if not (isinstance(sides, int) and 6 <= sides <= 96):
+        raise ConfigError(f"cone: sides must be a whole number from 6 to 96, got {sides!r}")
+    turn = np.arange(sides) * math.tau / sides
+    circle = np.column_stack((np.cos(turn), np.sin(turn)))
+    bottom = np.column_stack((bottom_radius * circle, np.zeros(sides)))
+    top = np.array([[0.0, 0.0, height]])
+    if top_radius > 0.0:
+        top = np.column_stack((top_radius * circle, np.full(sides, height)))
+    shape = centered(Hull(np.vstack((bottom, top))))
+    assert isinstance(shape, Hull)
+    return shape
+
+
+def hollow_cone(
+    *, height: float, bottom_radius: float, top_radius: float, wall: float, foot: float = 0.0, staves: int = 12
+) -> Compound:
+    """Make a cone along z, open below and closed on top, that fits over a pole; its origin is its center of mass.
+
+    Args:
+        height: Height [m].
+        bottom_radius: Outer radius at the lower end [m].
+        top_radius: Outer radius at the upper end [m].
+        wall: Thickness of its side and its top [m].
+        foot: Edge of a square plate around its lower end [m]; 0: no plate.
+        staves: Staves of its side, 6 to 16.
+
+    Raises:
+        ConfigError: If a length is not above zero, the wall fills the cone, or the foot is smaller than its lower end.
+    """
+    for name, value in (
+        ("height", height),
+        ("bottom_radius", bottom_radius),
+        ("top_radius", top_radius),
+        ("wall", wall),
+    ):
+        require("hollow_cone", name, value, ROBOT_LENGTH)
+    require("hollow_cone", "foot", foot, ROBOT_HEIGHT)
+    _require_staves("hollow_cone", staves)
+    if not wall < min(top_radius, bottom_radius):
+        raise ConfigError(
+            f"hollow_cone: wall must be below both radii, got {wall} of {bottom_radius} and {top_radius} m"
+        )
+    if foot and not 0.5 * foot > bottom_radius - wall:
+        raise ConfigError(f"hollow_cone: foot must be wider than the opening, got {foot} and {bottom_radius - wall} m")
+    wide = math.tan(math.pi / staves)
+    corners = [
+        (radius, side * radius * wide, z)
+        for z, outside in ((0.0, bottom_radius), (height, top_radius))
+        for radius in (outside - wall, outside)
+        for side in (-1.0, 1.0)
+    ]
+    parts = [
+        *_ring(Hull(np.array(corners)), staves).parts,
+        Part(Cylinder(top_radius, wall), (0.0, 0.0, height - 0.5 * wall)),
+    ]
+    if foot:
+        across = 0.5 * foot - (bottom_radius - wall)
+        away, flat = 0.5 * (foot - across), 0.5 * wall
+        for sign in (-1.0, 1.0):
+            parts.append(Part(Box((across, foot, wall)), (sign * away, 0.0, flat)))
+            parts.append(Part(Box((foot - 2.0 * across, across, wall)), (0.0, sign * away, flat)))
+    shape = centered(Compound(tuple(parts)))
+    assert isinstance(shape, Compound)
+    return shape
+
+
+def _ring(segment: Hull, count: int) -> Compound:
+    return Compound(tuple(Part(segment, quat=from_yaw(k * math.tau / count)) for k in range(count)))
+
+
+def _require_staves(name: str, count: int) -> None:
+    if not (isinstance(count, int) and _FEWEST_STAVES <= count <= _MOST_STAVES):
+        raise ConfigError(f"{name}: {_FEWEST_STAVES} to {_MOST_STAVES} parts of a ring, got {count!r}")

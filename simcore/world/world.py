@@ -1,0 +1,630 @@
+"""Physics world: floor, statics, robots and pieces, and the step that moves them.
+
+The loop moves robots and balls. The engine moves all other bodies, and starts with the first of them: it gets the
+static field, and the robots as bodies that touch only the other bodies.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
+from simcore.loop.compiled import compiled
+from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
+from simcore.loop.step import advance
+from simcore.quantities import MASS, require
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY, plain_sum
+from simcore.world.ball_dynamics import BallDynamics, factors
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.world.engine import BodyDefinition, Engine
+from simcore.world.engine_choice import VARIABLE, make_engine, require_known
+from simcore.world.footprints import corners, overlaps
+from simcore.world.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+from simcore.world.shapes import (
+    Box,
+    Cylinder,
+    Shape,
+    Sphere,
+    bounding_box,
+    bounding_radius,
+    mass_properties,
+    principal_axes,
+)
+from simcore.world.solids_builder import SolidsBuilder
+
+if TYPE_CHECKING:
+    from simcore.world.field import FieldElement
+
+__all__ = ["CollisionGroup", "PhysicsWorld"]
+
+_STEP = 0.005  # [s], step of a world without a match
+_FLOOR_THICKNESS = 1.0  # [m]; a plane would give one contact a tick, and driven boxes sink into it
+_FLOOR_LENGTH = 2_000.0  # [m]; nothing reaches its end. From 4 km on, cylinders wobble on it for longer
+
+
+class CollisionGroup:
+    """Collision groups of the engine's bodies, one bit each."""
+
+    STATIC = 1
+    """The field."""
+    PIECE = 2
+    """Pieces that are not balls, and hanging bodies; balls are not in the engine."""
+    ROBOT = 4
+
+
+_HINGED = 1e4  # factor on the largest moment of inertia of a hinged body, for the axes that are not its hinge
+_PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
+_SWINGS = 0.03  # [m]; a robot placed closer than this to a hanging body is thrown by it
+
+
+class PhysicsWorld:
+    """A rigid-body world with gravity. Use as a context manager, or call `close`.
+
+    Args:
+        engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
+        floor: Surface of the endless floor at z = 0, or None for no floor.
+        gravity: Gravity along -z [m/s^2]; None: the engine's, by default standard gravity.
+
+    Raises:
+        UnknownNameError: If there is no such engine.
+    """
+
+    def __init__(
+        self,
+        *,
+        engine: Engine | str | None = None,
+        floor: TerrainSurface | None = CARPET,
+        gravity: float | None = None,
+    ) -> None:
+        self._engine: Engine | None = None
+        self._engine_name: str | None = None
+        if engine is None or isinstance(engine, str):
+            self._engine_name = engine or os.environ.get(VARIABLE) or None
+            if self._engine_name is not None:
+                require_known(self._engine_name)
+        elif gravity is not None and gravity != engine.gravity:
+            raise ConfigError(f"PhysicsWorld: this engine has a gravity of {engine.gravity} m/s^2, got {gravity}")
+        else:
+            self._engine, gravity = engine, engine.gravity
+        self.gravity: float = GRAVITY if gravity is None else gravity
+        self.floor = floor
+        """Material of the floor at z = 0, None without a floor."""
+        self._begin()
+
+    def _begin(self) -> None:
+        """Start a world with the floor alone."""
+        self._names: list[str] = []  # by row
+        self._definitions: list[BodyDefinition] = []  # by row
+        self.has_engine = False
+        """Whether the engine has started: there are bodies that are neither balls nor robots."""
+        self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
+        self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
+        self.robot_rows: list[int] = []
+        """Rows of the robots."""
+        self.hanging: list[tuple[int, Vector, float]] = []
+        """Hanging bodies: row, pivot [m], and largest distance of the body from there [m]."""
+        self._builder = SolidsBuilder()
+        self.bodies = Bodies(self._builder)
+        """Robots, and the engine's bodies that balls may touch."""
+        self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
+        """Balls of the world."""
+        self.robots = RobotDynamics(self.bodies)
+        """Robots of the world, and the outlines that their bumpers meet."""
+        if self.floor is not None:
+            box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
+            self._add("floor", box, (0.0, 0.0, -_FLOOR_THICKNESS / 2), self.floor, mask=CollisionGroup.PIECE)
+
+    @property
+    def engine(self) -> Engine:
+        """Engine of the world, started on first use.
+
+        Raises:
+            EngineError: If it is not installed.
+        """
+        if not self.has_engine:
+            if self._engine is None:
+                self._engine = make_engine(self._engine_name, gravity=self.gravity)
+            self.has_engine = True
+            for row, definition in enumerate(self._definitions):
+                assert self._engine.add_body(definition) == row
+            for number in self.bodies.robots:
+                body = self.bodies.records[number]
+                self._engine.set_pose(self.bodies.rows[number], body["pos"].tolist(), body["quat"].tolist())
+        assert self._engine is not None
+        return self._engine
+
+    @property
+    def engine_name(self) -> str:
+        """Name of the engine, `none` while it has not started."""
+        return self.engine.name if self.has_engine else "none"
+
+    @property
+    def solids(self) -> Solids:
+        """Solids of the field and of bodies."""
+        return self._builder.solids
+
+    def __enter__(self) -> PhysicsWorld:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def reset(self) -> None:
+        """Remove everything but the floor."""
+        if self._engine is not None:
+            self._engine.reset()
+        self._begin()
+
+    def close(self) -> None:
+        """Free the engine; may be called twice."""
+        if self._engine is not None:
+            self._engine.close()
+
+    def add_static(
+        self,
+        name: str,
+        shape: Shape,
+        pos: Sequence[float] | FloatArray,
+        *,
+        surface: TerrainSurface,
+        quat: Quaternion = IDENTITY,
+        drivable: bool = False,
+    ) -> int:
+        """Add a static and return its row.
+
+        Args:
+            name: Name, for messages.
+            shape: Collision shape.
+            pos: Origin of the shape, field frame [m].
+            surface: Material of the static.
+            quat: Attitude of the static.
+            drivable: Whether robots drive on it; then it has no friction for robots.
+        """
+        at = _checked_pos(name, pos)
+        row = self._add(name, shape, at, surface, quat=quat, mask=CollisionGroup.PIECE)
+        in_plan = not drivable and is_met_in_plan(shape, at, quat)
+        self._builder.add(shape, at, quat, factors(surface), row=row, drivable=drivable, in_plan=in_plan)
+        if in_plan:
+            self.robots.add_static(row, shape, at, quat, surface)
+        return row
+
+    def _add(
+        self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
+    ) -> int:
+        """Add a body with a name and further fields of its `BodyDefinition`."""
+        at = _checked_pos(name, pos)
+        row = len(self._definitions)
+        self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
+        self._names.append(name)
+        if self.has_engine:
+            assert self.engine.add_body(self._definitions[-1]) == row
+        return row
+
+    def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
+        """Add all elements of a field.
+
+        Args:
+            elements: Elements, for example `FieldGeometry.elements`.
+            drivable: Name patterns (`*`, `?`) of the elements that robots drive on.
+
+        Raises:
+            UnknownNameError: If a pattern matches no element.
+        """
+        elements = list(elements)
+        names = [element.name for element in elements]
+        for pattern in drivable:
+            if not any(fnmatchcase(name, pattern) for name in names):
+                raise UnknownNameError("field element", pattern, names)
+        for element in elements:
+            self.add_static(
+                element.name,
+                element.shape,
+                element.position,
+                surface=element.surface,
+                drivable=any(fnmatchcase(element.name, pattern) for pattern in drivable),
+            )
+
+    def add_robot_body(
+        self,
+        name: str,
+        shape: Shape,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        center_of_mass: Vector,
+        inertia: Vector,
+        pos: Sequence[float],
+        quat: Quaternion = IDENTITY,
+        bumpers: Sequence[BumperPart] = (),
+    ) -> int:
+        """Add the body of a robot and return its row. Without bumpers it meets neither walls nor robots."""
+        require(name, "mass", mass, MASS)
+        row = self._add(
+            *(name, shape, pos, surface),
+            mass=mass,
+            center_of_mass=center_of_mass,
+            inertia=inertia,
+            keeps_spin=False,
+            quat=quat,
+            group=CollisionGroup.ROBOT,
+            mask=CollisionGroup.PIECE,
+        )
+        self.robot_rows.append(row)
+        body = self.bodies.add(row, shape, factors(surface), mass, inertia, center=center_of_mass, is_robot=True)
+        self.robots.add_robot(row, body, bumpers)
+        self.robots.put(row, pos, quat)
+        return row
+
+    def add_piece_body(
+        self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
+    ) -> int:
+        """Add the body of a game piece that is not a ball, awake and touchable; return its row.
+
+        Its density is uniform; the origin of its shape must be its center of mass.
+        """
+        require(name, "mass", mass, MASS)
+        moments, axes = principal_axes(mass * mass_properties(shape).inertia)
+        row = self._add(
+            *(name, shape, pos, surface), mass=mass, inertia=moments, inertia_axes=axes, group=CollisionGroup.PIECE,
+            mask=_PIECE_MASK,
+        )  # fmt: skip
+        self.bodies.add(row, shape, factors(surface), mass, moments, inertia_axes=axes, pos=_checked_pos(name, pos))
+        self.engine.wake(row)
+        return row
+
+    def add_hanging_body(
+        self,
+        name: str,
+        shape: Box | Cylinder | Sphere,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        pos: Sequence[float],
+        pivot: Vector,
+        hinge: str | None = None,
+        drivable: bool = False,
+    ) -> int:
+        """Add a body that swings about a point of the field, or turns about a hinge there; return its row.
+
+        It does not block lines of sight.
+
+        Args:
+            name: Name, for messages.
+            shape: Collision shape; its origin is the center of mass.
+            mass: Mass [kg].
+            surface: Material of the body.
+            pos: Center of mass at rest, field frame [m].
+            pivot: Fixed point, field frame [m].
+            hinge: Axis of the hinge, `x` or `y`; None: free rotation about the pivot.
+            drivable: Whether robots drive on it; then it has no friction for bodies.
+        """
+        moments = [mass * float(moment) for moment in np.diag(mass_properties(shape).inertia)]
+        if hinge is not None:
+            stiff = _HINGED * max(moments)
+            moments = [moment if axis == hinge else stiff for axis, moment in zip("xyz", moments, strict=True)]
+        ix, iy, iz = moments
+        row = self._add(
+            *(name, shape, pos, FRICTIONLESS if drivable else surface),
+            mass=mass,
+            inertia=(ix, iy, iz) if hinge else None,
+            pivot=pivot,
+            group=CollisionGroup.PIECE,
+            mask=_PIECE_MASK & ~CollisionGroup.ROBOT if drivable else _PIECE_MASK,
+        )
+        far = math.dist(pos, pivot) + bounding_radius(shape)
+        if not drivable:
+            self._hanging[row] = bounding_box(shape)[1]
+        swing = mass * math.dist(pos, pivot) ** 2
+        self.bodies.add(
+            row, shape, factors(surface), mass, (ix + swing, iy + swing, iz), pivot=pivot,
+            pos=_checked_pos(name, pos), drivable=drivable,
+        )  # fmt: skip
+        self.hanging.append((row, pivot, far))
+        self.engine.wake(row)
+        return row
+
+    def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
+        """Switch the contacts of a piece on, with robots or without, or off."""
+        mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
+        self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
+
+    def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
+        """Place a body at rest and awake.
+
+        Raises:
+            NonFiniteError: If a value is not finite; nothing is moved.
+        """
+        at = _checked_pos(self._names[row], pos)
+        norm = math.sqrt(plain_sum(c * c for c in quat))
+        if not math.isfinite(norm) or norm < 1e-9:
+            raise NonFiniteError(f"{self._names[row]}: attitude must be a finite quaternion, got {quat}")
+        a, b, c, d = quat
+        if row in self.robot_rows:
+            self.robots.put(row, at, (a / norm, b / norm, c / norm, d / norm))
+            return
+        self.engine.set_pose(row, at, (a / norm, b / norm, c / norm, d / norm))
+        self.engine.wake(row)
+
+    def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+        """Set the velocity of a body [m/s, rad/s], field frame, and wake it.
+
+        Raises:
+            NonFiniteError: If a value is not finite; nothing is changed.
+        """
+        if not all(map(math.isfinite, (*linear, *angular))):
+            raise NonFiniteError(
+                f"{self._names[row]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
+            )
+        if row in self.robot_rows:
+            body = self.bodies.of(row)
+            body["vel"], body["rate"] = linear, angular
+            return
+        self.engine.wake(row)
+        self.engine.set_velocity(row, linear, angular)
+
+    def obstacles(
+        self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> tuple[bool, bool]:
+        """Return whether a wall, a hanging body or another robot overlaps an upright box, and whether a ramp does.
+
+        Args:
+            row: Row of the robot.
+            x: Center of the box, field frame [m].
+            y: Center of the box, field frame [m].
+            yaw: Direction of its length [rad].
+            half_length: Half of its length [m].
+            half_width: Half of its width [m].
+            bottom: Lowest height [m].
+            top: Highest height [m].
+        """
+        is_solid, is_ramp = self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)
+        if is_solid:
+            return True, is_ramp
+        reach = math.hypot(half_length, half_width)
+        low, high = np.array((x - reach, y - reach, bottom)), np.array((x + reach, y + reach, top))
+        for other in self.robot_rows:
+            body = self.bodies.of(other)
+            if other != row and _is_near(low, high, body["pos"][0], float(body["reach"][0])):
+                corner_a, corner_b = self._extent(other)
+                if (corner_a < high).all() and (corner_b > low).all():
+                    return True, is_ramp
+        hanging = self._hanging.keys() & self.engine.overlapping(low.tolist(), high.tolist()) if self._hanging else ()
+        return bool(hanging), is_ramp
+
+    def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """Return the lowest and highest corner of the bounding box of a robot, field frame [m]."""
+        body, solids = self.bodies.of(row)[0], self.solids
+        boxes = solids.box[int(body["first_solid"]) : int(body["last_solid"])]
+        low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+        axes = matrix(tuple(body["quat"].tolist()))
+        middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
+        return middle - half, middle + half
+
+    def _overlaps_static(
+        self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> tuple[bool, bool]:
+        """Return whether the static field overlaps an upright box: its solid parts, and its drivable parts."""
+        solids = self.solids
+        met = np.zeros(len(solids.body), np.uint8)
+        find_in_box(solids, x, y, yaw, half_length, half_width, bottom, top, met)
+        is_ramp = solids.is_drivable.astype(bool)
+        is_met = met.astype(bool)
+        return bool((is_met & ~is_ramp).any()), bool((is_met & is_ramp).any())
+
+    def is_in_solid(
+        self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> bool:
+        """Return whether an upright box overlaps a static or hanging body that robots do not drive on.
+
+        The arguments are those of `obstacles`.
+        """
+        reach = math.hypot(half_length, half_width)
+        low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
+        outline = corners(x, y, yaw, 2.0 * half_length, 2.0 * half_width)
+        for row in self._hanging.keys() & self.engine.overlapping(low, high) if self._hanging else ():
+            (hx, hy, _), quat = self.engine.pose(row)
+            dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
+            if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
+                return True
+        return self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)[0]
+
+    def is_flat(self, x: float, y: float, reach: float) -> bool:
+        """Return whether robots drive on nothing but the floor within reach of a place of the field [m].
+
+        It compares bounding boxes of drivable elements to the last bit, so that red and blue agree.
+        """
+        return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
+
+    @property
+    def _ramps(self) -> FloatArray:
+        """Bounding boxes of the drivable elements, shape (n, 6) [m]."""
+        solids = self.solids
+        if self._ramps_of[0] is not solids:
+            self._ramps_of = solids, solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
+        return self._ramps_of[1]
+
+    def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return `is_flat` for several places [m], shapes (n, 2) and (n,)."""
+        if self.floor is None:
+            return np.zeros(len(places), dtype=bool)
+        flat: BoolArray = np.ones(len(places), dtype=bool)
+        _find_ramps(self._ramps, places, reach, flat)
+        for row, pivot, far in self.hanging:
+            if row not in self._hanging:
+                flat &= ~(np.hypot(*(places - pivot[:2]).T) < reach + far)
+        return flat
+
+    def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return whether the bounding box of a static element is near each place, shape (n,).
+
+        Args:
+            pos: Places [m], shape (n, 3).
+            reach: Distance that counts as near, for each place [m], shape (n,).
+        """
+        boxes = self.solids.box[self.solids.body == FIELD]
+        place = pos[:, None, :]
+        away = np.maximum(np.maximum(boxes[:, :3] - place, place - boxes[:, 3:]), 0.0)
+        near: BoolArray = (np.einsum("ijk,ijk->ij", away, away) < np.square(reach)[:, None]).any(axis=1)
+        return near
+
+    def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
+        """Return whether no bounding box of the field, without the floor, overlaps this box [m]."""
+        return not self.field_in(low, high)
+
+    def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Return rows of the field's elements, without the floor, whose bounding boxes overlap this box [m]."""
+        solids = self.solids
+        is_in = (solids.box[:, :3] <= high).all(axis=1) & (solids.box[:, 3:] >= low).all(axis=1)
+        rows: list[int] = np.unique(solids.row[is_in & (solids.body == FIELD)]).tolist()
+        return rows
+
+    def ground_under(self, places: FloatArray, depth: float) -> FloatArray:
+        """Return heights of the drivable ground under places, (n, 3) [m], shape (n,); `depth` [m] below for none."""
+        end = places - (0.0, 0.0, depth)
+        fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
+        has_floor = self.floor is not None
+        first_hits(self.solids, self.bodies.records, has_floor, places, end, False, -1, True, fraction, row)
+        ground: FloatArray = places[:, 2] - depth * fraction
+        return ground
+
+    def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
+        """Return which straight lines from `start` to n `ends` meet the field or a robot.
+
+        Args:
+            start: Start of the lines, field frame [m].
+            ends: Ends of the lines, field frame [m].
+            ignore: Row of a robot that is transparent: the one that carries the camera.
+        """
+        there = np.array(ends).reshape(-1, 3)
+        here = np.repeat(np.array([start]), len(there), axis=0)
+        return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
+
+    def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
+        """Find the first hits of segments, (n, 3) each [m], on the field and on robots.
+
+        Args:
+            start: Start of the segments, field frame [m]; a solid that contains it is not hit.
+            end: End of the segments, field frame [m].
+            ignore: Row of a robot that is transparent.
+
+        Returns:
+            Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body that it
+            hits, -1 for none, shape (n,).
+        """
+        fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
+        has_floor = self.floor is not None
+        first_hits(self.solids, self.bodies.records, has_floor, start, end, True, ignore, False, fraction, row)
+        return fraction, row
+
+    def standing(self, number: int, pose: Vector) -> tuple[Vector, Quaternion]:
+        """Return position of the origin and attitude of a robot standing at a pose [m, m, rad].
+
+        Args:
+            number: Number of the robot.
+            pose: Planar pose, field frame.
+        """
+        x, y, _ = pose
+        reach = float(self.robots.robots["reach"][number])
+        if self.is_flat(x, y, reach):
+            return (x, y, 0.0), from_yaw(pose[2])
+        ramps = self._ramps
+        place = np.array((x, y))
+        is_near = (ramps[:, :2] < place + reach).all(axis=1) & (ramps[:, 3:5] > place - reach).all(axis=1)
+        height = float(ramps[is_near, 5].max(initial=0.0))
+        for plate in self.bodies.carriers:
+            body = self.bodies.records[plate]
+            if math.dist((x, y), body["pos"][:2].tolist()) < reach + float(body["reach"]):
+                height = max(height, float(body["pos"][2] + body["reach"]))
+        return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
+
+    def touching(self, row: int) -> set[int]:
+        """Return rows of the bodies and elements that a robot touched in the last step."""
+        others = self.engine.touching(row) if self.has_engine else ()
+        return {*others, *self.robots.touching(row)}
+
+    def body_name(self, row: int) -> str:
+        """Return the name of a body."""
+        return self._names[row]
+
+    def step(self, dt: float, *, substeps: int | None = None) -> None:
+        """Advance a world without a match; `Motion` advances one with robots and pieces.
+
+        Args:
+            dt: Time to advance [s].
+            substeps: Number of engine steps; None: as many as needed for at most 5 ms each.
+
+        Raises:
+            ConfigError: If dt is not a positive finite number or there are no steps.
+        """
+        if not (math.isfinite(dt) and dt > 0.0):
+            raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
+        n = math.ceil(dt / _STEP - 1e-9) if substeps is None else substeps
+        if n < 1:
+            raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
+        for _ in range(n):
+            self.advance(dt / n)
+            if self.has_engine:
+                self.begin_engine(dt / n)
+                self.engine.step(dt / n)
+                self.end_engine(dt / n)
+
+    def advance(self, h: float) -> None:
+        """Move robots and balls by h [s], before the engine's steps of the same time.
+
+        Raises:
+            EngineError: If the state of a robot is not finite.
+        """
+        bodies = self.bodies
+        if self.has_engine:
+            self.balls.read_bodies(self.engine, h)
+            self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
+        self.robots.choose_outlines()
+        lost = advance(
+            self.robots.fleet, bodies.records, self.balls.balls, self.balls.memory, self.solids, self.balls.floor, h
+        )
+        if lost >= 0:
+            self.robots.fail(lost)
+        self.robots.report_brownouts()
+
+    def begin_engine(self, h: float) -> None:
+        """Give the engine, before its steps of h [s] together, the motion of robots and balls in this time."""
+        self.balls.push_bodies(self.engine)
+        self.robots.show_to(self.engine, self._before, h, self.gravity)
+
+    def end_engine(self, h: float) -> None:
+        """Add the effect of the engine's bodies on robots in its steps of h [s] together."""
+        self.robots.take_from(self.engine, h)
+
+
+def _is_near(low: FloatArray, high: FloatArray, pos: FloatArray, reach: float) -> bool:
+    """Return whether a ball around a place overlaps a box [m]."""
+    away = np.maximum(np.maximum(low - pos, pos - high), 0.0)
+    return bool(away @ away < reach * reach)
+
+
+def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:
+    if len(pos) != 3 or not all(map(math.isfinite, pos)):
+        raise NonFiniteError(f"{name}: position must be three finite numbers [m], got {tuple(pos)}")
+    return (float(pos[0]), float(pos[1]), float(pos[2]))
+
+
+@compiled
+def _find_ramps(ramps: FloatArray, places: FloatArray, reach: FloatArray, flat: BoolArray) -> None:
+    """Clear the marks of places that have a ramp within reach; see `PhysicsWorld.are_flat`."""
+    for k in range(len(places)):
+        x, y = places[k, 0], places[k, 1]
+        for i in range(len(ramps)):
+            dx = max(ramps[i, 0] - x, x - ramps[i, 3], 0.0)
+            dy = max(ramps[i, 1] - y, y - ramps[i, 4], 0.0)
+            if dx * dx + dy * dy < reach[k] * reach[k]:
+                flat[k] = False
+                break

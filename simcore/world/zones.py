@@ -1,0 +1,195 @@
+"""Regions that detect pieces without touching them, swept over a tick so that no fast piece is missed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
+from simcore.typing import BoolArray, FloatArray
+from simcore.world.rotation import Vector
+
+__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "box_crossed"]
+
+
+@runtime_checkable
+class Zone(Protocol):
+    """A closed region of the field."""
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of its bounding box [m]: a piece outside cannot touch the zone."""
+        ...
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        ...
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Return which straight segments from `start` to `end`, (n, 3) each [m], touch the region, shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BoxZone:
+    """An axis-aligned box, field frame."""
+
+    low: tuple[float, float, float]
+    """Smallest corner [m]."""
+    high: tuple[float, float, float]
+    """Largest corner [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, low=(FIELD_PLACE,) * 3, high=(FIELD_PLACE,) * 3)
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            raise ConfigError(f"BoxZone: low must be below high on every axis, got {self.low} and {self.high}")
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner [m]."""
+        return self.low, self.high
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        inside = (points >= self.low) & (points <= self.high)
+        return inside[:, 0] & inside[:, 1] & inside[:, 2]
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Find which segments (n, 3) to (n, 3) [m] touch the box, shape (n,)."""
+        return box_crossed(self.low, self.high, start, end)
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderZone:
+    """An upright cylinder, field frame."""
+
+    center: tuple[float, float]
+    """Position of the axis [m]."""
+    radius: float
+    """Radius [m]."""
+    bottom: float
+    """Lower end [m]."""
+    top: float
+    """Upper end [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self, center=(FIELD_PLACE, FIELD_PLACE), radius=FIELD_LENGTH, bottom=FIELD_PLACE, top=FIELD_PLACE
+        )
+        if not self.bottom < self.top:
+            raise ConfigError(f"CylinderZone: bottom must be below top, got {self.bottom} and {self.top} m")
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of the bounding box [m]."""
+        (x, y), r = self.center, self.radius
+        return (x - r, y - r, self.bottom), (x + r, y + r, self.top)
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        flat = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1])
+        inside: BoolArray = (flat <= self.radius) & (points[:, 2] >= self.bottom) & (points[:, 2] <= self.top)
+        return inside
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Find which segments (n, 3) to (n, 3) [m] touch the cylinder, shape (n,).
+
+        The part of a segment between bottom and top is cut out first; the segment touches if the closest approach of
+        that part to the axis is within the radius.
+        """
+        enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
+        meets = enter[:, 0] <= leave[:, 0]
+        t0, t1 = np.where(meets, enter[:, 0], 0.0), np.where(meets, leave[:, 0], 0.0)
+        flat, move = start[:, :2] - np.asarray(self.center), end[:, :2] - start[:, :2]
+        length2 = np.einsum("ij,ij->i", move, move)
+        nearest = -np.einsum("ij,ij->i", flat, move) / np.where(length2 > 0.0, length2, 1.0)
+        t = np.clip(nearest, t0, t1)
+        closest = flat + t[:, None] * move
+        hit: BoolArray = meets & (np.hypot(closest[:, 0], closest[:, 1]) <= self.radius)
+        return hit
+
+
+@dataclass(frozen=True, slots=True)
+class CapsuleZone:
+    """All points within a radius of a straight line, field frame: along a pipe, a bar or a ledge."""
+
+    start: tuple[float, float, float]
+    """One end of the line [m]."""
+    end: tuple[float, float, float]
+    """The other end [m]."""
+    radius: float
+    """Radius [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3, radius=FIELD_LENGTH)
+        if self.start == self.end:
+            raise ConfigError(f"CapsuleZone: start and end must differ, got {self.start}")
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of the bounding box [m]."""
+        (a, b, c), (d, e, f), r = self.start, self.end, self.radius
+        return (min(a, d) - r, min(b, e) - r, min(c, f) - r), (max(a, d) + r, max(b, e) + r, max(c, f) + r)
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        line = np.asarray(self.end) - self.start
+        away = points - self.start
+        share = np.clip(away @ line / (line @ line), 0.0, 1.0)
+        inside: BoolArray = np.linalg.norm(away - share[:, None] * line, axis=1) <= self.radius
+        return inside
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Find which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
+        hit: BoolArray = _line_distance(start, end, self.start, self.end) <= self.radius
+        return hit
+
+
+def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -> BoolArray:
+    """Find which segments (n, 3) to (n, 3) [m] touch the box between two corners (slab method), shape (n,)."""
+    enter, leave = _slab(start, end, np.asarray(low), np.asarray(high))
+    first: FloatArray = np.max(enter, axis=1)
+    last: FloatArray = np.min(leave, axis=1)
+    return first <= last
+
+
+def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
+    """Compute the smallest distance of segments (n, 3) to (n, 3) from the one from a to b [m], shape (n,).
+
+    The lines are closest either within both, or at one of the four ends.
+    """
+    line, move = np.asarray(b) - np.asarray(a), end - start
+    away = start - np.asarray(a)
+    aa, ab, bb = line @ line, move @ line, np.einsum("ij,ij->i", move, move)
+    c, f = away @ line, np.einsum("ij,ij->i", away, move)
+    steep = aa * bb - ab * ab
+    t = np.clip(np.where(steep > 1e-12 * aa, ab * c - aa * f, 0.0) / np.where(steep > 1e-12 * aa, steep, 1.0), 0.0, 1.0)
+    nearest: FloatArray = np.full(len(start), np.inf)
+    free = np.where(bb > 0.0, bb, 1.0)
+    for guess in (
+        t,
+        np.zeros_like(t),
+        np.ones_like(t),
+        np.clip(-f / free, 0.0, 1.0),
+        np.clip((ab - f) / free, 0.0, 1.0),
+    ):
+        point = away + guess[:, None] * move
+        share = np.clip(point @ line / aa, 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(point - share[:, None] * line, axis=1))
+    return nearest
+
+
+def _slab(start: FloatArray, end: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute fractions 0..1 at which segments enter and leave slabs, (n, axes) each; enter > leave for none."""
+    move = end - start
+    still = np.abs(move) < 1e-300
+    safe = np.where(still, 1.0, move)
+    with np.errstate(over="ignore"):
+        a, b = (low - start) / safe, (high - start) / safe
+    inside = (start >= low) & (start <= high)
+    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(a, b))
+    leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(a, b))
+    return np.maximum(enter, 0.0), np.minimum(leave, 1.0)

@@ -1,0 +1,87 @@
+"""One program in C++, in RobotPy over the wire and on a JVM does the same to the last bit; in process nearly so."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+PROGRAMS = Path(__file__).parent / "programs"
+TANK = Path(__file__).parents[2] / "examples" / "cpp_tank"
+SECONDS = 10.0
+
+IN_PROCESS = """
+import json
+from pathlib import Path
+
+def test_auto(sim):
+    sim.autonomous(seconds={seconds})
+    places = {{name: m.position for name, m in sim.robot_sim.mechanisms.items()}}
+    way = sim.record.robots[0].distance
+    Path("answer.json").write_text(json.dumps({{"pose": sim.robot_sim.chassis.pose, "way": way, **places}}))
+"""
+
+
+def _in_process(name: str, folder: Path) -> dict[str, object]:
+    """The same program as a robot project, with simcore in its own process."""
+    (folder / "tests").mkdir()
+    shutil.copy(PROGRAMS / f"{name}.py", folder / "robot.py")
+    file = TANK / "simcore.toml" if name == "tank" else PROGRAMS / f"{name}.toml"
+    shutil.copy(file, folder / "simcore.toml")
+    (folder / "tests" / "test_auto.py").write_text(IN_PROCESS.format(seconds=SECONDS))
+    done = subprocess.run(
+        [sys.executable, "-m", "robotpy", "test", "--", "-q"], cwd=folder, capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    found = list(folder.rglob("answer.json"))
+    assert found, done.stdout + done.stderr
+    return dict(json.loads(found[0].read_text()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["tank", "swerve", "elevator", "arm"])
+def test_cpp_and_python_do_the_same(name, compiled, play, tmp_path):
+    """The digest is of every tick; in process time is cut otherwise: .5 % of what has moved."""
+    cpp = play(f"{name}.toml", SECONDS, str(compiled(name)))
+    wired = play(f"{name}.toml", SECONDS, sys.executable, str(PROGRAMS / f"{name}.py"))
+    assert cpp["digest"] == wired["digest"]
+    if find_spec("pyfrc") is None:
+        pytest.skip("in process it needs pyfrc: pip install .[robotpy]")
+    here = _in_process(name, tmp_path)
+    for mechanism in {"lift", "arm"} & here.keys():
+        assert cpp[mechanism] == pytest.approx(here[mechanism], rel=0.005)
+    way = here.pop("way")
+    if way > 1.0:
+        assert math.dist(cpp["pose"][:2], here["pose"][:2]) < 0.005 * way
+
+
+def _jdk_17() -> str:
+    """The folder of libraries that a JVM loads; skips without JDK 17, which has these foreign functions."""
+    found = shutil.which("javac") and subprocess.run(["javac", "-version"], capture_output=True, text=True, check=False)
+    if not found or not (found.stdout + found.stderr).startswith("javac 17"):
+        pytest.skip("needs JDK 17, whose foreign functions stand for WPILib's Java")
+    native = find_spec("native.wpihal")
+    if native is None or not native.submodule_search_locations:
+        pytest.skip("needs the libraries that come with wpilib: pip install .[robotpy]")
+    return str(Path(native.submodule_search_locations[0]).parent)
+
+
+def test_the_java_example_is_described_as_the_one_in_cpp():
+    """Its robot is the same."""
+    assert (TANK.parent / "java_tank" / "simcore.toml").read_text() == (TANK / "simcore.toml").read_text()
+
+
+@pytest.mark.slow
+def test_a_jvm_does_the_same(compiled, play, tmp_path):
+    native = _jdk_17()
+    module = ("--add-modules", "jdk.incubator.foreign")
+    subprocess.run(["javac", *module, "-d", str(tmp_path), str(PROGRAMS / "HalTank.java")], check=True)
+    libraries = [f"{native}/wpiutil/lib/libwpiutil.so", f"{native}/wpihal/lib/libwpiHal.so"]
+    java = play("tank.toml", 5.0, "java", *module, "-cp", str(tmp_path), "HalTank", *libraries)
+    assert java["digest"] == play("tank.toml", 5.0, str(compiled("tank")))["digest"]

@@ -1,0 +1,89 @@
+"""Foam that loses energy by hysteresis: whatever the mass behind a ball, the step, and how stiff the ball is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from games.rebuilt.fuel import FUEL as REBUILT_FUEL
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.units import GRAVITY, inches, pounds
+from simcore.world.contact_law import BUMPER, CARPET, WALL
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
+
+pytestmark = pytest.mark.engines("bullet")
+R = 0.075
+FUEL = replace(REBUILT_FUEL, shape=Sphere(R), aerodynamics=None)
+
+
+def awake(world: PhysicsWorld, kind: GamePieceConfig, places: list[tuple[float, float, float]]) -> GamePieceManager:
+    """Put balls of a kind into a world, awake."""
+    pieces = GamePieceManager(world, [(kind, len(places))], field_size=(16.0, 8.0))
+    for slot in pieces.spawn(kind.name, np.array(places)).tolist():
+        pieces._wake(slot)
+    world.balls.begin_tick([], [])
+    return pieces
+
+
+def returned(speed: float, h: float) -> float:
+    """Speed of a robot of 55 kg after it has rammed a fuel at a wall, over that before; in steps of h [s]."""
+    with PhysicsWorld(floor=None, gravity=1e-9) as world:
+        world.add_static("wall", Box((0.3, 4.0, 4.0)), (5.15, 4.0, 1.0), surface=WALL)
+        awake(world, FUEL, [(5.0 - R, 4.0, 1.0)])
+        row = world.add_robot_body(
+            "robot", Box((0.8, 0.8, 0.4)), mass=55.0, surface=BUMPER, center_of_mass=(0.0, 0.0, 0.0),
+            inertia=(5.0, 5.0, 5.0), pos=(5.0 - 2.0 * R - 0.41, 4.0, 1.0),
+        )  # fmt: skip
+        world.set_velocity(row, (speed, 0.0, 0.0))
+        for _ in range(round((0.01 / speed + 1.0) / h)):
+            world.advance(h)
+        return -float(world.bodies.of(row)["vel"][0][0]) / speed
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
+def test_a_robot_that_rams_a_pinned_fuel_comes_back_with_what_its_contacts_return(speed):
+    """Both contacts hold half of the energy: e^2 is the mean of theirs, though 55 kg are 250 times as much as a fuel.
+
+    The robot turns round slowly, in a quarter of a second: foam forgets in that time, which moves e by up to 0.05.
+    Steps of 0.25 ms say the same within 5 %.
+    """
+    wall, bumper = FUEL.restitution * WALL.restitution, FUEL.restitution * BUMPER.restitution
+    coarse = returned(speed, 0.001)
+    assert coarse == pytest.approx(math.sqrt(0.5 * (wall**2 + bumper**2)), abs=0.05)
+    assert returned(speed, 0.00025) == pytest.approx(coarse, rel=0.05)
+
+
+@pytest.mark.parametrize(("inch", "pound"), [(0.5, 20.6), (0.75, 42.0), (1.0, 77.0)])
+def test_foam_under_a_load_comes_to_rest_where_its_maker_says(inch, pound):
+    """A fuel as heavy as AndyMark's plates press is as deep in the carpet 2 s after it fell on it, within 3 %."""
+    with PhysicsWorld() as world:
+        pieces = awake(world, replace(FUEL, mass=pounds(pound)), [(4.0, 4.0, R + 0.01)])
+        for _ in range(400):
+            world.advance(0.005)
+        assert R - pieces.state.pos[0, 2] == pytest.approx(inches(inch), rel=0.03)
+
+
+@pytest.mark.parametrize("mass", [0.04, 0.06, 0.2])
+@pytest.mark.parametrize("restitution", [0.3, 0.6, 0.9])
+def test_a_heap_of_light_stiff_balls_is_never_faster_than_it_fell(mass, restitution):
+    """27 balls of 1e5 N/m from 0.5 m: what moves and is high never holds more energy than at the start."""
+    radius = 0.04
+    kind = GamePieceConfig(name="Ball", shape=Sphere(radius), mass=mass, restitution=restitution)
+    rng = np.random.default_rng(2)
+    grid = np.array([(i, j, k) for i in range(3) for j in range(3) for k in range(3)])
+    places = (2.02 * radius * grid + rng.normal(0.0, 1e-4, (27, 3)) + (4.0, 4.0, 0.5)).tolist()
+    with PhysicsWorld(floor=replace(CARPET, restitution=0.8)) as world:
+        balls = awake(world, kind, places)
+        b = world.balls.balls
+        levels = [mass * GRAVITY * balls.state.pos[:, 2].sum()]
+        for _ in range(200):
+            world.advance(0.005)
+            moving = 0.5 * mass * (b.vel**2).sum() + 0.2 * mass * radius**2 * (b.spin**2).sum()
+            levels.append(moving + mass * GRAVITY * b.pos[:, 2].sum())
+        assert max(levels) <= levels[0] * 1.0001
+        assert levels[-1] < 0.6 * levels[0], "and it has met the floor"

@@ -1,0 +1,125 @@
+"""What is hinged from below: a seesaw by the book, which tips under a robot, meets its stops and is level again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.match.game import Game
+from simcore.match.match import Match
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.units import GRAVITY
+from simcore.world.hanging import HangingBody, HangingConfig
+from simcore.world.rotation import rotate
+from simcore.world.shapes import Box
+from simcore.world.world import PhysicsWorld
+
+LENGTH, WIDTH, THICK, MASS, HEIGHT = 1.9, 2.4, 0.04, 60.0, 0.16
+RISE = 0.03  # of its center over the hinge
+PLATE = HangingConfig(
+    name="seesaw",
+    shape=Box((LENGTH, WIDTH, THICK)),
+    mass=MASS,
+    pivot=(6.0, 4.0, HEIGHT),
+    drop=-RISE,
+    hinge="y",
+    spring=800.0,
+    damping=0.0,
+    drivable=True,
+)
+INERTIA = MASS * (RISE**2 + (LENGTH**2 + THICK**2) / 12.0)
+STOP = math.asin((HEIGHT + RISE - 0.5 * THICK) / (0.5 * LENGTH))  # about: its edge on the carpet
+
+
+def test_it_swings_with_the_period_of_its_spring_minus_its_weight():
+    """T = 2 pi sqrt(I / (k - m g r)): what is above its hinge falls away from it."""
+    passes, before, h, time, aside = [], 1.0, 0.005, 0.0, 0.0
+    with PhysicsWorld() as world:
+        body = HangingBody(world, PLATE)
+        body.is_awake = True
+        world.engine.wake(body.row)
+        body.rate = (0.0, 0.02, 0.0)
+        world.set_velocity(body.row, (0.02 * RISE, 0.0, 0.0), body.rate)
+        while time < 12.0:
+            body.before_substep(h)
+            world.engine.step(h)
+            time += h
+            body.read()
+            aside = max(aside, abs(body.quat[0]), abs(body.quat[2]))
+            if body.angle * before < 0.0:
+                passes.append(time)
+            before = body.angle
+    period = 2.0 * math.pi * math.sqrt(INERTIA / (PLATE.spring - MASS * GRAVITY * RISE))
+    assert 2.0 * np.diff(passes).mean() == pytest.approx(period, rel=0.02) and aside < 1e-3
+
+
+def seesaw(**changes):
+    config = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
+    game = Game.bare(robot=lambda: RobotConfig(drivetrain=config))
+    plate = replace(PLATE, damping=4.0, **changes)
+    return replace(game, field=replace(game.field, hanging=(plate,)), starts=((3.0, 4.0, 0.0),))
+
+
+def drive(match, goal, seconds, speed=1.0):
+    """Along x to a place [m], slower as it comes near."""
+    robot, (plate,) = match.robots[0], match.hanging
+    angles, seen = [], set()
+    for _ in range(round(seconds / 0.02)):
+        vx = max(-speed, min(speed, 4.0 * (goal - robot.chassis.pose[0])))
+        robot.drive.set_chassis_speeds(vx, 0.0, 0.0)
+        match.tick()
+        angles.append(plate.angle)
+        seen |= match.contacts.hanging
+    return angles, seen
+
+
+def test_a_driving_robot_tips_it_to_its_stops_and_balances():
+    with Match(seesaw()) as match:
+        (plate,), robot = match.hanging, match.robots[0]
+        robot.carry_to((6.0 - 0.5 * LENGTH + 0.3, 4.0, 0.0))
+        angles, seen = drive(match, 6.0 - 0.55, 3.0)
+        assert min(angles) == pytest.approx(-STOP, abs=0.03), "its edge is on the carpet"
+        assert (0, "seesaw") in seen
+        angles, _ = drive(match, 6.0, 5.0)
+        assert abs(plate.angle) < math.radians(2.5) and abs(plate.rate[1]) < 0.02, "level, with the robot on it"
+        assert robot.chassis.pos[2] == pytest.approx(HEIGHT + RISE + 0.5 * THICK, abs=0.01)
+        angles, _ = drive(match, 6.0 + 0.55, 3.0)
+        assert max(angles) == pytest.approx(STOP, abs=0.03)
+        drive(match, 9.0, 4.0)
+        assert robot.chassis.pos[2] == pytest.approx(0.0, abs=0.01) and robot.chassis.pose[0] > 8.5
+        assert abs(plate.angle) < 0.01 and not plate.is_awake, "by its spring"
+
+
+@pytest.mark.parametrize("damping", [3.0, 60.0])
+@pytest.mark.parametrize("place", [0.1, -0.2])
+def test_a_robot_at_rest_tips_it_until_its_spring_balances(place, damping):
+    """K a = m g r sin a + M g x, whatever damps it; a step of 5 ms leaves K h^2 / I = 0.4 % of the spring."""
+    game = seesaw(spring=2500.0)
+    plate = replace(game.field.hanging[0], damping=damping)
+    with Match(replace(game, field=replace(game.field, hanging=(plate,)))) as match:
+        (body,), chassis = match.hanging, match.robots[0].chassis
+        match.robots[0].carry_to((6.0 + place, 4.0, 0.0))
+        match.robots[0].drive.set_volts([0.0] * 4, [0.0] * 4)
+        match.play(8.0 if damping < 10.0 else 4.0)
+        mass, center, _ = chassis.distribution
+        aside = chassis.pos[0] + rotate(chassis.quat, center)[0] - 6.0
+        moment = MASS * GRAVITY * RISE * math.sin(body.angle) + mass * GRAVITY * aside
+        assert 2500.0 * body.angle == pytest.approx(moment, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (dict(hinge="z"), "hinge must be 'x' or 'y' or None, got 'z'"),
+        (dict(hinge=None, drop=0.2), "only what has a hinge has a spring, or carries robots"),
+        (dict(spring=-1.0), r"spring must be a number from 0 to 100000 N m/rad, got -1"),
+    ],
+)
+def test_invalid_hinges_are_refused(change, said):
+    with pytest.raises(ConfigError, match=said):
+        replace(PLATE, **change)

@@ -1,0 +1,81 @@
+"""What modules say of their sensors, asked while these are moved: at once, after their own update, or never."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from simcore.robotcode.program.belief_probe import ModulePorts, probe_modules
+
+Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
+SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition
+
+WAY, OFFSET = 0.05, -2.5  # [m] a turn of the rotor, [rad]; a quarter turn on, the angle has passed half a turn
+
+
+class Port:
+    """A motor or an encoder, as the program reads it."""
+
+    def __init__(self) -> None:
+        self.position = 0.0
+
+    def write(self, position: float, velocity: float) -> None:
+        self.position = position
+
+
+class Live:
+    def __init__(self) -> None:
+        self.ports = ModulePorts(drive=Port(), steer=Port(), encoder=Port(), wheel=None)
+        self.updates = 0
+
+    def sensed(self) -> SwerveModulePosition:
+        angle = Rotation2d(math.remainder(OFFSET - self.ports.encoder.position, math.tau))
+        return SwerveModulePosition(-WAY * self.ports.drive.position, angle)
+
+    def get_position(self) -> SwerveModulePosition:
+        return self.sensed()
+
+    def update(self) -> None:
+        self.updates += 1
+
+
+class Kept(Live):
+    """What its update has read last, as with loggers and layers of input."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.last = SwerveModulePosition()
+
+    def get_position(self) -> SwerveModulePosition:
+        return self.last
+
+    def update(self) -> None:
+        super().update()
+        self.last = self.sensed()
+
+
+class Deaf(Kept):
+    def update(self, period: float = 0.02) -> None:
+        raise RuntimeError("no robot")
+
+
+def probed(*modules):
+    return probe_modules([[SimpleNamespace(), m] for m in modules], [m.ports for m in modules], lambda: None)
+
+
+@pytest.mark.parametrize("kind", [Live, Kept])
+def test_a_module_is_measured_with_and_without_its_update(kind):
+    modules = [kind(), kind()]
+    for belief in probed(*modules):
+        assert belief.zero == pytest.approx(OFFSET)
+        assert belief.meters_per_rotor_turn == pytest.approx(-WAY)
+        assert belief.angle_per_encoder_turn == pytest.approx(-math.tau)
+        assert not belief.is_deaf
+    assert all(m.get_position().distance == 0.0 for m in modules)  # it begins where its sensors are
+    assert modules[0].updates == 0 or kind is Kept  # nothing is called that need not be
+
+
+def test_a_module_without_sensors_differs_from_one_without_answers():
+    assert all(belief.is_deaf for belief in probed(Deaf()))
+    silent = SimpleNamespace(ports=Live().ports)
+    assert not any(belief.is_deaf for belief in probed(silent))

@@ -1,0 +1,36 @@
+"""What counts as time of a program that hangs: its work and its waiting, not what a busy computer keeps it from."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+pytest.importorskip("wpilib", reason="needs wpilib")
+
+from simcore.robotcode.sim.hang_watch import HangWatch
+
+
+@pytest.mark.parametrize(
+    ("wall", "work", "passed"),
+    [
+        (0.25, 0.25, 0.25),  # works all the time
+        (0.25, 0.001, 0.25),  # waits
+        (0.25, 0.05, 0.05),  # works with a fifth of a processor, all that others leave
+        (3.0, 0.002, 0.25),  # has waited for a processor: the look itself came late
+        (0.25, 0.9, 0.25),  # works on four processors
+    ],
+)
+def test_a_check_counts_work_or_waiting(wall, work, passed):
+    watch = HangWatch(9.0, lambda: "robot.py:3 in robotInit", io.StringIO())
+    watch._count(wall, work)
+    assert watch._taken == passed
+
+
+@pytest.mark.parametrize(("place", "looks"), [("robot.py:3 in robotInit", 36), ("", 360)])
+def test_code_outside_the_program_has_ten_times_the_limit(place, looks):
+    watch = HangWatch(9.0, lambda: place, io.StringIO())
+    for k in range(looks):
+        assert not watch._is_over(), k
+        watch._count(0.25, 0.0)
+    assert watch._is_over()

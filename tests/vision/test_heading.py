@@ -1,0 +1,44 @@
+"""Poses between ticks."""
+
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.vision.heading import AngleHistory, PoseHistory
+from simcore.world.rotation import from_yaw
+
+
+def test_outside_its_samples_a_history_holds_the_ends():
+    history = PoseHistory()
+    with pytest.raises(ConfigError, match="no pose"):
+        history.at(0.0)
+    history.add(1.0, (1.0, 0.0, 0.0), from_yaw(0.1))
+    assert history.at(0.0) == history.at(9.0)
+
+
+def test_a_history_keeps_little_more_than_two_seconds():
+    history = PoseHistory()
+    for k in range(1000):
+        history.add(0.02 * k, (0.01 * k, 0.0, 0.0), from_yaw(0.0))
+    assert history.at(19.98 - 2.0)[0][0] == pytest.approx(8.99)
+    assert len(history) < 200
+
+
+@pytest.mark.parametrize(("time", "x"), [(1.02, 5.0), (0.5, 1.0)])
+def test_a_carried_robot_has_no_poses_in_between(time, x):
+    """A jump in space, or time that runs backwards: nothing is interpolated across it."""
+    history = PoseHistory()
+    history.add(1.0, (1.0, 0.0, 0.0), from_yaw(0.0))
+    history.add(time, (x, 0.0, 0.0), from_yaw(0.0))
+    assert len(history) == 1
+    assert history.at(time - 0.01)[0] == (x, 0.0, 0.0)
+
+
+def test_readings_are_interpolated_and_late_ones_dropped():
+    history = AngleHistory()
+    assert history.at(0.0) is None
+    history.add(1.0, (1.0, 0.0, 0.0))
+    history.add(2.0, (3.0, 0.0, 0.0))
+    history.add(1.5, (99.0, 0.0, 0.0))
+    assert history.at(1.5) == pytest.approx((2.0, 0.0, 0.0))
+    history.add(2.0, (5.0, 0.0, 0.0))
+    assert history.at(9.0) == (5.0, 0.0, 0.0)
