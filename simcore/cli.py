@@ -42,6 +42,10 @@ COMMANDS = {
     "shots": Command(
         "simcore.sweep.shots_command", "make the shot table of a shooter: speed and elevation by distance"
     ),
+    "calibrate": Command(
+        "simcore.calibrate.calibrate_command",
+        "fit a robot to its own log: values with intervals, and what they predict",
+    ),
     "view": Command("simcore.show.view_command", "open the page of a log in the browser"),
     "layout": Command("simcore.show.scope_layout", "make a layout for AdvantageScope or Elastic, for a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),

@@ -68,6 +68,7 @@ __all__ = [
     "SIGNED_VOLTAGE",
     "SLIP_SPEED",
     "SPEED",
+    "SPEED_SHARE",
     "START",
     "STIFFNESS",
     "TORQUE",
@@ -202,6 +203,7 @@ PIXELS = Quantity("px", 1, 10_000, is_whole=True)
 NOISE_PIXELS = Quantity("px", 0.0, 1000.0)
 FRACTION = Quantity("", 0.0, 1.0)
 EFFICIENCY = Quantity("", 0.0, 1.0, is_open=True)
+SPEED_SHARE = Quantity("", 0.3, 1.5)
 FRICTION = Quantity("", 0.0, 10.0)
 FACTOR = Quantity("", 0.0, 1000.0)
 POSITIVE = Quantity("", 0.0, 1000.0, is_open=True)

@@ -53,7 +53,7 @@ NAMES: dict[str, dict[str, str]] = {
     # module: class of it, or "" for the module: the names that simcore uses, those of 2027
     "ntcore": {
         "NetworkTable": "get_sub_table get_string_topic get_integer_topic get_instance get_path",
-        "NetworkTableEntry": "get_string get_string_array set_string get_name",
+        "NetworkTableEntry": "get_string get_string_array set_string set_string_array get_name",
         "Subscriber": "get_topic",
         "NetworkTableInstance": "get_entry get_topics "
         "create destroy get_default get_network_mode get_topic get_table has_schema add_schema "
@@ -106,7 +106,7 @@ NAMES: dict[str, dict[str, str]] = {
         "AnalogInput": "get_channel",
         "DoubleSolenoid": "get_fwd_channel get_rev_channel",
         "DutyCycleEncoder": "get get_source_channel",
-        "Encoder": "get_distance_per_pulse",
+        "Encoder": "get_distance_per_pulse set_distance_per_pulse",
         "Field2d": "set_robot_pose get_object",
         "FieldObject2d": "set_poses",
         "IterativeRobotBase": "get_period",
@@ -126,16 +126,18 @@ NAMES: dict[str, dict[str, str]] = {
         "": "pause_timing resume_timing step_timing is_timing_paused",
         "AddressableLEDSim": "get_length get_data",
         "AnalogEncoderSim": "set",
-        "AnalogInputSim": "get_initialized set_voltage",
-        **{f"{module}Sim": "get_solenoid_output" for module in ("CTREPCM", "REVPH")},
-        "DIOSim": "get_initialized set_value",
+        "AnalogInputSim": "get_initialized get_voltage set_voltage",
+        **{f"{module}Sim": "get_solenoid_output set_solenoid_output" for module in ("CTREPCM", "REVPH")},
+        "DIOSim": "get_initialized get_value set_value",
         "DriverStationSim": "set_ds_attached set_enabled notify_new_data set_match_time set_alliance_station_id "
         "set_game_data=setGameSpecificMessage set_joystick_axis set_joystick_button",
-        "DutyCycleSim": "create_for_channel set_output",
-        "EncoderSim": "create_for_channel get_reset get_distance_per_pulse set_count set_rate set_direction",
-        "PWMSim": "get_initialized get_pulse_microsecond",
+        "DutyCycleSim": "create_for_channel get_output set_output",
+        "EncoderSim": "create_for_channel get_reset set_reset get_distance_per_pulse get_count set_count set_rate "
+        "get_period get_direction set_direction",
+        "PWMSim": "get_initialized get_pulse_microsecond set_pulse_microsecond",
         "PowerDistributionSim": "get_initialized set_voltage set_current",
         "RoboRioSim": "set_brownout_voltage get_brownout_voltage set_vin_voltage=setVInVoltage "
+        "get_vin_voltage=getVInVoltage "
         "set_user_active_3v3=setUserActive3V3 set_user_faults_3v3=setUserFaults3V3",
         "SimDeviceSim": "get_boolean get_double get_int enumerate_devices enumerate_values",
     },

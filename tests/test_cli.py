@@ -121,7 +121,7 @@ def test_a_library_that_is_missing_is_one_sentence():
         (["play", "rebuilt", "--log", "run.csv"], "cannot write the log 'run.csv': its name must end in .wpilog"),
         (["play", "rebuilt", "--page", "run.txt"], "cannot write the page 'run.txt': its name must end in .html"),
         (["new-game", "numpy"], "'numpy' is a game or module that is installed"),
-        (["check", "--game", "rebuilt", "--known-shot", "distance=2,rps=fast"], "rps must be a number above 0"),
+        (["calibrate", "--shot", "distance=2,rps=fast"], "rps must be a number above 0"),
     ],
 )
 def test_what_cannot_be_is_refused_before_anything_runs(words, said, capsys, tmp_path, monkeypatch):

@@ -11,9 +11,9 @@ from simcore.errors import ConfigError
 __all__ = ["BUILT", "SOURCE", "TARGETS", "extension_path"]
 
 SOURCE = Path(__file__).with_name("extension.c")
-"""What the files are built of."""
+"""Source of the built files."""
 BUILT = Path(__file__).with_name("built")
-"""Where they are."""
+"""Folder of the built files."""
 TARGETS = {
     # system and processor: target of Zig, file
     ("linux", "x86_64"): ("x86_64-linux-gnu.2.17", "simcore_linux_x64.so"),
@@ -22,7 +22,7 @@ TARGETS = {
     ("darwin", "arm64"): ("aarch64-macos.11.0", "simcore_macos_arm64.dylib"),
     ("darwin", "x86_64"): ("x86_64-macos.11.0", "simcore_macos_x64.dylib"),
 }
-"""Systems that it is built for."""
+"""Target of Zig and file, by system and processor."""
 
 
 def extension_path() -> Path:

@@ -1,4 +1,4 @@
-"""Ports of a program in another process, in the HAL of this one: opened as there, outputs as there, inputs sent there.
+"""Ports of a program in another process, mirrored in the HAL of this process: outputs come in, inputs go out.
 
 So `simcore.toml`, drivetrains and mechanisms on ports work as for a Python program. The class of what is on a PWM port
 is not known here, and neither is whether the program has inverted it: signs are those of the signal.
@@ -28,7 +28,7 @@ _JOYSTICKS = range(6)
 _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
     1: ("Boolean", bool), 2: ("Double", float), 4: ("Int", int), 8: ("Int", int), 16: ("Long", int),
 }  # fmt: skip
-"""By the HAL's code of a type: its name in WPILib, and what makes one of a number; an enumeration is its number."""
+"""Name in WPILib and conversion from a number, by the HAL's code of a type; an enumeration is its number."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
 """Gyros by the first part of their SimDevice."""
 _INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
@@ -37,7 +37,7 @@ _TEXTS = ("SetGameSpecificMessage", "SetEventName")
 
 
 class MirroredPorts:
-    """What a program has opened, here.
+    """Ports that a program in another process has opened, in the HAL of this process.
 
     Args:
         settings: Of simcore.toml, which names solenoids.
@@ -50,7 +50,7 @@ class MirroredPorts:
         self.has_started = False
         """Whether the program has come to its loop."""
         self.errors: list[str] = []
-        """What the program has reported; who reads it clears it."""
+        """Errors and warnings that the program has reported; the reader clears the list."""
         self._state: dict[str, dict[tuple[int, int], float]] = {name: {} for name in OUTPUTS}
         self._open: dict[tuple[str, int], Any] = {}
         self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []
@@ -58,22 +58,22 @@ class MirroredPorts:
         self._texts = dict.fromkeys(_TEXTS, "")
         self._choices: dict[str, str] = {}
         self._names: dict[int, tuple[str, str, int, float]] = {}
-        """By handle: SimDevice, value, type and what it was at first."""
+        """SimDevice, value name, type and first value, by handle."""
         self._values: dict[int, Any] = {}
         self._devices: dict[str, Any] = {}
         self._kept: list[Any] = []
         self._take: dict[str, Callable[[int, int, float], None]] = {
             "GetPWMSpeed": lambda n, _, value: sim.PWMSim(n).setSpeed(value),
             "GetPWMPosition": lambda n, _, value: sim.PWMSim(n).setPosition(value),
-            "GetPWMPulseMicrosecond": lambda n, _, value: sim.PWMSim(n).setPulseMicrosecond(int(value)),
+            "GetPWMPulseMicrosecond": lambda n, _, value: sim.PWMSim(n).set_pulse_microsecond(int(value)),
             "GetDIOValue": self._take_dio,
             "GetAnalogGyroAngle": self._take_gyro,
             "GetRelayForward": lambda n, _, value: sim.RelaySim(n).setForward(bool(value)),
             "GetRelayReverse": lambda n, _, value: sim.RelaySim(n).setReverse(bool(value)),
             "GetEncoderDistancePerPulse": self._take_distance,
             "GetEncoderReset": self._take_reset,
-            "GetCTREPCMSolenoidOutput": lambda n, s, value: sim.CTREPCMSim(n).setSolenoidOutput(s, bool(value)),
-            "GetREVPHSolenoidOutput": lambda n, s, value: sim.REVPHSim(n).setSolenoidOutput(s, bool(value)),
+            "GetCTREPCMSolenoidOutput": lambda n, s, value: sim.CTREPCMSim(n).set_solenoid_output(s, bool(value)),
+            "GetREVPHSolenoidOutput": lambda n, s, value: sim.REVPHSim(n).set_solenoid_output(s, bool(value)),
         }
         if follows:
             self._take |= {name: self._follow(name) for name in OUTPUTS if name.startswith("GetDriverStation")}
@@ -82,7 +82,7 @@ class MirroredPorts:
     # --- from the program -----------------------------------------------------------------------------------------
 
     def take(self, found: Iterable[Record]) -> None:
-        """Take what has changed in the program; from its start on, what it opens is opened here."""
+        """Take changes from the program; from its start on, open the ports that it opens."""
         changed: list[Record] = []
         choosers: list[list[str]] = []
         opens = False
@@ -124,15 +124,15 @@ class MirroredPorts:
 
     def _take_dio(self, number: int, _: int, value: float) -> None:
         if not self._now("GetDIOIsInput", number):
-            sim.DIOSim(number).setValue(bool(value))
+            sim.DIOSim(number).set_value(bool(value))
 
     def _take_distance(self, number: int, _: int, value: float) -> None:
         if encoder := self._open.get(("Encoder", number)):
-            encoder.setDistancePerPulse(value)
+            encoder.set_distance_per_pulse(value)
 
     def _take_reset(self, number: int, _: int, value: float) -> None:
         if value and (encoder := self._open.get(("Encoder", number))):
-            sim.EncoderSim(encoder).setReset(True)
+            sim.EncoderSim(encoder).set_reset(True)
 
     def _take_gyro(self, number: int, _: int, value: float) -> None:
         """Reset a gyro that the program has reset: its angle is zero, and nobody has sent that."""
@@ -141,7 +141,7 @@ class MirroredPorts:
             gyro.reset()
 
     def _follow(self, name: str) -> Callable[[int, int, float], None]:
-        """Return what does as the driver station of the program does."""
+        """Return a setter that follows the driver station of the program."""
         show = getattr(sim.DriverStationSim, name.replace("GetDriverStation", "set"))
         make = hal.AllianceStationID if name.endswith("Id") else bool
         return lambda number, sub, value: show(make(int(value)))
@@ -162,7 +162,7 @@ class MirroredPorts:
         return self._open[what, number]
 
     def _open_ports(self) -> None:
-        """Open what has several ports first: an encoder has digital inputs of its own."""
+        """Open devices with several ports first: an encoder has its own digital inputs."""
         for n in self._opened("GetPWMInitialized"):
             self._make("PWM", n, wpilib.PWMSparkMax, n)
         for n in self._opened("GetEncoderInitialized"):
@@ -170,14 +170,14 @@ class MirroredPorts:
             if made := self._make("Encoder", n, wpilib.Encoder, *channels):
                 self._open |= dict.fromkeys((("DIO", channel) for channel in channels), made)
                 encoder = sim.EncoderSim(made)
-                self._add("SetEncoderCount", n, encoder.getCount)
-                self._add("SetEncoderPeriod", n, encoder.getPeriod)
-                self._add("SetEncoderDirection", n, encoder.getDirection)
+                self._add("SetEncoderCount", n, encoder.get_count)
+                self._add("SetEncoderPeriod", n, encoder.get_period)
+                self._add("SetEncoderDirection", n, encoder.get_direction)
         for n in self._opened("GetDutyCycleInitialized"):
             channel = int(self._now("GetDutyCycleDigitalChannel", n))
             if made := self._make("DutyCycle", n, self._duty_cycle, channel):
                 self._open["DIO", channel] = made
-                self._add("SetDutyCycleOutput", n, sim.DutyCycleSim.createForChannel(channel).getOutput)
+                self._add("SetDutyCycleOutput", n, sim.DutyCycleSim.create_for_channel(channel).get_output)
         for n in self._opened("GetAnalogGyroInitialized"):
             if made := self._make("AnalogGyro", n, wpilib.AnalogGyro, n):
                 self._open["Analog", n] = made
@@ -186,12 +186,12 @@ class MirroredPorts:
         for n in self._opened("GetAnalogInInitialized"):
             build = wpilib.AnalogEncoder if self._has_device(f"AnalogEncoder[{n}]") else wpilib.AnalogInput
             if self._make("Analog", n, build, n):
-                self._add("SetAnalogInVoltage", n, sim.AnalogInputSim(n).getVoltage)
+                self._add("SetAnalogInVoltage", n, sim.AnalogInputSim(n).get_voltage)
         for n in self._opened("GetDIOInitialized"):
             is_input = bool(self._now("GetDIOIsInput", n))
             build = wpilib.DigitalInput if is_input else wpilib.DigitalOutput
             if self._make("DIO", n, build, n) and is_input:
-                self._add("SetDIOValue", n, sim.DIOSim(n).getValue)
+                self._add("SetDIOValue", n, sim.DIOSim(n).get_value)
         for n in {*self._opened("GetRelayInitializedForward"), *self._opened("GetRelayInitializedReverse")}:
             self._make("Relay", n, wpilib.Relay, n)
         for m in self._settings.mechanisms:  # of a module's coils the HAL does not know which are opened
@@ -218,13 +218,13 @@ class MirroredPorts:
             type_name, make = _VALUE_TYPES[code]
             if device not in self._devices:
                 gyro = _GYROS.get(re.sub(r"\[.*", "", device))
-                is_there = device in sim.SimDeviceSim.enumerateDevices("")
+                is_there = device in sim.SimDeviceSim.enumerate_devices("")
                 build = hal.SimDevice if gyro is None else lambda _, gyro=gyro: getattr(wpilib, gyro)()
                 self._devices[device] = None if is_there else build(device)
             made, there = self._devices[device], sim.SimDeviceSim(device)
             if isinstance(made, hal.SimDevice):
                 self._kept.append(getattr(made, f"create{type_name}")(name, 2, make(value)))
-            elif name not in [known for known, _ in there.enumerateValues()]:
+            elif name not in [known for known, _ in there.enumerate_values()]:
                 continue  # another port than that of the gyro here
             shown = getattr(there, f"get{type_name}")(name)
             shown.set(make(value))
@@ -243,7 +243,7 @@ class MirroredPorts:
     # --- to the program -------------------------------------------------------------------------------------------
 
     def inputs(self) -> list[Record]:
-        """Return what has changed here since the last call."""
+        """Return the values that have changed in this process since the last call."""
         found = []
         for row, (code, sub, number, get) in enumerate(self._inputs):
             value = float(get())
@@ -253,11 +253,10 @@ class MirroredPorts:
         return found
 
     def driver_station(self) -> list[Record]:
-        """Return a packet of the driver station: `inputs`, and joysticks and texts that have changed."""
-        station = wpilib.DriverStation
-        station.refreshData()
+        """Return a packet of the driver station: `inputs`, and changed joysticks and texts."""
+        hal.refreshDSData()
         found = self.inputs()
-        said = station.getGameSpecificMessage(), station.getEventName()
+        said = wpilib.MatchState.get_game_data(), wpilib.MatchState.getEventName()
         for name, text in zip(_TEXTS, said, strict=True):
             if self._texts[name] != text:
                 self._texts[name] = text
@@ -279,8 +278,8 @@ class MirroredPorts:
         self._sent.append(math.nan)
 
     def _add_driver_station(self) -> None:
-        station, match = sim.DriverStationSim, wpilib.DriverStation
-        self._add("SetRoboRioVInVoltage", 0, sim.RoboRioSim.getVInVoltage)
+        station, match = sim.DriverStationSim, wpilib.MatchState
+        self._add("SetRoboRioVInVoltage", 0, sim.RoboRioSim.get_vin_voltage)
         if self._follows:
             return
         for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached", "DsAttached", "MatchTime"):
@@ -307,4 +306,4 @@ class MirroredPorts:
         self._choices.setdefault(key, "")
         for name, text in ((".type", model), ("default", default), ("active", active)):
             table.get_entry(f"{key}/{name}").set_string(text)
-        table.get_entry(f"{key}/options").setStringArray(list(options))
+        table.get_entry(f"{key}/options").set_string_array(list(options))

@@ -24,7 +24,7 @@ HEADER_SIZE = _HEADER.size
 _RECORD = struct.Struct("<BBHid")
 
 _CALLS = ("I", "D", "NI", "ND", "NSI", "NSD", "T")
-"""What a function takes: index, second index, and integer, number or text."""
+"""Arguments of a function: index (N), second index (S), and integer (I), number (D) or text (T)."""
 INPUTS = {
     "SetRoboRioVInVoltage": "D",
     **{f"SetDriverStation{name}": "I" for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached")},
@@ -37,7 +37,7 @@ INPUTS = {
     **{"SetDIOValue": "NI", "SetAnalogInVoltage": "ND", "SetDutyCycleOutput": "ND"},
     **{"SetAnalogGyroAngle": "ND", "SetAnalogGyroRate": "ND"},
 }
-"""What simcore writes, by the name of the HAL's function without `HALSIM_`; the place of a row is its kind."""
+"""Arguments of functions that simcore calls, by name without `HALSIM_`; the number of a row is its kind."""
 OUTPUTS: dict[str, tuple[str, int, int]] = {
     "GetProgramStarted": ("I", 1, 1),
     **{f"GetDriverStation{name}": ("I", 1, 1) for name in ("Enabled", "Autonomous", "Test", "AllianceStationId")},
@@ -53,9 +53,9 @@ OUTPUTS: dict[str, tuple[str, int, int]] = {
     **{"GetCTREPCMInitialized": ("NI", 63, 1), "GetCTREPCMSolenoidOutput": ("NSI", 63, 8)},
     **{"GetREVPHInitialized": ("NI", 63, 1), "GetREVPHSolenoidOutput": ("NSI", 63, 16)},
 }
-"""What the program is asked after each step: call, how many, how many second indices where the row before is not zero.
+"""Values read after each step: arguments, number of indices, and of second indices where the row before is not zero.
 
-It answers with what has changed, from 0 at first.
+The program answers with the values that have changed, from 0 at first.
 """
 _DEFINE_INPUT, _DEFINE_OUTPUT = 96, 97
 SIM_VALUE, NEW_DATA, CLOCK, END, LOOK, PROCESS = range(100, 106)
@@ -88,7 +88,7 @@ class Record(NamedTuple):
 
 
 def definitions() -> list[Record]:
-    """Return what the first frame defines: the rows of `INPUTS` and `OUTPUTS`."""
+    """Return the records of the first frame, which define the rows of `INPUTS` and `OUTPUTS`."""
     inputs = enumerate(INPUTS.items())
     found = [Record(_DEFINE_INPUT, _CALLS.index(call), row, 1.0, name.encode()) for row, (name, call) in inputs]
     rows = OUTPUTS.items()

@@ -26,7 +26,7 @@ from simcore.errors import SimcoreError
 __all__ = ["PORT", "ProgramError", "RobotProcess"]
 
 PORT = 9810
-"""Where simcore listens for a program that it has not started."""
+"""Port on which simcore listens for a program that it has not started."""
 _STEP = 0.05  # wall time between two looks whether the program lives [s]
 _ENDS = 2.0  # wall time in which a program ends that is told to [s]
 _MOST_PRINTED = 2000  # lines that are passed on
@@ -68,11 +68,11 @@ class RobotProcess:
         self._connection: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._pid = 0
-        """Of the program itself, which another process may have started, such as Gradle's daemon."""
+        """Process id of the program, which another process may have started, such as Gradle's daemon."""
         self._last: deque[str] = deque(maxlen=_LAST)
         self._reader: threading.Thread | None = None
         self.time = 0.0
-        """Of the program's clock [s]."""
+        """Time on the program's clock [s]."""
         self._listener = socket.socket()
         if os.name != "nt":
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -86,7 +86,7 @@ class RobotProcess:
             ) from error
         self._listener.listen(1)
         self.address: tuple[str, int] = self._listener.getsockname()
-        """Where it listens."""
+        """Address on which simcore listens."""
         try:
             if command:
                 self._start(command, output)

@@ -17,7 +17,7 @@ from rich.console import Console
 from simcore import season
 from simcore.bridge.built_extension import extension_path
 from simcore.bridge.robot_process import ProgramError, RobotProcess
-from simcore.bridge.served_robot import ServedRobot
+from simcore.bridge.served_robot import ServedRobot, require_ports
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.runner import AutoRun, RunReport, auto_seconds, print_report
 from simcore.match.scatter import Scatter
@@ -107,6 +107,7 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError(f"there is no {options.robot}: a file says what is at which port (docs/java.md)")
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     settings = read_settings(options.robot)
+    require_ports(settings)  # before the program starts
     game = choose_game(options.game, settings.game)
     plan = _plan(options, auto_seconds(game), game.clock.duration)
     set_run_variation(replace(run_variation(), seed=options.seed, scatter=options.scatter))
@@ -167,7 +168,7 @@ def _plan(options: argparse.Namespace, auto: float, whole: float) -> _Plan:
 
 @dataclass(slots=True)
 class _Times:
-    """What a run cost, tick by tick."""
+    """Path of the robot and cost of each tick."""
 
     path: list[tuple[float, float, float]] = field(default_factory=list)
     ticks: list[tuple[float, int, int]] = field(default_factory=list)

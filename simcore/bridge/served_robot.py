@@ -63,6 +63,8 @@ class ServedRobot(RobotTest):
         real_time: bool = False,
         follows: bool = False,
     ) -> None:
+        if season.clock_rate() != 1e6:
+            raise ConfigError("the bridge steps programs of WPILib 2026, and this is WPILib 2027: docs/java.md")
         settings = read_settings(file)
         require_ports(settings)
         AttachedPhysics.ownership = watch_program()

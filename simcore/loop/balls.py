@@ -57,7 +57,7 @@ __all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls",
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
-_COMES = 1.5 * STEP  # [s]; stiff pairs that meet so soon cut the next step
+_COMES = 1.5 * STEP  # [s]; stiff pairs that can meet so soon cut the next step
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
 _GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
@@ -265,19 +265,14 @@ def _pair_limit(square, foam, surface, masses, a, b, depth, closing, h):
     return step_limit(square, hardened(slope, surface[a, 1] * surface[b, 1]), mass)
 
 
-@inlined
-def _closing(vel, a, b, nx, ny, nz):
-    """Return the closing speed of two balls times the length of the way from b to a [m^2/s]."""
-    return (vel[b, 0] - vel[a, 0]) * nx + (vel[b, 1] - vel[a, 1]) * ny + (vel[b, 2] - vel[a, 2]) * nz
-
-
 @compiled
 def first_step(balls, pairs, step, h):
     """Return the longest step, of `step` [s] at most, that the pairs of balls allow which touch or soon will [s].
 
-    Mark the pairs that may need shorter ones within h [s], because they are stiff, deep or fast.
+    Mark the pairs that may need shorter ones within h [s]: 1 if they are deep or fast, 2 if they are too stiff to touch
+    in a whole step.
     """
-    first, second, count, is_stiff = pairs
+    first, second, count, needs = pairs
     pos, vel, radii, status, longest = balls.pos, balls.vel, balls.radius, balls.status, step * step
     foam, surface, masses = balls.foam, balls.surface, balls.mass
     for p in range(count):
@@ -285,11 +280,13 @@ def first_step(balls, pairs, step, h):
         nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
         distance = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
         depth, uncut, fastest = radii[a] + radii[b] - distance, STEP * STEP, speed(vel, a) + speed(vel, b)
-        is_stiff[p] = _pair_limit(uncut, foam, surface, masses, a, b, depth, fastest, h) < uncut
-        if is_stiff[p] and not (sleeps(status, a) and sleeps(status, b)):
-            closing = _closing(vel, a, b, nx, ny, nz) / distance
-            if depth > -max(0.0, closing) * _COMES:
-                longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, step)
+        needs[p] = 0
+        if _pair_limit(uncut, foam, surface, masses, a, b, depth, fastest, h) < uncut:
+            is_stiff = _pair_limit(uncut, foam, surface, masses, a, b, 0.0, 0.0, h) < uncut
+            needs[p] = 2 if is_stiff else 1
+            near = -fastest * _COMES if is_stiff else 0.0
+            if depth > near and not (sleeps(status, a) and sleeps(status, b)):
+                longest = _pair_limit(longest, foam, surface, masses, a, b, depth, fastest, step)
     return math.sqrt(longest)
 
 
@@ -302,7 +299,7 @@ def _collide(balls, memory, gravity, pairs, force, h):
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
     key, stamp, spring, now, is_put = memory.key, memory.stamp, memory.spring, memory.clock[0], balls.is_put
-    first, second, count, is_stiff = pairs
+    first, second, count, needs = pairs
     longest, slowing = STEP * STEP, 0.4 * _STOPPING / h
     for p in range(count):
         a, b = first[p], second[p]
@@ -316,11 +313,11 @@ def _collide(balls, memory, gravity, pairs, force, h):
                 _wake(status, still, hold, sleeper)
                 sleeper = NOBODY
         if square >= reach * reach:
-            if is_stiff[p]:
-                closing = _closing(vel, a, b, nx, ny, nz) / reach
-                comes = reach + max(0.0, closing) * _COMES
+            if needs[p] == 2:
+                fastest = speed(vel, a) + speed(vel, b)  # one that touches something else may turn round
+                comes = reach + fastest * _COMES
                 if square < comes * comes:
-                    longest = _pair_limit(longest, foam, surface, masses, a, b, 0.0, closing, h)
+                    longest = _pair_limit(longest, foam, surface, masses, a, b, 0.0, fastest, h)
             continue
         distance = math.sqrt(square)
         if distance > 1e-9:
@@ -338,7 +335,7 @@ def _collide(balls, memory, gravity, pairs, force, h):
         closing = -(ux * nx + uy * ny + uz * nz)
         linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
         mass = masses[a] * masses[b] / (masses[a] + masses[b])
-        if is_stiff[p]:
+        if needs[p] > 0:
             longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, h)
         i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
         s = _slot(key, stamp, i, _PAIR - j)

@@ -80,16 +80,14 @@ def foam_loss(restitution):
 
     Squeezed it takes (1 + c) U; let go it returns (1 - c) U and, while its memory turns within ln U = w, 2 c j U more,
     with j = 1 - (1 - exp(-w)) / w, whatever F(d) is. So e^2 = (1 - c + 2 c j) / (1 + c), which c = 1 - e^2 and
-    j = e^2 / 2 fulfil. All of it in the band (c = 1, j = e^2) would leave foam that is let go without any force: pairs
-    of balls then creep apart, and twice as many touch.
+    j = e^2 / 2 fulfil. All of it in the band (c = 1, j = e^2) would leave foam that is let go no force to part with.
 
     Args:
         restitution: Of the pair, 0 to 1 [-].
     """
     e2 = min(1.0, restitution * restitution)
-    return 1.0 - e2, max(
-        _THINNEST, e2 * (1.0 + e2 * (1.0 / 3.0 + e2 * 5.0 / 36.0))
-    )  # the inverse of j(w) by its series
+    band = e2 * (1.0 + e2 * (1.0 / 3.0 + e2 * 5.0 / 36.0))  # the inverse of j(w) by its series
+    return 1.0 - e2, max(_THINNEST, band)
 
 
 @compiled

@@ -94,8 +94,17 @@ class Scatter:
     """Spread of the resistance of winding and leads, for each motor [-]. Source as above, plus 10 K of copper at
     0.4 %/K."""
     encoder: float = degrees(0.5)
-    """Spread of the zero, for each absolute encoder on swerve azimuths, hoods and turrets [rad]. Estimate: wheels are
-    zeroed along a bar, hoods at a stop."""
+    """Of each absolute encoder, on the azimuths of swerve modules, hoods and turrets: its zero [rad]. Estimate: wheels
+    are zeroed along a bar, hoods at a stop."""
+    drive_friction: float = 0.47
+    """Of each tank and mecanum drive: its kS, a factor of 1.6 either way [-]. Constants of public tanks run from .13 to
+    1.31 V about .65."""
+    swerve_friction: float = 0.18
+    """Of each swerve drive: the same, a factor of 1.2 either way [-]. Estimate: one team's two days agree, teams differ
+    by more."""
+    drive_sides: float = 0.03
+    """Of each side of a tank and each wheel of others: efficiency of its gears, even from 0 to this below the config's
+    [-]. A kit chassis turned by .3 rad in 12 m on equal volts."""
     gyro: float = degrees(0.01)
     """Spread of the yaw rate at rest, for each gyro [rad/s]. Estimate: 0.6 degrees a minute remain after the
     calibration at power-up, when the robot stands on a cart."""
@@ -126,6 +135,9 @@ class Scatter:
             battery_resistance=_SHARE,
             motor_kt=_SHARE,
             motor_resistance=_SHARE,
+            drive_friction=Quantity("", 0.0, 1.0),
+            swerve_friction=Quantity("", 0.0, 1.0),
+            drive_sides=_SHARE,
             encoder=_ANGLE,
             gyro=_RATE,
             start_position=Quantity("m", 0.0, 0.5),
@@ -316,13 +328,15 @@ def start_error(draws: ScatterDraws, robot: int) -> Pose:
 
 
 def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConfig:
-    tread = draws.factor("tread_friction", robot)
+    tread, drag = draws.factor("tread_friction", robot), draws.factor("swerve_friction", robot)
 
     def built(number: int, module: SwerveModuleConfig) -> SwerveModuleConfig:
         return replace(
             module,
             drive_motor=_motor(module.drive_motor, draws, robot, _DRIVE, number),
             steer_motor=_motor(module.steer_motor, draws, robot, _STEER, number),
+            drive_friction_volts=drag * module.drive_friction_volts,
+            drive_efficiency=module.drive_efficiency * (1.0 - draws.share("drive_sides", robot, number)),
             wheel_cof=min(_MAX_COF, tread * module.wheel_cof),
             wheel_radius=module.wheel_radius * (1.0 - draws.share("wheel_wear", robot, number)),
             steer_offset=module.steer_offset + draws.normal("encoder", robot, _AZIMUTH, number),
@@ -334,16 +348,20 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
 def _fixed_wheels(
     config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
 ) -> tuple[TankConfig | MecanumConfig, ...]:
-    """Draw each wheel of a mecanum drive or side of a tank: a side's motors share its load, its wheels wear alike."""
-    tread = draws.factor("tread_friction", robot)
+    """Each wheel of a mecanum drive, or the sides of a tank: motors share a side's load, its wheels wear alike."""
+    tread, drag = draws.factor("tread_friction", robot), draws.factor("drive_friction", robot)
     is_tank = isinstance(config, TankConfig)
+    sides: tuple[TankConfig | MecanumConfig, ...] = config.sides if isinstance(config, TankConfig) else (config,) * 4
     motors = config.motors_per_side if isinstance(config, TankConfig) else config.motors_per_wheel
 
     def built(side: int) -> TankConfig | MecanumConfig:
         kt, resistance = _motor_factors(draws, motors, robot, _DRIVE, side)
+        one = sides[side]
         return replace(
-            config,
+            one,
             motor=config.motor.varied(kt=kt, resistance=resistance),
+            friction_volts=drag * one.friction_volts,
+            efficiency=one.efficiency * (1.0 - draws.share("drive_sides", robot, side)),
             wheel_cof=min(_MAX_COF, tread * config.wheel_cof),
             wheel_radius=config.wheel_radius * (1.0 - draws.share("wheel_wear", robot, side)),
         )

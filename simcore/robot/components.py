@@ -114,9 +114,9 @@ def _place(
     shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray,
     before: FloatArray, rows: FloatArray, moved: npt.NDArray[np.uint8],
 ) -> None:  # fmt: skip
-    """Write the pose of each part, along its chain of joints as in `simcore.world.linkage.part_pose`.
+    """Write the pose of each part, and whether it has moved.
 
-    `moved` marks parts whose pose is another one than `before`.
+    Compute it along the chain of joints of the part as in `simcore.world.linkage.part_pose`.
     """
     last = -1
     x = y = z = 0.0

@@ -121,8 +121,8 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     # ---------------------------------------------------------------- readings
 
     def shaft_emf(self, shaft: int) -> float:
-        """Return the back-EMF of a shaft's motors [V], their voltage in an open circuit."""
-        return float(self.shaft_speeds[shaft]) * self.config.gearing / self.config.motor.kv
+        """Volts at which a motor of a shaft carries no current, as in an open circuit [V]."""
+        return float(self.shaft_speeds[shaft]) * self.config.shaft_motor(1).emf
 
     def wheel_angles(self) -> list[float]:
         """Return the direction in which each wheel alone moves the robot [rad]; `wheel_distances` are along it."""
@@ -182,7 +182,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
             built: Motors and wheels of the left and right side as actually built; None: as in the config.
         """
         n, motors = len(config.wheel_xs), config.motors_per_side
-        sides: Sequence[FixedWheelConfig] = built or (config, config)
+        sides: Sequence[FixedWheelConfig] = built or config.sides
         super().__init__(
             config,
             battery=battery,

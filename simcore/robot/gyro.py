@@ -20,10 +20,10 @@ class GyroConfig:
     """Errors of a gyro. Each figure holds for any length of a step."""
 
     name: str = "ideal"
-    drift_deg_per_30s: float = 0.0
-    """Standard deviation of the yaw error after 30 s, a random walk [deg]."""
+    drift_deg_per_minute: float = 0.0
+    """1-sigma of the yaw rate that it shows at rest, drawn once per run [deg/min]: what calibration has left."""
     bias_dps: float = 0.0
-    """Constant yaw rate that the gyro reports at rest [deg/s]."""
+    """The same, always the same [deg/s]."""
     scale_error: float = 0.0
     """Standard deviation of the constant scale error of yaw, drawn once per run [-]; 0.01 is 3.6 deg per turn."""
     rate_noise: float = 0.0
@@ -41,7 +41,7 @@ class GyroConfig:
         require_fields(
             self,
             f"gyro {self.name}",
-            drift_deg_per_30s=NOISE_DEGREES,
+            drift_deg_per_minute=NOISE_DEGREES,
             bias_dps=Quantity("deg/s", -1000.0, 1000.0),
             scale_error=FRACTION,
             rate_noise=FRACTION,
@@ -52,13 +52,14 @@ class GyroConfig:
         )
 
 
-# Drift and rate noise: MapleSim's COTS table, taken at face value. Scale and tilt errors are estimates, +-50 %: vendors
-# publish no such figures.
+# Drift: of the navX about 1 degree a minute, as its maker says of it; of the others an estimate, a factor of 2 either
+# way: the table in the Pigeon 2's guide could not be looked up. Rate noise: MapleSim's COTS table. Scale and tilt
+# errors are estimates, +-50 %: vendors state no figure per unit.
 GYROS = {
     "ideal": GyroConfig(),
     "pigeon2": GyroConfig(
         name="Pigeon 2",
-        drift_deg_per_30s=0.5,
+        drift_deg_per_minute=0.4,
         scale_error=0.002,
         rate_noise=0.02,
         rate_noise_floor_dps=0.05,
@@ -67,7 +68,7 @@ GYROS = {
     ),
     "navx2": GyroConfig(
         name="navX-2",
-        drift_deg_per_30s=2.0,
+        drift_deg_per_minute=1.0,
         scale_error=0.005,
         rate_noise=0.04,
         rate_noise_floor_dps=0.1,
@@ -76,7 +77,7 @@ GYROS = {
     ),
     "generic": GyroConfig(
         name="generic",
-        drift_deg_per_30s=5.0,
+        drift_deg_per_minute=2.0,
         scale_error=0.01,
         rate_noise=0.06,
         rate_noise_floor_dps=0.2,
@@ -97,7 +98,7 @@ def gyro_config(name: str) -> GyroConfig:
     return GYROS[name]
 
 
-_DRAWN = 700  # normal numbers per draw: a call costs 3 us, for 7 of them or for 100
+_DRAWN = 600  # normal numbers at once: a call costs 3 us, for 6 of them or for 100
 
 
 class Gyro:
@@ -114,8 +115,9 @@ class Gyro:
         self._rng = rng
         self._noise: list[float] = []
         self._scale = 1.0 + config.scale_error * float(rng.standard_normal())
-        self._bias, self._floor = math.radians(config.bias_dps), math.radians(config.rate_noise_floor_dps)
-        self._drift, self._tilt = math.radians(config.drift_deg_per_30s), math.radians(config.tilt_noise_deg)
+        drift = config.drift_deg_per_minute / 60.0 * float(rng.standard_normal())
+        self._bias, self._floor = math.radians(config.bias_dps + drift), math.radians(config.rate_noise_floor_dps)
+        self._tilt = math.radians(config.tilt_noise_deg)
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
@@ -156,23 +158,21 @@ class Gyro:
         if not all(map(math.isfinite, (dt, yaw, pitch, roll, *rates))):
             raise NonFiniteError(f"gyro: need finite numbers, got dt={dt}, yaw={yaw}, pitch={pitch}, roll={roll}")
         c = self.config
-        if len(self._noise) < 7:
+        if len(self._noise) < 6:
             self._noise = self._rng.standard_normal(_DRAWN).tolist()
-        noise = self._noise[-7:]
-        del self._noise[-7:]
+        noise = self._noise[-6:]
+        del self._noise[-6:]
         turned = math.remainder(yaw - self._true_yaw, math.tau)
         self.yaw += turned * self._scale + self._bias * dt
-        # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the stated deviation after 30 s.
-        self.yaw += self._drift * math.sqrt(dt / 30.0) * noise[0]
         if self._true_rate is not None and c.impact_deg > 0.0 and dt > 0.0:
             accel = abs(rates[2] - self._true_rate) / dt
             if accel >= c.impact_accel > 0.0:
-                self.yaw += math.radians(c.impact_deg) * accel / c.impact_accel * noise[1]
+                self.yaw += math.radians(c.impact_deg) * accel / c.impact_accel * noise[0]
         self._true_yaw = yaw
         self._true_rate = rates[2]
-        self.pitch = pitch + self._tilt * noise[2]
-        self.roll = roll + self._tilt * noise[3]
+        self.pitch = pitch + self._tilt * noise[1]
+        self.roll = roll + self._tilt * noise[2]
         self.rates = np.array(
-            [r + math.hypot(c.rate_noise * r, self._floor) * n for r, n in zip(rates, noise[4:], strict=True)]
+            [r + math.hypot(c.rate_noise * r, self._floor) * n for r, n in zip(rates, noise[3:], strict=True)]
         )
         self.rates[2] += self._bias

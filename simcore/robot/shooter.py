@@ -70,8 +70,8 @@ class ShooterConfig:
     wheel_places: Literal["lower and upper", "left and right"] = "lower and upper"
     """Arrangement of two wheels: a speed difference spins the piece about a horizontal or an upright axis."""
     exit_efficiency: float
-    """Ratio of the piece's speed to the mean rim speed of the wheels [-]: 0.5 at most against a fixed hood, 1 at most
-    between two wheels. `simcore check --known-shot` fits it to a shot."""
+    """Speed of the piece over the mean speed of the wheels' rims [-]: 0.5 at most against a fixed hood, 1 at most
+    between two wheels. `simcore calibrate --shot` fits it to shots."""
     compression: float = 0.15
     """Compression of a piece of nominal size, as a fraction of its diameter [-]. Estimate, within a factor of 1.5: foam
     balls of 13 to 25 cm are compressed by two to four centimeters."""

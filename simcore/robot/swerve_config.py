@@ -16,6 +16,7 @@ from simcore.quantities import (
     RATIO,
     ROBOT_HEIGHT,
     ROBOT_PLACE,
+    SPEED_SHARE,
     VOLTAGE_OR_NONE,
     Quantity,
     require_fields,
@@ -23,7 +24,7 @@ from simcore.quantities import (
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, WheelConfig, plate_inertia
 
-__all__ = ["SwerveConfig", "SwerveModuleConfig"]
+__all__ = ["USUAL_FRICTION", "SwerveConfig", "SwerveModuleConfig"]
 
 _log = logging.getLogger(__name__)
 
@@ -46,6 +47,8 @@ _USUAL_MODULE = {
     "slip_speed": (1e-4, 0.1),
 }
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
+USUAL_FRICTION = 0.22
+"""Of the drive motors, where nothing is known [V]; see `SwerveModuleConfig.drive_friction_volts`."""
 _UNITS = {"mass": "kg"}
 """Units of the fields that people often give in other units."""
 
@@ -87,16 +90,17 @@ class SwerveModuleConfig(WheelConfig):
     """Mean radius of the contact patch that scrubs on the carpet as the azimuth turns [m]; estimate, +-50 %."""
 
     steer_inertia: float = 0.004
-    """Inertia of fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules have .002 to
-    .006."""
-    drive_friction_volts: float = 0.25
-    """Voltage at which the free wheel just turns [V]; acts through the gears. SysId's kS is this plus 0.02 V of rolling
-    resistance. CTRE's generated constants have .2 to .25; three teams' SysId found .32, .555 and .743 for real swerve
-    drives (gears, belts and treads differ)."""
+    """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
+    drive_friction_volts: float = USUAL_FRICTION
+    """Voltage that just turns the free wheel [V]; acts through the gears. SysId's kS is this and 0.02 V of
+    rolling resistance. The log of a real swerve (team 114, 2022) is met best with .21 to .22; CTRE's constants have
+    .2 to .25, three teams' SysId .32, .555 and .743 (gears, belts and treads differ)."""
     steer_friction_volts: float = 0.2
     """Voltage at which the azimuth just turns in the air [V]."""
     drive_efficiency: float = 0.95
-    """Efficiency of the drive gears in both directions: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
+    """Of the drive gears, both ways: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
+    free_speed_share: float = 1.0
+    """Free speed of the drive over that by the motor's datasheet [-]; see `FixedWheelConfig.free_speed_share`."""
     steer_efficiency: float = 0.90
     """Efficiency of the steer gears [-]."""
 
@@ -134,6 +138,7 @@ class SwerveModuleConfig(WheelConfig):
             drive_friction_volts=VOLTAGE_OR_NONE,
             steer_friction_volts=VOLTAGE_OR_NONE,
             drive_efficiency=EFFICIENCY,
+            free_speed_share=SPEED_SHARE,
             steer_efficiency=EFFICIENCY,
             drive_stator_limit=CURRENT_LIMIT,
             drive_supply_limit=CURRENT_LIMIT,
@@ -157,6 +162,7 @@ class SwerveModuleConfig(WheelConfig):
             efficiency=self.drive_efficiency,
             friction_volts=self.drive_friction_volts,
             limits=controller_limits(self.drive_motor, self.drive_stator_limit, self.drive_supply_limit),
+            free_speed_share=self.free_speed_share,
         )
 
     @property

@@ -21,7 +21,11 @@ from simcore.quantities import (
 )
 from simcore.robot.dc_motor import MotorModel
 
-__all__ = ["DrivetrainConfig", "LimitedMotor", "RobotMass", "WheelConfig", "plate_inertia"]
+__all__ = ["MOST_FRICTION", "DrivetrainConfig", "LimitedMotor", "RobotMass", "WheelConfig", "plate_inertia"]
+
+
+MOST_FRICTION = 3.0
+"""kS of drive motors that a program may say [V]; a larger one is of another unit. Public ones go up to 1.3 V."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,15 +61,26 @@ class LimitedMotor:
         friction_volts: float = 0.0,
         limits: tuple[float, float] = (math.inf, math.inf),
         count: int = 1,
+        free_speed_share: float = 1.0,
     ) -> LimitedMotor:
-        """Refer a motor behind a gear to the shaft; `limits` are those of stator and supply, per motor [A]."""
+        """Refer a motor behind a gear to the shaft.
+
+        Args:
+            model: One motor.
+            gearing: Rotor turns per turn of the shaft [-].
+            efficiency: Of the gears [-].
+            friction_volts: Voltage that just turns the shaft [V].
+            limits: Of stator and supply, per motor [A].
+            count: Motors on the shaft.
+            free_speed_share: Free speed over that of the datasheet [-].
+        """
         torque = model.kt * gearing * count
         stator_limit, supply_limit = limits
         return LimitedMotor(
             resistance=model.resistance,
             conductance=1.0 / model.resistance,
             winding=model.winding_resistance,
-            emf=gearing / model.kv,
+            emf=gearing / model.kv / free_speed_share,
             torque_driving=torque * efficiency,
             torque_driven=torque / efficiency,
             # The gears multiply the voltage that just overcomes friction, like any torque.

@@ -121,8 +121,8 @@ SHOOTER = KeyTable("[[shooter]]", "one table per shooter; shoots while its wheel
     Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "for two wheels also [lower, upper]", 0.05),
     Key("compression", EFFICIENCY, 0.15, "compression of a piece as a fraction of its diameter"),
     Key("compression_loss", FACTOR, 0.0, "energy that a shot loses to the piece's foam [J]"),
-    Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore check --known-shot` fits it; left "
-        "out: 0.49 (against a fixed hood), for two wheels 0.98", 0.49),
+    Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore calibrate` fits it; left "
+        "out: 0.49 (against a fixed hood), of two wheels 0.98", 0.49),
     _KINDS,
 ))  # fmt: skip
 CLAW = KeyTable("[[claw]]", "holds one piece at the end of an arm or elevator", (

@@ -28,7 +28,7 @@ from simcore.robot.mechanisms import (
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
 from simcore.robot.shooter import ShooterConfig
-from simcore.robot_file.known_shot import goal_of, needed_speeds
+from simcore.robot_file.needed_speeds import goal_of, needed_speeds
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
 from simcore.world.footprints import box_corners

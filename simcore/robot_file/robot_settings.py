@@ -14,6 +14,7 @@ from simcore.match.registry import NO_GAME, practice_field
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError, require_free_place
 from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import MotorModel
@@ -197,6 +198,14 @@ class RobotSettings:
     """Friction across the wheels over that along [-]; None for this and the next three: the default of the config."""
     drive_friction_volts: float | None = None
     """kS of the drive motors [V]."""
+    drive_efficiency: float | None = None
+    """Of the drive gears [-]."""
+    right_efficiency: float | None = None
+    """The same of a tank's right side [-]."""
+    free_speed_share: float | None = None
+    """Free speed of the drive over that of its motors' datasheet [-]."""
+    battery_resistance: float | None = None
+    """Of battery, breaker and cables [ohm]."""
     steer_friction_volts: float | None = None
     """kS of the steer motors [V]."""
     bumper_friction: float | None = None
@@ -286,7 +295,9 @@ class RobotSettings:
             if has is None:
                 raise ConfigError(f"{where} does not apply to a {kind} drive")
             if said != (has.name if isinstance(has, MotorModel) else has):
-                raise ConfigError(f"{where} = {value} has no effect: the program's constants set it; change them")
+                raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+        if kind != "tank" and self.right_efficiency is not None:
+            raise ConfigError(f"{FILE_NAME} [robot]: right_efficiency is not of a {kind} drive")
         if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
             key = "steer_motor" if self.steer_motor else "steer_friction_volts"
             raise ConfigError(f"{FILE_NAME} [robot]: {key} does not apply to a {kind} drive")
@@ -309,12 +320,14 @@ class RobotSettings:
         drivetrain = self._tuned(drivetrain)
         own: dict[str, Any] = {} if self.bay is None else {"bay": self.bay}
         own |= {} if self.bumper_friction is None else {"bumper_friction": self.bumper_friction}
+        resistance = self.battery_resistance
         body = replace(ChassisConfig.around(drivetrain, bumper=bumper), **own) if own else None
         return RobotConfig(
             drivetrain=drivetrain,
             bumper=bumper,
             chassis=body,
             gyro=gyro_config(self.gyro_errors),
+            **({} if resistance is None else {"battery": BatteryConfig(resistance=resistance)}),
             mechanisms={m.name: m.config for m in self.mechanisms},
             intakes=self.intakes,
             storage=first,
@@ -330,13 +343,16 @@ class RobotSettings:
         )
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
-        """Return the drivetrain with the friction in the file, which takes precedence over its constants."""
-        names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts")
+        """The drivetrain with the friction that the file states, whatever its maker's constants say."""
+        names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts", "drive_efficiency", "free_speed_share")
         own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
         if isinstance(drivetrain, FixedWheelConfig):
             own.pop("steer_friction_volts", None)
-            volts = own.pop("drive_friction_volts", drivetrain.friction_volts)
-            return replace(drivetrain, friction_volts=volts, **own)
+            names_here = {"drive_friction_volts": "friction_volts", "drive_efficiency": "efficiency"}
+            own = {names_here.get(name, name): value for name, value in own.items()}
+            if isinstance(drivetrain, TankConfig) and self.right_efficiency is not None:
+                own["right_efficiency"] = self.right_efficiency
+            return replace(drivetrain, **own)
         return replace(drivetrain, modules=tuple(replace(m, **own) for m in drivetrain.modules)) if own else drivetrain
 
 

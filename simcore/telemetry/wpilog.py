@@ -326,6 +326,8 @@ class LogColumn:
     _data: bytes
     _places: list[int]
     _sizes: list[int]
+    metadata: str = ""
+    """As its entry began with it; of SysId's routine and AdvantageKit its unit, of others mostly JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
@@ -409,10 +411,10 @@ class TelemetryLog:
 class _Entry:
     """A column while it grows."""
 
-    __slots__ = ("key", "micros", "places", "sizes", "type")
+    __slots__ = ("key", "metadata", "micros", "places", "sizes", "type")
 
-    def __init__(self, key: str, kind: str) -> None:
-        self.key, self.type = key, kind
+    def __init__(self, key: str, kind: str, metadata: str = "") -> None:
+        self.key, self.type, self.metadata = key, kind, metadata
         self.micros: list[int] = []
         self.places: list[int] = []
         self.sizes: list[int] = []
@@ -487,7 +489,7 @@ def _control(record: bytes, open_entries: dict[int, _Entry], by_key: dict[str, _
             texts.append(record[at + 4 : at + 4 + size].decode("utf-8", "replace"))
             at += 4 + size
         key, kind = _PREFIX.sub("", texts[0]), texts[1]
-        known = by_key.setdefault(key, _Entry(key, kind))
+        known = by_key.setdefault(key, _Entry(key, kind, texts[2]))
         if known.type == kind:  # a key that changes its type keeps its first
             open_entries[entry] = known
     return True
@@ -501,4 +503,4 @@ def _column(entry: _Entry, data: bytes) -> LogColumn:
         micros = micros[order]
         places, sizes = [places[i] for i in order], [sizes[i] for i in order]
     times: FloatArray = micros.astype(np.float64) * 1e-6
-    return LogColumn(entry.key, entry.type, times, data, places, sizes)
+    return LogColumn(entry.key, entry.type, times, data, places, sizes, entry.metadata)

@@ -16,7 +16,7 @@ from each_case import each
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"bridge", "robotcode", "show"}
+ADAPTERS = {"bridge", "calibrate", "robotcode", "show"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"channel", "errors", "quantities", "units", "typing", "install_text", "season"}
@@ -45,6 +45,7 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
+    "calibrate": CORE | {"robot_file", "robotcode.sim", "show", "sweep"},  # describes robots as check does
     "sweep": CORE | {"robot_file", "show"},  # pages of results are drawn as those of runs
     "testing": CORE,
     "new_game": CORE,  # asks which games are installed

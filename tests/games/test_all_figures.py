@@ -206,7 +206,8 @@ def test_a_comparison_reports_one_difference_on_console_and_both_pages(tmp_path,
     assert all(len(found) == 2 for found in scores.values()) and sum(scores["depot"]) > sum(scores["tour"]) == 0
     (difference,) = re.findall(r"^score, tour less depot: (.*)$", said, re.MULTILINE)
     assert float(difference.split()[0]) == pytest.approx(np.mean(scores["tour"]) - np.mean(scores["depot"]), rel=5e-3)
-    head, table, *_ = blocks_of(Path("out/compare/page.html"))
+    head, *blocks = blocks_of(Path("out/compare/page.html"))
+    table = next(block for block in blocks if block["kind"] == "table")
     assert head["detail"] == f"score, tour less depot: {difference}"
     assert [(row[0], row[3]) for row in table["rows"]] == [(name, np.median(found)) for name, found in scores.items()]
     both = PageReader(Path("out/compare/both.html"))

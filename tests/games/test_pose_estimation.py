@@ -166,7 +166,7 @@ def test_with_an_integral_heading_controller_odometry_errs_only_by_drift_and_sli
             ahead.append(complex(x, y))
             slid.append(TICK * robot.drive.wheel_slip)
         believed = robot.odometry.pose
-    drift = math.radians(robot.gyro.config.drift_deg_per_30s) * math.sqrt(2.0)
+    drift = math.radians(robot.gyro.config.drift_deg_per_minute)  # in 60 s
     assert believed[2] == pytest.approx(robot.gyro.yaw, abs=1e-9)
     assert 0.0 < abs(believed[2] - yaw) < 4.0 * drift
     assert abs(complex(*believed[:2]) - (ahead[0] + sum(way))) < sum(slid) < 0.3

@@ -68,10 +68,10 @@ def test_foam_under_a_load_comes_to_rest_where_its_maker_says(inch, pound):
         assert R - pieces.state.pos[0, 2] == pytest.approx(inches(inch), rel=0.03)
 
 
-@pytest.mark.parametrize("mass", [0.04, 0.06, 0.2])
-@pytest.mark.parametrize("restitution", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("mass", [0.0027, 0.04, 0.2])
+@pytest.mark.parametrize("restitution", [0.3, 0.6, 1.0])
 def test_a_heap_of_light_stiff_balls_is_never_faster_than_it_fell(mass, restitution):
-    """27 balls of 1e5 N/m from 0.5 m: what moves and is high never holds more energy than at the start."""
+    """27 balls as stiff as their mass takes, from 0.5 m: what moves and is high never holds more than at the start."""
     radius = 0.04
     kind = GamePieceConfig(name="Ball", shape=Sphere(radius), mass=mass, restitution=restitution)
     rng = np.random.default_rng(2)
@@ -86,4 +86,4 @@ def test_a_heap_of_light_stiff_balls_is_never_faster_than_it_fell(mass, restitut
             moving = 0.5 * mass * (b.vel**2).sum() + 0.2 * mass * radius**2 * (b.spin**2).sum()
             levels.append(moving + mass * GRAVITY * b.pos[:, 2].sum())
         assert max(levels) <= levels[0] * 1.0001
-        assert levels[-1] < 0.6 * levels[0], "and it has met the floor"
+        assert levels[-1] < 0.8 * levels[0], "and it has met the floor"

@@ -65,6 +65,9 @@ CHANGED = {
     "battery_resistance": {"battery.resistance", "recovery_resistance"},
     "motor_kt": {"stall_torque", "free_speed", "free_current"},
     "motor_resistance": {"stall_torque", "free_speed", "stall_current"},
+    "swerve_friction": {"drive_friction_volts"},
+    "drive_friction": {"friction_volts"},
+    "drive_sides": {"drive_efficiency"},
     "encoder": {"steer_offset", "shot_errors.0.hood"},
     "gyro": {"bias_dps"},
     "start_position": {"start.x", "start.y"},
@@ -73,16 +76,19 @@ CHANGED = {
 
 
 @each("name", Scatter.names())
-def test_each_spread_changes_its_own_values_and_is_independent_of_the_others(name):
-    none, alone, every = drawn(Scatter.none()), drawn(only(name)), drawn(Scatter())
+def test_each_spread_changes_what_it_must_and_draws_the_same_whichever_others_are_on(name):
+    config = TANK if name == "drive_friction" else ROBOT
+    none, alone, every = (drawn(scatter, config=config) for scatter in (Scatter.none(), only(name), Scatter()))
     wanted = tuple(f".{end}" for end in CHANGED.get(name, {name}))
     changed = {path for path, value in alone.items() if value != none[path]}
     assert changed == {path for path in none if f".{path}".endswith(wanted)}
     for path in changed:
         if not path.endswith(("stall_torque", "free_speed")):  # where both spreads of motors are in one number
             assert alone[path] == every[path], path
-    assert drawn(only(name), seed=6) != alone
-    assert (drawn(only(name), robot=1) == alone) == (name in ("piece_mass", "piece_diameter", "restitution", "drag"))
+    assert drawn(only(name), config=config, seed=6) != alone
+    assert (drawn(only(name), robot=1, config=config) == alone) == (
+        name in ("piece_mass", "piece_diameter", "restitution", "drag")
+    )
 
 
 def test_a_robot_without_scatter_is_built_as_configured():
@@ -138,6 +144,20 @@ def samples() -> dict[str, tuple[str, np.ndarray]]:
         ),
         "motor_kt": ("normal", np.log(of_modules(motors)) / size.motor_kt),
         "motor_resistance": ("normal", np.log(of_modules(windings)) / size.motor_resistance),
+        "swerve_friction": (
+            "normal",
+            np.log(of_modules(lambda b, n: b.drive_friction_volts / n.drive_friction_volts)[:, 0])
+            / size.swerve_friction,
+        ),
+        "drive_friction": (
+            "normal",
+            np.log([built_robot(TANK, one, 0).drivetrain[0].friction_volts / 0.65 for one in draws])
+            / size.drive_friction,
+        ),
+        "drive_sides": (
+            "even",
+            2.0 * of_modules(lambda b, n: 1.0 - b.drive_efficiency / n.drive_efficiency) / size.drive_sides - 1.0,
+        ),
         "encoder": ("normal", of_modules(lambda b, n: b.steer_offset) / size.encoder),
         "gyro": ("normal", np.radians(of_robots(lambda b: b.gyro.bias_dps)) / size.gyro),
         "start_position": ("normal", starts[:, :2] / size.start_position),

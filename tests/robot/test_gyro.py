@@ -26,11 +26,16 @@ class TestGyro:
     @pytest.mark.parametrize("dt", [0.02, 0.1])
     def test_drift_after_30_s_has_its_stated_deviation_for_any_step(self, dt):
         """The sample deviation of 200 runs is within 15 % (3 sigma) of the true one."""
-        config = GyroConfig(drift_deg_per_30s=2.0)
+        config = GyroConfig(drift_deg_per_minute=4.0)
         ends = [math.degrees(self.run(config, seed, dt=dt)[0].yaw) for seed in range(200)]
         assert np.std(ends) == pytest.approx(2.0, rel=0.15)
 
-    def test_bias_has_its_stated_size(self):
+    def test_drift_is_a_rate_and_no_walk(self):
+        config = GyroConfig(drift_deg_per_minute=4.0)
+        half, whole = (self.run(config, 3, seconds=s)[0].yaw for s in (15.0, 30.0))
+        assert half != 0.0 and whole == pytest.approx(2.0 * half)
+
+    def test_bias_is_its_name(self):
         gyro = Gyro(GyroConfig(bias_dps=6.0), np.random.default_rng(0))
         for _ in range(50):
             gyro.step(0.02, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
@@ -81,4 +86,4 @@ class TestGyro:
         with pytest.raises(UnknownNameError, match="pigeon2"):
             gyro_config("pidgeon2")
         with pytest.raises(ConfigError, match="drift"):
-            GyroConfig(drift_deg_per_30s=-1.0)
+            GyroConfig(drift_deg_per_minute=-1.0)

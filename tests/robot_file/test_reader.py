@@ -77,6 +77,19 @@ def test_bumpers_follow_the_wheels_unless_given(read):
     assert open_behind.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0))).body.bay == (0.5, 0.3)
 
 
+def test_a_robot_has_its_number_and_its_own_model(read, tmp_path):
+    with pytest.raises(
+        ConfigError, match=r"\[robot\]: models must be a folder with a Robot_\.\.\. in it, but .*assets"
+    ):
+        read('[robot]\nmodels = "assets"')
+    (tmp_path / "assets" / "Robot_Mine").mkdir(parents=True)
+    settings = read('[robot]\nteam = 9999\nmodels = "assets"')
+    config = settings.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0)))
+    assert (config.team, config.models) == (9999, (tmp_path / "assets").resolve())
+    with pytest.raises(ConfigError, match="team must be a whole number from 1 to 99999"):
+        read("[robot]\nteam = 0")
+
+
 def test_a_complete_robot(read):
     robot = read(
         "[robot]\nmass = 48\ncapacity = 20\n[start]\nx = 3.0\ny = 2.0\nheading_deg = 90\npreload = 3\n"
@@ -143,7 +156,7 @@ def test_a_robot_from_the_file_is_an_ordinary_robot(read):
 @each(
     ("text", "said"),
     [
-        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bay_depth"),
+        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: battery_resistance"),
         ("[start]\nyaw_deg = 90", "simcore.toml [start]: no key 'yaw_deg'. Did you mean 'heading_deg'? Known:"),
         ("[scatter]\nexit_sped = 1", "[scatter]: no key 'exit_sped'. Did you mean 'exit_speed'?"),
         ("[autos.left]\nstart = [1, 2, 3]\nspeed = 1", "[autos.'left']: no key 'speed'"),

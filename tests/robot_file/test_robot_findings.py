@@ -12,7 +12,7 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.intake import IntakeZone
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, place_text
-from simcore.robot_file.known_shot import elevations
+from simcore.robot_file.needed_speeds import elevations
 from simcore.robot_file.robot_findings import (
     CodeView,
     findings,

@@ -12,9 +12,10 @@ from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
+from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheel_config import plate_inertia
+from simcore.robot.wheel_config import MOST_FRICTION, plate_inertia
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotcode.program.drivetrain_measures import MODULE_MEASURES
 from simcore.robotcode.program.found_drivetrain import FoundDrivetrain, FoundWheel
@@ -66,6 +67,7 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
             SwerveModuleConfig(
                 **{
                     **given,
+                    **_own_friction(found, "drive_friction_volts"),
                     "name": wheel.name.split(".")[-1] if not wheel.name.split(".")[-1].isdigit() else f"module {k}",
                     "x": wheel.place[0],
                     "y": wheel.place[1],
@@ -81,11 +83,25 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
     if "wheel_cof" in measures or "tread" in settings.given:
         shafts["wheel_cof"] = cof
     shafts |= {"mass": mass, "yaw_inertia": inertia, "center_of_mass": center, "motor": motor(measures["drive_motor"])}
+    shafts |= _own_friction(found, "friction_volts")
     motors = max(len(wheel.motors) for wheel in found.wheels)
     if found.kind == "mecanum":
         return MecanumConfig(**shafts, places=found.places, motors_per_wheel=motors)
     own = {name: measures[name] for name in ("trackwidth", "dropped_center") if name in measures}
     return TankConfig(**shafts, **own, motors_per_side=motors)
+
+
+def _own_friction(found: FoundDrivetrain, name: str) -> dict[str, float]:
+    """Return friction by the kS that the program gives its drive motors; empty where it gives none."""
+    measures, device = found.measures, found.wheels[0].motors[0]
+    gearing = float(measures["drive_gearing"].value) if "drive_gearing" in measures else 1.0
+    gearbox = GearboxConfig(motor=motor(measures["drive_motor"].value), gearing=gearing)
+    try:
+        volts = maker_of(device).friction_volts(device, gearbox)
+    except ConfigError as error:
+        _log.warning("the drivetrain keeps the default friction of its kind: %s", error)
+        return {}
+    return {name: volts} if 0.0 < volts < MOST_FRICTION else {}
 
 
 def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> DrivetrainPorts:

@@ -256,7 +256,7 @@ class SwervePorts(DrivetrainPorts):
         self._drive_ports, self._steer_ports = self._motors[:n], self._motors[n:]
         self._steer_encoders, self._wheel_encoders = list(steer_encoders), list(wheel_encoders)
         self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
-        self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
+        self._kv = [(m.free_speed_share * m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
     def read(self, battery_voltage: float) -> None:
         """See `DrivetrainPorts.read`."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.registry import find_game, game_names
-from simcore.quantities import DeviceAddress, text_flag
+from simcore.quantities import DeviceAddress
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, place_text
@@ -22,7 +22,7 @@ from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.shooter import ShooterConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
-from simcore.robot_file.known_shot import KnownShot, NeededSpeed, elevations, exit_efficiency, goal_of, needed_speeds
+from simcore.robot_file.needed_speeds import NeededSpeed, elevations, goal_of, needed_speeds
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_findings import (
     CodeView,
@@ -43,7 +43,7 @@ from simcore.telemetry.sinks import write_text
 if TYPE_CHECKING:
     from simcore.match.game import Game
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments", "run", "surveyed_drivetrain"]
 
 _STILL = 1e-6  # [rad]
 
@@ -53,13 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
     parser.add_argument("--game", metavar="NAME", help="game to play; in a folder without a robot: check its own robot")
     parser.add_argument("--out", type=Path, default=Path("out/robot.html"), help="the page (default: %(default)s)")
-    parser.add_argument(
-        "--known-shot",
-        metavar="WHAT",
-        type=text_flag(KnownShot.parse),
-        help="a shot that goes in, e.g. distance=2.8,rps=38 (from the robot's center [m], wheels [turns/s]; "
-        "with a hood also elevation_deg=60 or hood_deg=20): which exit_efficiency it means",
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
     wrong = len([finding for finding in found if finding.is_wrong])
     verdict = f"{wrong} wrong" if wrong else "nothing wrong"
     rows = _run_rows(runs, subject)
-    shots = [*_shots(subject), *([] if args.known_shot is None else _fit(subject, args.known_shot))]
+    shots = [*_shots(subject)]
     print(f"{subject.name}: {_figures(subject)}")
     print(subject.about)
     wide = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
@@ -182,7 +175,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
     drivetrain: SwerveConfig | TankConfig | MecanumConfig = _assumed_drivetrain(settings)
     found = answer.get("drivetrain", {})
     if "model" in found:
-        drivetrain = _drivetrain(found["model"])
+        drivetrain = surveyed_drivetrain(found["model"])
         problems += [RobotFinding(line, is_wrong=False) for line in found["lines"]]
     else:
         is_wrong = (folder / "robot.py").is_file()
@@ -220,8 +213,8 @@ def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
     return SwerveConfig.rectangle(length - 0.3, width - 0.3, module, mass=settings.mass)
 
 
-def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
-    """Return the drivetrain that the survey has found."""
+def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
+    """What the survey took apart."""
     fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
@@ -417,33 +410,6 @@ def _shots(subject: _Subject) -> Iterator[str]:
         if short:
             least = shooter.exit_efficiency * short[0].speed / speed
             yield f"  at 12 V they reach it from {short[0].distance:g} m with an exit_efficiency of {least:.2f} or more"
-
-
-def _fit(subject: _Subject, shot: KnownShot) -> Iterator[str]:
-    """Yield the exit efficiency that a known shot implies, and the key to write.
-
-    Raises:
-        ConfigError: There is no such shooter, or the game has no goal for it.
-    """
-    shooters = subject.config.shooters
-    if not 1 <= shot.shooter <= len(shooters):
-        raise ConfigError(f"known shot: there are {len(shooters)} shooters, got shooter={shot.shooter}")
-    shooter = shooters[shot.shooter - 1]
-    goal = None if subject.game is None else goal_of(shooter, subject.game)
-    if goal is None or subject.game is None:
-        raise ConfigError("known shot: the game has no goal that this shooter's pieces fall into")
-    found = exit_efficiency(shot, shooter, subject.config, subject.game)
-    yield (
-        f"known shot: for {goal.name} from {shot.distance:g} m with {shot.rps:g} turns/s you need an exit efficiency "
-        f"of {found:.2f} (now {shooter.exit_efficiency:g}); write under [[shooter]]: exit_efficiency = {found:.3f}"
-    )
-    most = 0.5 if len(shooter.wheels) == 1 else 1.0
-    if found > most:
-        sides = "only where wheels drive both sides of a piece" if most < 1.0 else "nowhere"
-        yield (
-            f"more than {most:g} is right {sides}: look at wheel_radius, gearing, height and elevation, and "
-            "whether the turns are the wheels' and not the motor's"
-        )
 
 
 def _tipping(subject: _Subject) -> str:

@@ -90,7 +90,7 @@ export class Solid {
       return { group, parts };
     });
     this.kinds = meta.kinds.map((kind) => {
-      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [kind.count > 100 ? 8 : 14, kind.count > 100 ? 6 : 10] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
+      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [kind.count > 100 ? 7 : 14, kind.count > 100 ? 5 : 10] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
         kind.solids.map((solid) => [this.geometry(solid), solid.color, solid.opacity]);
       return geometries.map(([geometry, color, opacity]) => this.instances(geometry, this.paint({ color, opacity, transparent: opacity < 1 }), kind.count));
     });

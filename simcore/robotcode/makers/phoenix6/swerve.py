@@ -23,9 +23,9 @@ from simcore import season
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import MotorModel, motor
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_config import USUAL_FRICTION, SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheel_config import plate_inertia
+from simcore.robot.wheel_config import MOST_FRICTION, plate_inertia
 from simcore.robotcode.makers.phoenix6.built_devices import MOTORS_OF_TALON_FXS, key_of
 from simcore.robotcode.makers.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
 from simcore.robotcode.makers.phoenix6.talon_motor import TalonPort
@@ -272,11 +272,13 @@ def _module(
     if isinstance(slip_current, (int, float)) and slip_current > 0.0:
         stator = float(slip_current) if stator is None else min(stator, float(slip_current))
     steer_stator, steer_supply = _limits(steer)
+    model = drive_motor or arranged_motor(constants, "drive_motor_type")
     return SwerveModuleConfig(
         name=owner,
         x=number("location_x"),
         y=number("location_y"),
-        drive_motor=drive_motor or arranged_motor(constants, "drive_motor_type"),
+        drive_motor=model,
+        drive_friction_volts=_friction(constants, model),
         steer_motor=steer_motor or arranged_motor(constants, "steer_motor_type"),
         drive_gearing=number("drive_motor_gear_ratio"),
         steer_gearing=number("steer_motor_gear_ratio"),
@@ -288,6 +290,16 @@ def _module(
         steer_stator_limit=steer_stator,
         steer_supply_limit=steer_supply,
     )
+
+
+def _friction(constants: object, drive_motor: MotorModel) -> float:
+    """Return friction of a module by the kS of its drive gains, volts or amperes, or as usual where it has none [V]."""
+    ks = getattr(getattr(constants, "drive_motor_gains", None), "k_s", 0.0)
+    if not isinstance(ks, (int, float)) or not math.isfinite(ks) or ks == 0.0:
+        return USUAL_FRICTION
+    output = str(getattr(getattr(constants, "drive_motor_closed_loop_output", None), "name", ""))
+    volts = abs(float(ks)) * (drive_motor.winding_resistance if "TORQUE" in output else 1.0)
+    return volts if volts < MOST_FRICTION else USUAL_FRICTION
 
 
 def arranged_motor(constants: object, name: str) -> MotorModel:

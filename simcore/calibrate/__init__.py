@@ -1,0 +1,1 @@
+"""A robot measured from its own log: readers, forward models on the compiled loop, fits with intervals."""

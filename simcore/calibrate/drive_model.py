@@ -1,0 +1,116 @@
+"""The drivetrain as forward model: volts of a log in, way of the wheels out, by the compiled loop on endless carpet."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from simcore.calibrate.runs import Run
+from simcore.loop.robot_state import VOLTS
+from simcore.robot.battery import Battery, BatteryConfig
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig, MassDistribution
+from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
+from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheeled_drive import WheeledDrive
+from simcore.typing import FloatArray
+from simcore.world.world import PhysicsWorld
+
+__all__ = ["DriveConfig", "Driven", "drive", "varied"]
+
+DriveConfig: TypeAlias = SwerveConfig | TankConfig | MecanumConfig
+_BUS = 12.5  # [V], where the log's motors had no more
+
+
+class Driven(NamedTuple):
+    """Outcome of a simulated run, at its stamps."""
+
+    way: FloatArray
+    """Of the wheels as robot code knows them [m], shape (n, sides)."""
+    yaw: FloatArray
+    """[rad], shape (n,)."""
+    ground: FloatArray
+    """Of the robot's center along the floor [m], shape (n,)."""
+    amps: FloatArray
+    """From the battery by the drive motors [A], shape (n,)."""
+
+
+def varied(
+    config: DriveConfig, *, ks: float, mass: float, efficiency: float | None = None, sides: float = 0.0,
+    radius: float | None = None, speed: float | None = None,
+) -> DriveConfig:  # fmt: skip
+    """Return another drivetrain.
+
+    Args:
+        config: As described.
+        ks: Voltage that just turns the drive motors [V].
+        mass: Of the robot [kg]; its moment of inertia goes with it.
+        efficiency: Of the drive gears [-]; None: as it is.
+        sides: Efficiency of a tank's right side over that of its left one, as a logarithm.
+        radius: Of the wheels [m]; None: as it is.
+        speed: Free speed over that of the motors' datasheet [-]; None: as it is.
+    """
+    body: dict[str, Any] = {"mass": mass, "yaw_inertia": config.yaw_inertia * mass / config.mass}
+    own: dict[str, Any] = {} if radius is None else {"wheel_radius": radius}
+    own |= {} if speed is None else {"free_speed_share": speed}
+    if isinstance(config, SwerveConfig):
+        own |= {"drive_friction_volts": ks} | ({} if efficiency is None else {"drive_efficiency": efficiency})
+        return replace(config, **body, modules=tuple(replace(m, **own) for m in config.modules))
+    mean = config.efficiency if efficiency is None else efficiency
+    body |= own | {"friction_volts": ks, "efficiency": min(1.0, mean * math.exp(-0.5 * sides))}
+    if isinstance(config, TankConfig) and sides:
+        body["right_efficiency"] = min(1.0, mean * math.exp(0.5 * sides))
+    return replace(config, **body)
+
+
+def _drive_of(config: DriveConfig, battery: Battery) -> WheeledDrive[Any]:
+    if isinstance(config, SwerveConfig):
+        return SwerveDrive(config, battery=battery)
+    return (
+        TankDrive(config, battery=battery) if isinstance(config, TankConfig) else MecanumDrive(config, battery=battery)
+    )
+
+
+def drive(config: DriveConfig, run: Run, *, radius: float | None = None) -> Driven:
+    """Give a drivetrain the volts of a run.
+
+    Args:
+        config: As it is built.
+        run: With a column for each side of a tank; another drivetrain goes straight, by the mean of the columns.
+        radius: Of the wheels as robot code knows them [m]; None: as they are.
+    """
+    top = max(_BUS, float(np.abs(run.volts).max()))
+    model = _drive_of(config, Battery(BatteryConfig.stiff(top)))
+    world = PhysicsWorld()
+    size = 2.0 * max(max(abs(x), abs(y)) for x, y in config.wheel_positions) + 0.2
+    body = ChassisConfig.around(config, bumper=(size, size))
+    roll, pitch, yaw_inertia = body.inertia
+    mass = MassDistribution(config.mass, config.center_of_mass, (roll, pitch, yaw_inertia))
+    chassis = ChassisSimulation(world, body, drivetrain=model, mass=mass)
+    shafts, is_tank = model.shafts, isinstance(config, TankConfig)
+    driven = len(model.shaft_angles)
+    sides = [0, driven - 1] if is_tank else [0]
+    request, position = shafts["request"], shafts["position"]
+    request["mode"], request["value"] = VOLTS, 0.0
+    values = run.volts if is_tank else run.volts.mean(axis=1, keepdims=True)
+    columns = values[:, [0, -1]] if is_tank else np.repeat(values, driven, axis=1)
+    n = len(run.times)
+    steps, pose, known = (
+        np.diff(run.times),
+        world.bodies.of(chassis.row),
+        config.wheel_radius if radius is None else radius,
+    )
+    angles, yaw, ground, amps = np.zeros((n, len(sides))), np.zeros(n), np.zeros(n), np.zeros(n)
+    for k in range(n - 1):
+        request["value"][:driven] = columns[k]
+        world.advance(float(steps[k]))
+        angles[k + 1] = position[sides]
+        axes = pose["axes"][0]
+        yaw[k + 1], ground[k + 1] = math.atan2(axes[1, 0], axes[0, 0]), pose["pos"][0, 0]
+        amps[k + 1] = shafts["mean_supply"][:driven].sum()
+    return Driven(angles * known, np.unwrap(yaw), ground, amps)

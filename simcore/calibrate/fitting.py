@@ -1,0 +1,149 @@
+"""Least squares with intervals that hold where errors are not white: of values over time, of runs that differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from simcore.typing import FloatArray
+
+__all__ = ["Estimate", "Fit", "Parameter", "fit"]
+
+_CONFIDENCE = 0.975  # of each end of an interval
+_BLOCKS = 10  # at least, into which runs are cut
+_FIRST, _AGAIN = 12, 4  # steps from a guess, and from what fits nearly the same data
+_LEAST = 4  # parts, by which the jackknife can say anything
+Model = Callable[[FloatArray], Sequence[FloatArray]]
+"""Errors of each run, shape (n,) each, by the values of the parameters."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A value that is looked for."""
+
+    name: str
+    start: float
+    lower: float
+    upper: float
+    scale: float
+    """By how much it is usually off: the size of a first step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A value with its interval of 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        """Half of the interval over the value [-]."""
+        return 0.5 * (self.high - self.low) / abs(self.value) if self.value else math.inf
+
+    def mapped(self, function: Callable[[float], float]) -> Estimate:
+        """Return a monotonic function of it."""
+        low, high = sorted((function(self.low), function(self.high)))
+        return Estimate(function(self.value), low, high)
+
+    def around(self, other: float) -> Estimate:
+        """Return it with an interval that reaches to another value."""
+        return Estimate(self.value, min(self.low, other), max(self.high, other))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """Parameters that fit runs best."""
+
+    names: tuple[str, ...]
+    values: FloatArray
+    estimates: dict[str, Estimate]
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+
+def fit(
+    model: Model, parameters: Sequence[Parameter], *, values: Sequence[float] | None = None, noise: float = 0.0
+) -> Fit:
+    """Find the values that make the errors of all runs smallest.
+
+    The half of an interval is the larger of two: by the scatter of the errors, with as many independent ones as their
+    correlation over time leaves; and by what the values become when a part of the data is left out (the jackknife).
+
+    Args:
+        model: Errors of each run.
+        parameters: What is looked for.
+        values: Where to begin; None: at the parameters' own.
+        noise: What single errors are known to scatter by at least.
+    """
+    scale = np.array([p.scale for p in parameters])
+    lower, upper = (np.array([getattr(p, end) for p in parameters]) for end in ("lower", "upper"))
+    start = np.array([p.start for p in parameters] if values is None else values)
+
+    def off(x: FloatArray) -> FloatArray:
+        return np.concatenate(model(x * scale))
+
+    result = least_squares(
+        off, np.clip(start, lower + 1e-6 * scale, upper - 1e-6 * scale) / scale, bounds=(lower / scale, upper / scale),
+        diff_step=np.full(len(scale), 0.02), xtol=1e-3, ftol=1e-4, gtol=1e-10,
+        max_nfev=_FIRST if values is None else _AGAIN,
+    )  # fmt: skip
+    sizes = [len(errors) for errors in model(result.x * scale)]
+    halves = _halves(result.fun, np.asarray(result.jac), sizes, noise) * scale
+    found = result.x * scale
+    estimates = {
+        p.name: Estimate(float(x), float(max(x - half, p.lower)), float(min(x + half, p.upper)))
+        for p, x, half in zip(parameters, found, halves, strict=True)
+    }
+    return Fit(tuple(p.name for p in parameters), found, estimates)
+
+
+def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], noise: float) -> FloatArray:
+    """Halves of the intervals, shape (p,)."""
+    n, p = jacobian.shape
+    information = jacobian.T @ jacobian + 1e-12 * np.eye(p)
+    ends = np.cumsum(sizes)
+    runs = [slice(end - size, end) for end, size in zip(ends.tolist(), sizes, strict=True)]
+    variance = max(noise**2, float(errors @ errors) / max(1, n - p) * max(_correlation_time(errors[r]) for r in runs))
+    white = student.ppf(_CONFIDENCE, max(1, n - p)) * np.sqrt(variance * np.diag(np.linalg.inv(information)))
+    found: FloatArray = white
+    pieces = math.ceil(_BLOCKS / len(runs))
+    parts = [part for run in runs for part in np.array_split(np.arange(run.start, run.stop), pieces) if len(part)]
+    for blocks in ([slice(int(part[0]), int(part[-1]) + 1) for part in parts], runs):
+        if len(blocks) > max(p, _LEAST - 1):
+            found = np.maximum(found, _jackknife(errors, jacobian, information, blocks))
+    return found
+
+
+def _correlation_time(errors: FloatArray) -> float:
+    """Return how many errors in a row say as much as one: the sum of correlations up to the first below 0."""
+    centered = errors - errors.mean() if len(errors) > 3 else errors
+    total, power = 1.0, float(centered @ centered)
+    for lag in range(1, len(centered) // 2):
+        correlation = float(centered[lag:] @ centered[:-lag]) / max(power, 1e-300)
+        if correlation <= 0.0:
+            break
+        total += 2.0 * correlation
+    return total
+
+
+def _jackknife(
+    errors: FloatArray, jacobian: FloatArray, information: FloatArray, blocks: Sequence[slice]
+) -> FloatArray:
+    """Halves of intervals by leaving out each block, to first order, shape (p,)."""
+    g, p = len(blocks), jacobian.shape[1]
+    moved = np.array([
+        np.linalg.solve(information - jacobian[b].T @ jacobian[b] + 1e-9 * information.trace() / p * np.eye(p),
+                        jacobian[b].T @ errors[b])
+        for b in blocks
+    ])  # fmt: skip
+    spread = (g - 1) / g * np.sum((moved - moved.mean(axis=0)) ** 2, axis=0)
+    half: FloatArray = student.ppf(_CONFIDENCE, g - 1) * np.sqrt(spread)
+    return half

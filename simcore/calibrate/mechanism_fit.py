@@ -1,0 +1,113 @@
+"""Flywheels, rollers, arms and elevators: friction, inertia or mass, and gravity, by the loop's own shaft."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+
+from simcore.calibrate.drive_fit import Prediction, increments, predictions_of
+from simcore.calibrate.fitting import Estimate, Fit, Parameter, fit
+from simcore.calibrate.runs import Run
+from simcore.robot.gearbox import friction_from_volts
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RollerConfig
+from simcore.robot.robot_config import build_mechanism
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+
+__all__ = ["FittedMechanism", "MechanismFit", "fit_mechanism"]
+
+FittedMechanism: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig
+_BUS = 12.5  # [V]
+_WINDOW = 0.06  # [s]
+_CREEPS = 0.05  # of the top speed, below which it stands or creeps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MechanismFit:
+    """Result for a mechanism."""
+
+    estimates: Mapping[str, Estimate]
+    """By key: friction_volts [V]; inertia [kg m^2], or an elevator's mass [kg]; an arm's weight_torque [N m]."""
+    predictions: Sequence[Prediction]
+    unknown: Sequence[str]
+    """A sentence for each thing that the data cannot tell."""
+
+
+def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> FloatArray:
+    """Return how far a mechanism with these values turns by the volts of a run [rad], shape (n,)."""
+    box = replace(config.gearbox, friction_torque=friction_from_volts(config.gearbox, values["friction_volts"]))
+    factor = math.exp(values["inertia"])
+    varied: FittedMechanism
+    if isinstance(config, ElevatorConfig):
+        varied = replace(config, gearbox=box, carriage_mass=config.carriage_mass * factor)
+    else:
+        varied = replace(config, gearbox=box, inertia=config.inertia * factor)
+    shaft = build_mechanism(varied)
+    if isinstance(config, ArmConfig):
+        shaft.record["model"]["weight_torque"] = values["weight_torque"]
+    top = max(_BUS, float(np.abs(run.volts).max()))
+    shaft.reset(run.origin)
+    angles = np.empty(len(run.times))
+    for k, volts in enumerate(run.volts.mean(axis=1).tolist()):
+        angles[k] = shaft.position
+        shaft.set_volts(volts)
+        if k + 1 < len(run.times):
+            shaft.step(float(run.times[k + 1] - run.times[k]), top)
+    moved: FloatArray = angles - angles[0]
+    return moved
+
+
+def fit_mechanism(config: FittedMechanism, runs: Sequence[Run]) -> MechanismFit:
+    """Fit a mechanism to runs, and predict each by a fit to the others."""
+    start = config.gearbox.holding_volts(config.gearbox.friction_torque)
+    parameters = [
+        Parameter("friction_volts", max(start, 0.05), 0.0, 6.0, 0.1),
+        Parameter("inertia", 0.0, -4.0, 4.0, 0.3),
+    ]
+    if isinstance(config, ArmConfig):
+        torque = max(config.weight_torque, 0.05 * config.gearbox.stall_torque(_BUS))
+        parameters.append(Parameter("weight_torque", torque, -20.0 * torque, 20.0 * torque, 0.3 * torque))
+    lag = Parameter("lag", 0.0, -0.05, 0.1, 0.01)
+
+    def simulated(values: Mapping[str, float], run: Run) -> FloatArray:
+        way: FloatArray = np.interp(run.times - values.get("lag", 0.0), run.times, turned(config, run, values))
+        return way
+
+    def errors(run: Run, values: Mapping[str, float]) -> FloatArray:
+        real = increments(run, run.way, _WINDOW)[:, 0]
+        off = increments(run, simulated(values, run), _WINDOW)[:, 0] - real
+        kept: FloatArray = off[np.abs(real) > _CREEPS * np.abs(real).max()]
+        return kept
+
+    def fitted(wanted: Sequence[Parameter], some: Sequence[Run], begin: Fit | None = None) -> Fit:
+        names = [p.name for p in wanted]
+        return fit(
+            lambda x: [errors(run, dict(zip(names, x.tolist(), strict=True))) for run in some], wanted,
+            values=None if begin is None else [begin[name] for name in names],
+        )  # fmt: skip
+
+    rich = fitted([*parameters, lag], runs)
+    late = rich.estimates["lag"]
+    wanted = [*parameters, *([lag] if abs(late.value) > 0.012 and not late.low <= 0.0 <= late.high else [])]
+    best = rich if len(wanted) == len(rich.names) else fitted(wanted, runs, rich)
+
+    def predictor(some: Sequence[Run]) -> partial[FloatArray]:
+        found = fitted(wanted, some, best)
+        return partial(simulated, dict(zip(found.names, found.values.tolist(), strict=True)))
+
+    found = dict(best.estimates)
+    factor = found.pop("inertia")
+    if isinstance(config, ElevatorConfig):
+        found["mass"] = factor.mapped(lambda x: config.carriage_mass * math.exp(x))
+    else:
+        found["inertia"] = factor.mapped(lambda x: config.inertia * math.exp(x))
+    unknown = ["gearing and kind of the motor: they are taken as described"]
+    if isinstance(config, ArmConfig) and (lever := GRAVITY * config.center_of_mass * (1.0 - config.spring_share)):
+        found["mass"] = found.pop("weight_torque").mapped(lambda x: x / lever)
+        unknown.append("an arm's mass apart from its center of mass: the motor feels their product")
+    return MechanismFit(found, predictions_of(runs, predictor), unknown)

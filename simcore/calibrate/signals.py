@@ -1,0 +1,147 @@
+"""Which signal of a log is what, by its name: side or module, quantity and unit."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from simcore.typing import FloatArray
+
+__all__ = ["ROLES", "SIZES", "Signal", "find_roles", "quantity_of", "unit_of"]
+
+ROLES = ("volts", "way", "speed", "yaw", "ground", "bus", "amps")
+"""Quantities; those of a side begin with left_ or right_ where one is meant by hand."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal:
+    """A number over time."""
+
+    times: FloatArray
+    """Rising [s], shape (n,)."""
+    values: FloatArray
+    """Shape (n,)."""
+    unit: str = ""
+    """As the log says it; empty: its name may."""
+    is_kept: bool = False
+    """Whether it was logged only when it changed."""
+
+
+_NOT = {
+    "setpoint", "goal", "target", "desired", "reference", "error", "turn", "turning", "steer", "azimuth", "absolute",
+    "temp", "temperature", "acceleration", "odometry", "measured", "rate", "autospeed",
+}  # fmt: skip
+"""Words of signals that are something else: wanted values, azimuths."""
+_SIDES = {
+    **dict.fromkeys(("left", "l", "fl", "bl", "rl", "lf", "lr", "lb"), "left"),
+    **dict.fromkeys(("right", "r", "fr", "br", "rr", "rf", "rb"), "right"),
+}
+_WORDS = {
+    "ground": {"ground", "truth", "tape"},
+    "yaw": {"yaw", "heading", "gyro"},
+    "amps": {"current", "amps", "amp", "a", "amperes"},
+    "speed": {"velocity", "speed", "vel", "mps", "rpm", "rps"},
+    "volts": {"volts", "volt", "voltage", "v"},
+    "way": {
+        "position",
+        "pos",
+        "distance",
+        "way",
+        "m",
+        "meters",
+        "rotations",
+        "turns",
+        "rad",
+        "angle",
+        "deg",
+        "encoder",
+    },
+}
+"""By quantity, in the order in which a name is asked: a word of an earlier one decides."""
+_SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
+"""Words that make volts and amperes those of the battery."""
+_UNITS = {
+    **dict.fromkeys(("m", "meter", "meters", "mps", "metre"), "m"),
+    **dict.fromkeys(("in", "inch", "inches"), "in"),
+    **dict.fromkeys(("ft", "foot", "feet"), "ft"),
+    **dict.fromkeys(("rad", "radian", "radians"), "rad"),
+    **dict.fromkeys(("deg", "degree", "degrees"), "deg"),
+    **dict.fromkeys(("rot", "rotation", "rotations", "turn", "turns", "rev", "revs", "rps"), "turns"),
+    "rpm": "rpm",
+}
+
+
+def _words(name: str) -> list[str]:
+    """Return the words of a name, in small letters.
+
+    >>> _words("Drive/Module0/DrivePositionRad"), _words("left_V"), _words("Spark-3/AppliedOutputVoltage")
+    (['drive', 'module', 'drive', 'position', 'rad'], ['left', 'v'], ['spark', 'applied', 'output', 'voltage'])
+    """
+    return [w.lower() for w in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
+
+
+def unit_of(name: str, said: str = "") -> str:
+    """Return the unit that a log says, or else its name: m, in, ft, rad, deg, turns, rpm; empty: none.
+
+    >>> unit_of("DrivePositionRad"), unit_of("left position", "Rotation"), unit_of("x", "Meter per Second")
+    ('rad', 'turns', 'm')
+    """
+    found = [_UNITS[word] for word in (*_words(said), *reversed(_words(name))) if word in _UNITS]
+    return found[0] if found else ""
+
+
+def quantity_of(name: str) -> tuple[str, str]:
+    """Return quantity and side of a signal by its name; empty where it says none.
+
+    Total amperes are those of the battery, whatever motors draw.
+
+    >>> quantity_of("left_V"), quantity_of("Drive/LeftPositionRad"), quantity_of("SystemStats/BatteryVoltage")
+    (('volts', 'left'), ('way', 'left'), ('bus', ''))
+    >>> quantity_of("Drive/Module0/TurnAppliedVolts"), quantity_of("voltage-left-drive")
+    (('', ''), ('volts', 'left'))
+    """
+    words = _words(name)
+    if _NOT & {*words}:
+        return "", ""
+    sides = [_SIDES[word] for word in words if word in _SIDES]
+    quantity = next((quantity for quantity, known in _WORDS.items() if known & {*words}), "")
+    if _SUPPLIED & {*words}:
+        quantity = {"volts": "bus", "bus": "bus", "amps": "total"}.get(quantity, "")
+    return quantity, sides[-1] if sides else ""
+
+
+def find_roles(
+    names: Iterable[str], devices: Mapping[str, str], said: Mapping[str, str], about: str
+) -> dict[tuple[str, str], list[str]]:
+    """Return the signals of each quantity and side; side is empty where a name says none.
+
+    Args:
+        names: Of all signals.
+        devices: Side of each drive motor by the name that a logger gives it (Spark-3); of a swerve drive empty ones.
+        said: Signals by role (left_volts), as the user says.
+        about: Word that names of the wanted mechanism have; empty: any.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for name in names:
+        quantity, side = quantity_of(name)
+        own = [key for key in devices if re.search(rf"(^|/){re.escape(key)}/", name)]
+        if quantity and (own or "spark" not in _words(name) or not devices):
+            found.setdefault((quantity, devices[own[0]] if own else side), []).append(name)
+    for role, name in said.items():
+        side, _, quantity = role.rpartition("_")
+        found[quantity, side] = [name]
+        if quantity in ("way", "speed") and ("speed" if quantity == "way" else "way", side) in found:
+            del found["speed" if quantity == "way" else "way", side]
+    for key, some in found.items():
+        for word in (about.lower(), "drive", "drivetrain", "output"):
+            best = [name for name in some if word and word in _words(name)]
+            some = best or some
+        found[key] = some
+    return found
+
+
+SIZES = {"m": 1.0, "in": 0.0254, "ft": 0.3048, "rad": 1.0, "deg": math.pi / 180.0, "turns": math.tau,
+         "rpm": math.tau / 60.0}  # fmt: skip
+"""Of units [m] or [rad]."""

@@ -1,0 +1,82 @@
+"""Wheel speeds that a shooter needs for a goal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.match.game import Game
+from simcore.match.scoring import ScoringZone
+from simcore.pieces.launch import muzzle_offset
+from simcore.pieces.shot_solver import NoShotError, solve_shot
+from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.shooter import ShooterConfig
+
+__all__ = ["NeededSpeed", "elevations", "goal_of", "needed_speeds"]
+
+DISTANCES = (2.0, 3.0, 4.0, 5.0)
+"""For which needed speeds are shown [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class NeededSpeed:
+    """What a shot into a goal takes."""
+
+    distance: float
+    """From the robot's center [m]."""
+    elevation: float
+    """[rad]"""
+    speed: float
+    """Of the piece, relative to the muzzle [m/s]."""
+    wheel_rps: float
+    """Of the wheels, at the exit efficiency of the shooter [turns/s]."""
+
+
+def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
+    """Return the first zone with an opening that takes what the shooter throws; None: the game has none."""
+    takes = [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
+    return next((zone for zone in takes if zone.opening is not None), None)
+
+
+def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
+    """Lowest and highest elevation that the hood gives [rad]."""
+    stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
+    low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
+    return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)
+
+
+def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> list[NeededSpeed]:
+    """Wheel speeds for shots into the goal from `DISTANCES`, each at the elevation that needs the least."""
+    low, high = elevations(shooter, config)
+    steps = np.linspace(low, high, 1 if low == high else 31)
+    found = []
+    for distance in DISTANCES:
+        speeds = [(_exit_speed(shooter, game, distance, angle), angle) for angle in steps.tolist()]
+        speed, angle = min(speeds)
+        if math.isfinite(speed):
+            found.append(NeededSpeed(distance, angle, speed, shooter.wheel_speed_for(speed) / math.tau))
+    return found
+
+
+def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
+    """Speed of the shot that meets the middle of the goal [m/s]; infinite where none does."""
+    if not abs(elevation) < 0.5 * math.pi:
+        return math.inf
+    goal = goal_of(shooter, game)
+    kind = next(s.kind for s in game.pieces if not shooter.kinds or s.kind.name in shooter.kinds)
+    assert goal is not None and goal.opening is not None
+    launch = shooter.launch
+    muzzle = muzzle_offset(launch)
+    ahead = float(muzzle[0] * math.cos(launch.heading) + muzzle[1] * math.sin(launch.heading))
+    try:
+        shot = solve_shot(
+            (ahead, 0.0, float(muzzle[2])),
+            (distance, 0.0, float(goal.opening.middle[2])),
+            elevation=elevation,
+            drag=float(kind.air.drag),
+        )
+    except NoShotError:
+        return math.inf
+    return shot.speed

@@ -1,0 +1,29 @@
+"""`simcore calibrate` in a project: its drivetrain is the program's."""
+
+from pathlib import Path
+
+import pytest
+
+from simcore.calibrate.described import described
+from simcore.errors import ConfigError
+from simcore.robot.fixed_wheel_config import TankConfig
+
+ROBOTS = Path(__file__).with_name("robots")
+
+
+def test_the_drivetrain_is_the_programs_and_sides_are_known_by_their_ids():
+    robot = described(ROBOTS / "tank")
+    assert isinstance(robot.drivetrain, TankConfig) and robot.about == "as the program builds it"
+    assert robot.devices == {"Spark-0": "left", "Spark-2": "left", "Spark-1": "right", "Spark-3": "right"}
+
+
+def test_a_program_without_a_drivetrain_still_has_mechanisms():
+    robot = described(ROBOTS / "sparked")
+    assert robot.settings.mechanisms
+    with pytest.raises(ConfigError, match="drive_motor, drive_gearing and wheel_diameter beside kind are enough"):
+        _ = robot.drivetrain
+
+
+def test_a_folder_without_a_robot_is_the_kit_chassis(tmp_path):
+    robot = described(tmp_path)
+    assert isinstance(robot.drivetrain, TankConfig) and robot.devices == {}
