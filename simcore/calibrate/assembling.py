@@ -192,10 +192,10 @@ def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
 def _in_si(
     log: Log, runs: list[Run], unit: str, radius: float | None, seen: float, gearing: float
 ) -> tuple[list[Run], list[str]]:
-    """Runs with ways in meters, or angles in radians, and a note where the unit was guessed.
+    """Return runs with distances in meters, or angles in radians, and a note where the unit was guessed.
 
     Raises:
-        LogError: In the unit that the log says, the robot goes far faster or slower than its volts can make it.
+        LogError: In the log's unit, the robot is far faster or slower than its voltage allows.
     """
     circumference = 1.0 if radius is None else radius
     sizes = {"turns": math.tau * circumference, "rad": circumference, "deg": SIZES["deg"] * circumference,

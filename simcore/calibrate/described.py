@@ -76,7 +76,7 @@ def described(folder: Path) -> Described:
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
-    """The drivetrain by the measures of [drivetrain] alone; without a kind a tank."""
+    """Build the drivetrain from [drivetrain] alone; without a kind, a tank drive."""
     said = settings.drivetrain
     own = {key: value for key, value in said.measures.items() if key not in ("wheel_diameter", "reversed")}
     own |= {name: motor(own[name]) for name in ("drive_motor", "steer_motor") if name in own}

@@ -169,7 +169,7 @@ def _wpilog(path: Path) -> Log:
 
 
 def _unit_of(column: LogColumn) -> str:
-    """Unit that the metadata of an entry names, as SysIdRoutineLog writes it; its positions are turns or meters."""
+    """Return the unit in an entry's metadata, as SysIdRoutineLog writes it; its positions are turns or meters."""
     try:
         return str(json.loads(column.metadata or "{}").get("unit", ""))
     except (ValueError, AttributeError):
@@ -197,7 +197,7 @@ def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
 
 
 def _states(column: LogColumn, end: float) -> list[tuple[str, float, float]]:
-    """Tests between the states that SysId's routine logs: quasistatic-forward, ..., none."""
+    """Return the tests between the states that SysId's routine logs: quasistatic-forward, ..., none."""
     words = [str(column.value(k)) for k in range(len(column))]
     tests, start = [], 0
     for k in range(1, len(words) + 1):

@@ -61,7 +61,7 @@ def _seconds(millis: FloatArray) -> FloatArray:
 
 
 def _status(data: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Applied output [-], voltage [V] and current [A] of frames 0."""
+    """Decode applied output [-], voltage [V] and current [A] from status frames 0."""
     word = np.ascontiguousarray(data).view("<u8").reshape(-1)
     duty, volts, amps = (word & 0xFFFF).astype(np.uint16).view(np.int16), word >> 16 & 0xFFF, word >> 28 & 0xFFF
     return duty.astype(np.float64) * _DUTY, volts.astype(np.float64) * _VOLTS, amps.astype(np.float64) * _AMPS

@@ -99,7 +99,10 @@ def place_parts(fleet, r, body):
 
 @compiled
 def _widest(corners, normals, first, last, is_hidden, others, other_first, other_last):
-    """The side of an outline from which another one is farthest, and by how much [m]; hidden sides part nothing."""
+    """Return the side of an outline with the largest separation from another outline, and that separation [m].
+
+    Hidden sides do not count.
+    """
     best = -math.inf
     side = first
     for i in range(first, last):

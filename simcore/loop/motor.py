@@ -33,7 +33,7 @@ LOCKED = 1e12
 
 @compiled
 def within(value, limit):
-    """The number nearest to `value` in -limit..limit: a voltage within the bus, a current within the stator limit."""
+    """Clamp `value` to -limit..limit: a voltage to the bus voltage, a current to the stator limit."""
     if value > limit:
         return limit
     if value < -limit:
@@ -60,10 +60,10 @@ def end_weight(h, rate):
 
 @compiled
 def line_in_force(volts, bus, emf, limit, resistance, winding):
-    """What holds now of a motor whose controller makes up for the resistance before it.
+    """Return the current line of a motor whose controller compensates for the resistance in series with it.
 
-    It does so as long as its duty lets it: of (V - e) / R_winding, (V_bus - e) / R and the stator limit the smallest
-    flows.
+    It compensates while its duty cycle is below 1: the current is the smallest of (V - e) / R_winding, (V_bus - e) / R
+    and the stator limit.
 
     Args:
         volts: Wanted [V].
@@ -133,7 +133,7 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
 
 @compiled
 def supply_line(emf, slope, w, resistance, power, current, drawn):
-    """The current line that keeps |V I| within `power`, near a shaft speed.
+    """Return the current line that keeps |V I| within `power` near a shaft speed.
 
     While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
     below it, so the limit also holds at the end of the step. While regenerating, the controller reduces torque until
@@ -202,7 +202,7 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
 
 @compiled
 def torque_line(is_open, volts, bus, emf_offset, w, limit, power, emf, resistance, driving, driven, friction):
-    """The lines of current and torque over shaft speed that hold near `w`.
+    """Return the lines of current and torque over shaft speed that hold near `w`.
 
     Args:
         is_open: Whether the circuit is open.

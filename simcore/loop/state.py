@@ -85,7 +85,7 @@ class Balls(NamedTuple):
     """Marks of the bodies that it has touched since somebody cleared this, shape (n,)."""
 
     def only(self, rows: slice | npt.NDArray[np.bool_]) -> Balls:
-        """Some of them: of a slice in the same arrays, of a mask in arrays of their own."""
+        """Return some of the balls: for a slice as views of these arrays, for a mask as copies."""
         columns: list[Any] = [column[rows] for column in self]
         return Balls(*columns)
 
@@ -157,7 +157,7 @@ def sleeps(status, i):
 
 @inlined
 def to_body(axes, b, x, y, z):
-    """A vector of the field in the axes of a body."""
+    """Transform a vector from the field frame to a body's frame."""
     return (
         axes[b, 0, 0] * x + axes[b, 1, 0] * y + axes[b, 2, 0] * z,
         axes[b, 0, 1] * x + axes[b, 1, 1] * y + axes[b, 2, 1] * z,
@@ -167,7 +167,7 @@ def to_body(axes, b, x, y, z):
 
 @inlined
 def to_field(axes, b, x, y, z):
-    """A vector of a body in the axes of the field."""
+    """Transform a vector from a body's frame to the field frame."""
     return (
         axes[b, 0, 0] * x + axes[b, 0, 1] * y + axes[b, 0, 2] * z,
         axes[b, 1, 0] * x + axes[b, 1, 1] * y + axes[b, 1, 2] * z,

@@ -62,7 +62,7 @@ class Chart:
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
-    """The charts of a run, what matters most first; what was not published is left out."""
+    """Return the charts of a run, the most important first; leave out what was not published."""
     recording, scene = track.recording, track.scene
     robots = list(enumerate(scene.robots))
     several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
@@ -120,7 +120,7 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
 
 
 def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
-    """A curve of a battery's voltage with what was lowest between two rows."""
+    """Add the minima between rows to a curve of battery voltage."""
     if not recording.has(f"{prefix}/Debug/BatteryVoltageLowest"):
         return curve
     lowest = recording.series(f"{prefix}/Debug/BatteryVoltageLowest")[1]
@@ -144,7 +144,7 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
 
 
 def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable[Chart]:
-    """What closed loops wanted beside what came of it, what else moved, and the currents of all mechanisms."""
+    """Yield charts of closed loops with their set-points, of other motion, and of all mechanisms' currents."""
     head = f"{prefix}/Debug/"
     known = set()
     for key in recording.keys:
@@ -168,7 +168,7 @@ def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable
 
 
 def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> Chart:
-    """A closed loop's quantity and its set-point, in the unit that says most: positions as heights or angles."""
+    """Chart a closed loop's quantity and its set-point; positions are heights or angles."""
     if kind == "VelocityRPS":
         curves = _curves(recording, [("is", stem + kind), ("set-point", wanted)])
         return Chart(title=f"{_name(stem)} velocity", unit="turns/s", curves=curves)
@@ -190,7 +190,7 @@ def _name(stem: str) -> str:
 
 
 def value_at(snapshot: Snapshot, key: str) -> float | None:
-    """What a curve shows at a snapshot, by its key; None where it has no value."""
+    """Return the value of a curve, by its key, at a snapshot; None where it has none."""
     if key.endswith(_POSE_ERROR):
         prefix = key.removesuffix(_POSE_ERROR)
         true, believed = (snapshot.poses.get(f"{prefix}/Robot/{name}") for name in ("Pose3d", "EstimatedPose"))
@@ -200,7 +200,7 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
 
 
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
-    """The same curve with the lowest and the highest point of each of so many parts: what an eye can see of it."""
+    """Reduce a curve to the lowest and highest point of each of `buckets` parts, which looks the same."""
     n = len(curve.times)
     if n <= 2 * buckets:
         return curve

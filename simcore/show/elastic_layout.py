@@ -19,10 +19,10 @@ _PERIOD = 0.06  # [s] between two values, Elastic's default
 
 
 def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
-    """The whole file.
+    """Return the content of the layout file.
 
     Args:
-        snapshot: Whose keys are shown; what it has not gets no widget.
+        snapshot: Snapshot whose keys are shown; a key that it lacks gets no widget.
     """
     drive = [
         _widget("Field", "SmartDashboard/Field", "Field", (0, 0, 6, 4)),

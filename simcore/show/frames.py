@@ -70,7 +70,7 @@ class PieceKind:
 
 
 def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
-    """The kinds of a recorded run with all pieces that were seen in it."""
+    """Return the kinds of pieces of a recorded run, each with all pieces that appear in it."""
     kinds = []
     for key in recording.keys:
         if key.startswith(_FIELD):

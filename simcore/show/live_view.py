@@ -83,7 +83,7 @@ class LiveView:
         return self._server.has_viewers
 
     def sink(self) -> TelemetrySink:
-        """What a run writes to; each run gets its own, the page stays when it is closed."""
+        """Return a new telemetry sink for one run; the page stays open when the sink is closed."""
         return _ViewSink(self)
 
     def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
@@ -284,5 +284,5 @@ class _ViewSink:
             self._view.show(snapshot)
 
     def close(self) -> None:
-        """The run is over."""
+        """End the run."""
         self._closed = True

@@ -60,7 +60,7 @@ class RobotRow:
 
 
 def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
-    """What each robot of a run did."""
+    """Return a row of statistics for each robot of a run."""
     recording, sides = track.recording, _alliances(track)
     times = recording.times
     enabled = np.ones(len(times), dtype=bool)
@@ -98,7 +98,7 @@ def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
 
 
 def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
-    """The tables of a page: of a match its score sheet, robots and cycles; of one robot its shots."""
+    """Return the tables of a page: score sheet, robots and cycles of a match; shots of a single robot."""
     scene = track.scene
     several = len(scene.robots) > 1
     tables = []
@@ -129,7 +129,7 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
 
 
 def score_sheet(recording: Recording) -> list[list[Cell]]:
-    """What the score is made of at the end, as the game counts it: a row each, blue and red; zeros of both left out."""
+    """Return the final score by item, one row each for blue and red; leave out items where both are zero."""
     rows: dict[str, list[Cell]] = {}
     for column, alliance in enumerate(("Blue", "Red"), 1):
         head = f"Sim/Score/{alliance}/"
@@ -162,7 +162,7 @@ def _alliances(track: RunTrack) -> list[str]:
 
 
 def _words(key: str) -> str:
-    """A key of the score sheet as people read it: `goalScore/auto1Points` is `goal score: auto 1 points`."""
+    """Turn a key of the score sheet into words: `goalScore/auto1Points` is `goal score: auto 1 points`."""
     return ": ".join(map(key_in_words, key.split("/")))
 
 

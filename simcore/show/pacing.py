@@ -111,5 +111,5 @@ class FrameRate:
         return self._clock() >= self._next
 
     def take(self) -> None:
-        """A frame is drawn now."""
+        """Record that a frame is drawn now."""
         self._next = max(self._next + self._period, self._clock())

@@ -52,7 +52,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
 
 
 def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"") -> str:
-    """The page of a run, or of one that is to come over a socket."""
+    """Return the HTML page of a run, or of one that will come over a socket."""
     blocks = {}
     if meta is not None:
         text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode()
@@ -83,7 +83,7 @@ def packed(content: bytes) -> str:
 
 
 def page_style() -> str:
-    """The style sheet of all pages, with the colors for light and dark."""
+    """Return the style sheet of all pages, with light and dark colors."""
     return css_variables() + _PLAYER.joinpath("player.css").read_text(encoding="utf-8")
 
 
@@ -96,7 +96,7 @@ def _script() -> str:
 
 
 def _bundled(name: str, text: str) -> str:
-    r"""A module as a function of its own that returns what it exports: a page may import no file.
+    r"""Wrap a module in a function that returns its exports, because a page may import no file.
 
     >>> print(_bundled("top", 'import { b } from "./data.js";\nexport const a = b;\n'))
     const top_ = (() => {

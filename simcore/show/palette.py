@@ -51,7 +51,7 @@ def color(name: str) -> str:
 
 
 def css_variables() -> str:
-    """The style sheet's head: all colors, light and dark as the reader's system asks for."""
+    """Return the head of the style sheet: all colors, light or dark as the reader's system prefers."""
     light, dark = ("".join(f"--{name}:{pair[k]};" for name, pair in COLORS.items()) for k in (0, 1))
     return (
         f":root{{color-scheme:light dark;{light}}}\n"
@@ -80,7 +80,7 @@ def rgb(hexadecimal: str) -> tuple[int, int, int]:
 
 
 def shade(hexadecimal: str, part: float) -> str:
-    """A part of a color's brightness.
+    """Scale a color's brightness.
 
     >>> shade("#804020", 0.5)
     '#402010'

@@ -78,11 +78,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """The played game's own options, each a flag, where they are asked for.
+    """Add the played game's own options, each a flag, where the command line needs them.
 
     Args:
-        parser: Of the command.
-        words: What was typed after it.
+        parser: Parser of the command.
+        words: Arguments typed after the command.
 
     Raises:
         SimcoreError: There is no such game, or it does not load.

@@ -104,7 +104,7 @@ def run_data(
 def layout_of(
     scene: Scene, kinds: Sequence[PieceKind], source: Recording | Snapshot
 ) -> tuple[FrameLayout, list[RobotSolids]]:
-    """The columns of a run's frames, and the solids of its robots.
+    """Return the columns of a run's frames, and the solids of its robots.
 
     Args:
         scene: What it takes place on.
@@ -124,7 +124,7 @@ def layout_of(
 
 
 def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotSolids], block: Block) -> dict[str, Any]:
-    """What is drawn and does not change: field, robots and kinds of pieces."""
+    """Return the static part of the drawing: field, robots and kinds of pieces."""
     length, width = scene.field_size
     field = _models(scene.models).field
     tags = tag_layout(scene.tags, scene.field_size)
@@ -194,7 +194,7 @@ def report_data(
 
 @functools.lru_cache(maxsize=8)
 def _models(folder: Path | None) -> ViewModels:
-    """The models of a folder; none of one that cannot be used: outlines and boxes will do."""
+    """Return the models of a folder, or none if it cannot be used: the page then draws outlines and boxes."""
     try:
         return ViewModels() if folder is None else load_models(folder)
     except ModelError as error:
@@ -301,7 +301,7 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
 
 
 def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
-    """What the whole run came to."""
+    """Return the totals of the whole run."""
     recording, scene = track.recording, track.scene
 
     def last(key: str) -> float | None:
@@ -394,7 +394,7 @@ def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[
 
 
 def _steps(times: FloatArray, start: float | None = None) -> Rows:
-    """Times [s] as steps [ms] from the first one, or from a start, shape (n, 1)."""
+    """Convert times [s] to steps [ms] from the first one, or from a start, shape (n, 1)."""
     milliseconds = np.rint(1e3 * times)
     first = milliseconds[:1] if start is None else [round(1e3 * start)]
     steps = np.diff(milliseconds, prepend=first)

@@ -79,7 +79,7 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
 
 
 def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
-    """The lines of the score board at a snapshot: label and text; lights are `led:` and their colors, `ff0000,...`."""
+    """Return the score board's lines at a snapshot, label and text; lights are `led:` with colors `ff0000,...`."""
     items = []
     match, scores = snapshot.strings, snapshot.integers
     if "Sim/Match/Period" in match or "Sim/Match/Enabled" in snapshot.booleans:
@@ -208,7 +208,7 @@ def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
 
 
 def _modes(recording: Recording) -> tuple[list[float], list[str]]:
-    """The period of the match, and whether robots may move."""
+    """Return the times [s] and names of changes of the match period, and of whether robots are enabled."""
     times, names = recording.times, [""] * len(recording)
     if recording.has("Sim/Match/Period"):
         at, periods = recording.strings("Sim/Match/Period")
@@ -225,7 +225,7 @@ def _modes(recording: Recording) -> tuple[list[float], list[str]]:
 
 
 def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[object]]:
-    """Times [s] and values of a number, of which a clock shows whole seconds, or of a text."""
+    """Return times [s] and values of a number or text; the match clock is in whole seconds."""
     try:
         times, values = recording.series(key)
     except UnknownNameError:
@@ -234,7 +234,7 @@ def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[
 
 
 def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple[list[float], list[_Value]]:
-    """The first of each run of equal values."""
+    """Return the first time and value of each run of equal values."""
     rows = [row for row, value in enumerate(values) if not row or value != values[row - 1]]
     return [float(times[row]) for row in rows], [values[row] for row in rows]
 

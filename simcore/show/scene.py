@@ -202,7 +202,7 @@ class Scene:
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
 
     def label(self, number: int) -> str:
-        """What texts call a robot: its name, its team, or its number."""
+        """Return a robot's label in texts: its name, its team, or its number."""
         robot = self.robots[number] if number < len(self.robots) else None
         return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
@@ -232,12 +232,12 @@ def shape_look(shape: Shape, color: str) -> PieceLook:
 
 
 def bare_scene(game: Game) -> Scene:
-    """The field alone, for a run of which only the log is left."""
+    """Return the field alone, for a run of which only the log is left."""
     return _scene(game, game.field.load(), ())
 
 
 def scene_of(match: Match) -> Scene:
-    """The scene of a match, also after it was closed."""
+    """Return the scene of a match, also after it was closed."""
     from simcore.show.robot_outlines import intake_outlines  # brings all of a robot: a page of a log needs none
 
     robots, parts = [], [component.name for component in match.game.robot().components]

@@ -44,11 +44,11 @@ _SWERVE = {"Sim/Robot/SwerveStates": "#0000ff", "Sim/Robot/SwerveSetpoints": "#f
 
 
 def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[str, Any]:  # noqa: B008  # frozen
-    """The whole file.
+    """Return the content of the layout file.
 
     Args:
-        snapshot: Whose keys are shown.
-        models: The field's and the robots' names; where there are none, AdvantageScope's own stand in.
+        snapshot: Snapshot whose keys are shown.
+        models: Names of the field and the robots; without them, AdvantageScope's own models.
     """
     debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}
     volts = _in_order(key for key in snapshot.doubles if key.endswith("/Debug/BatteryVoltage"))
@@ -90,10 +90,10 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
 
 
 def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
-    """What a match of a game publishes, with so many of its own robots; the first half is blue, as in whole matches.
+    """Return a snapshot of a game's match with its first `robots` robots; the first half is blue, as in whole matches.
 
     Raises:
-        ConfigError: The game has not so many robots.
+        ConfigError: The game has fewer robots.
     """
     if not 1 <= robots <= game.robots:
         raise ConfigError(f"--robots: a match of {game.name} has 1 to {game.robots} robots, got {robots}")
@@ -191,7 +191,7 @@ def _graph(
     *,
     discrete: Mapping[str, tuple[str, str]] | None = None,
 ) -> dict[str, Any]:
-    """A line graph with two axes, each as high as its values; `discrete` has type and color of stripes."""
+    """Return a line graph with two auto-scaled axes; `discrete` has type and color of stripes."""
     plain = {"autoTarget": None, "preset": None}
     stripes = [_thing("stripes", key, kind, color=color) for key, (kind, color) in (discrete or {}).items()]
     controller = {
@@ -248,7 +248,7 @@ def _tab(kind: int, title: str, controller: Any, *, height: int = 200, renderer:
 
 
 def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any]:
-    """A row of a list of sources."""
+    """Return an entry of a list of sources."""
     return {"type": kind, "logKey": _key(name), "logType": log_type, "visible": True, "options": options}
 
 

@@ -127,7 +127,7 @@ class ShotPreview:
         )
 
     def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
-        """The kind of piece that the shooter has next, or would have."""
+        """Return the kind of piece that the shooter would fire next."""
         kinds = self._match.pieces.types
         held = robot.storage_of(shooter.config).in_turn
         if held:

@@ -75,7 +75,7 @@ class _Flight:
 
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
-    """The shots of a run, oldest first: each that the record of the run has, with as much of its flight as was kept."""
+    """Return all recorded shots of a run, oldest first, each with the part of its flight that was kept."""
     hits = {shot for _, (_, shot) in recording.events("Sim/NewestHits")}
     flights = _flights(recording)
     shots: list[ShotTrace] = []
@@ -149,7 +149,7 @@ def _trace(
 
 
 def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
-    """The goal of the robot's alliance that lies nearest to the shot's direction; the nearest one to a shot without."""
+    """Return the goal of the robot's alliance nearest to the shot's direction, or nearest to a shot without one."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
     ahead = points[-1, :2] - points[0, :2]
@@ -186,7 +186,7 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:
-    """The table of a run's shots: what each row counts, and its value for each robot."""
+    """Return the table of a run's shots: the label of each row, and its value for each robot."""
     of_each = [[shot for shot in shots if shot.robot == number] for number in range(robots)]
 
     def span(values: list[float], unit: str, digits: int) -> str:

@@ -82,7 +82,7 @@ class RobotSolids:
 
 @functools.lru_cache(maxsize=128)
 def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
-    """The solids of a GLB file, read once for all robots that have it; a texture is seen as its mean color.
+    """Read the solids of a GLB file, once for all robots that have it; a texture becomes its mean color.
 
     Args:
         model: The file and its place.
@@ -95,7 +95,7 @@ def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]
 
 
 def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterable[str] = ()) -> Solid:
-    """A mesh of trimesh in one color; see `model_solids`."""
+    """Convert a trimesh mesh to a solid of one color; see `model_solids`."""
     known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
     material = getattr(mesh.visual, "material", None)
     color, opacity = _PLAIN, 1.0
@@ -109,7 +109,7 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """The solids of a robot: of its models if they are its own, else built by its config.
+    """Return the solids of a robot: from its own models, or else built from its config.
 
     Args:
         look: The robot.
@@ -277,7 +277,7 @@ def _joined(solids: Sequence[Solid]) -> list[Solid]:
 
 
 def _split(solid: Solid) -> Iterator[Solid]:
-    """A solid with too many vertices as several."""
+    """Split a solid with too many vertices into several."""
     step = _MOST_VERTICES // 3
     if len(solid.vertices) <= _MOST_VERTICES:
         yield solid
@@ -294,7 +294,7 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
-    """The convex hull of some corners, every face with vertices of its own so that edges are sharp."""
+    """Return the convex hull of some corners; faces share no vertices, so that edges are sharp."""
     import trimesh  # takes half a second
 
     mesh = trimesh.convex.convex_hull(corners)

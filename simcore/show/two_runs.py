@@ -75,7 +75,7 @@ def merged(old: Recording, new: Recording) -> Recording:
 
 
 def _landed(end: Snapshot | None) -> Snapshot | None:
-    """The end of a run with no piece in the air: what flew then is not seen any more."""
+    """Return the end of a run without the pieces in flight, which are no longer shown."""
     if end is None:
         return None
     poses = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.pose_arrays.items()}

@@ -88,7 +88,7 @@ def _numbers(name: str, values: object) -> list[float]:
 
 
 def _beyond_dead_band(*stick: float) -> tuple[float, ...]:
-    """A stick's way beyond its dead band, so that it begins at 0 there and is 1 at its end."""
+    """Apply the dead band to a stick and rescale, so that it is 0 at the band's edge and 1 at full deflection."""
     size = math.hypot(*stick)
     share = max(0.0, min(1.0, size) - _DEAD_BAND) / (1.0 - _DEAD_BAND) / max(size, 1e-9)
     return tuple(share * value for value in stick)
@@ -125,15 +125,15 @@ class ViewDriving:
         """What a page needs."""
 
     def input(self, robot: int = 0) -> DriverInput | None:
-        """What a person wants of a robot now; None while nobody drives it, and when the last message is too old."""
+        """Return the driver's input for a robot now; None while nobody drives it or the last message is too old."""
         _, at, wants = self._drivers.get(robot, (0, -math.inf, None))
         return None if self._clock() > at + _PATIENCE else wants
 
     def take(self, page: int, message: object) -> None:
-        """What a page wants; None: it lets go. A robot that another page drives is left to it.
+        """Take a page's input; None: the page stops driving. Ignore input for a robot that another page drives.
 
         Raises:
-            ConfigError: It is no such message.
+            ConfigError: The message is invalid.
         """
         if message is None:
             self._drivers = {robot: entry for robot, entry in self._drivers.items() if entry[0] != page}

@@ -89,10 +89,10 @@ def load_models(folder: str | Path) -> ViewModels:
 
 
 def read_config(folder: Path) -> dict[str, Any]:
-    """The `config.json` of one model folder.
+    """Read the `config.json` of one model folder.
 
     Raises:
-        ModelError: It is missing, not JSON, or no object.
+        ModelError: The file is missing, not JSON, or not an object.
     """
     path = folder / "config.json"
     try:
@@ -107,7 +107,7 @@ def read_config(folder: Path) -> dict[str, Any]:
 
 
 def _transform(folder: str, rotations: Any, position: Any) -> FloatArray:
-    """The rotations, one after the other, then the position, as a matrix.
+    """Return the matrix of the rotations, one after the other, then the translation, shape (4, 4).
 
     Raises:
         ModelError: They are not lists of `{"axis": "x", "degrees": 90}` and of three numbers.
@@ -144,7 +144,7 @@ def _model(folder: Path, file: str, matrix: FloatArray) -> Model:
 
 
 def read_field(folder: Path) -> FieldModels:
-    """The models of one `Field3d_*` folder.
+    """Read the models of one `Field3d_*` folder.
 
     Raises:
         ModelError: It is broken; this is the first thing that is wrong.
@@ -170,7 +170,7 @@ def read_field(folder: Path) -> FieldModels:
 
 
 def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """The driver stations, which the file has from the middle of the field, blue's at +x."""
+    """Return the driver stations; the file gives them from the field's center, blue's at +x."""
     listed = config.get("driverStations", [])
     try:
         places = tuple((0.5 * size[0] - float(x), 0.5 * size[1] - float(y)) for x, y in listed)
@@ -182,7 +182,7 @@ def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]
 
 
 def read_robot(folder: Path) -> RobotModels:
-    """The models of one `Robot_*` folder.
+    """Read the models of one `Robot_*` folder.
 
     Raises:
         ModelError: It is broken; this is the first thing that is wrong.

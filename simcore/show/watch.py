@@ -31,7 +31,7 @@ _FIELD = "SmartDashboard/Field"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of `simcore play` that are about watching."""
+    """Add the options of `simcore play` that are about watching."""
     group = parser.add_argument_group("watching, in real time")
     group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")

@@ -164,7 +164,7 @@ class Recording:
         return found
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
+        """Return times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
 
         Raises:
             UnknownNameError: No snapshot had a number of that key.
@@ -177,7 +177,7 @@ class Recording:
         return self.times[is_there], values[is_there].astype(np.float64)
 
     def poses(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz` of one pose, shape (m, 7).
+        """Return times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz` of one pose, shape (m, 7).
 
         Raises:
             UnknownNameError: No snapshot had a pose of that key.
@@ -189,7 +189,7 @@ class Recording:
         return self.times[is_there], rows[is_there]
 
     def array_at(self, key: str, time: float) -> FloatArray:
-        """The newest array of that time [s] or before (the first one, if there is none), shape (n, 7).
+        """Return the newest array at or before a time [s] (the first one, if there is none), shape (n, 7).
 
         Of states of swerve modules, shape (n, 2).
 
@@ -200,7 +200,7 @@ class Recording:
         return rows
 
     def integers_at(self, key: str, time: float) -> IntArray:
-        """The newest array of integers of that time [s] or before (the first one, if there is none), shape (n,).
+        """Return the newest array of integers at or before a time [s] (the first one, if there is none), shape (n,).
 
         Raises:
             UnknownNameError: No snapshot had an array of that key.
@@ -220,7 +220,7 @@ class Recording:
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
-        """Times [s], shape (m,), and the m texts of one key, as far as it was published.
+        """Return times [s], shape (m,), and the m texts of one key, as far as it was published.
 
         Raises:
             UnknownNameError: No snapshot had a text of that key.
@@ -387,9 +387,9 @@ def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tu
 
 
 def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
-    """What is not older than a time [s]; an array that was last published before it keeps its newest value.
+    """Drop arrays older than a time [s]; a key last published before it keeps its newest array.
 
-    All events up to that time are in the first array of theirs.
+    Of a key of events, the first array keeps all events up to that time.
     """
     if key in EVENTS:
         before = ((time, rows.astype(np.int64, copy=False)) for time, rows in kept if time <= first)

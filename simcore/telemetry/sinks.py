@@ -109,7 +109,7 @@ class GuardedSink:
 
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
-    """What to raise when `path`, a log or a page, cannot be written."""
+    """Return the error to raise when `path`, a log or a page, cannot be written."""
     example = Path("out") / ("run.wpilog" if kind == "log" else "run.html")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "

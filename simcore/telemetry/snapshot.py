@@ -107,7 +107,7 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
 
     Args:
         type_name: `POSE_ARRAY_TYPE` or `STATE_ARRAY_TYPE`.
-        key: Named in the error.
+        key: Key that the error names.
         rows: Of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
 
     Raises:
@@ -121,10 +121,10 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
 
 
 def checked_integers(key: str, values: IntArray) -> IntArray:
-    """The values of an int64[] as they are sent and logged.
+    """Return the values of an int64[] as they are sent and logged.
 
     Args:
-        key: Named in the error.
+        key: Key that the error names.
         values: Whole numbers, shape (n,).
 
     Raises:
@@ -137,7 +137,7 @@ def checked_integers(key: str, values: IntArray) -> IntArray:
 
 
 def key_in_words(name: str) -> str:
-    """A key's last part as people read it.
+    """Turn the last part of a key into words.
 
     >>> key_in_words("IntakeZoneActive")
     'intake zone active'
@@ -148,5 +148,5 @@ def key_in_words(name: str) -> str:
 
 
 def robot_prefix(number: int) -> str:
-    """What the keys of a robot begin with: the first has no number."""
+    """Return the prefix of a robot's keys; the first robot has no number."""
     return "Sim" if number == 0 else f"Sim/Robots/{number}"

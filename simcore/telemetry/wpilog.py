@@ -377,21 +377,21 @@ class TelemetryLog:
         return min(float(c.times[0]) for c in moving), max(float(c.times[-1]) for c in columns)
 
     def column(self, key: str) -> LogColumn:
-        """The column of a key.
+        """Return the column of a key.
 
         Raises:
-            UnknownNameError: There is none.
+            UnknownNameError: The log has no such key.
         """
         if key not in self.columns:
             raise UnknownNameError("logged key", key, self.columns)
         return self.columns[key]
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Times [s] and values of a number.
+        """Return times [s] and values of a number.
 
         Raises:
-            UnknownNameError: It was not logged.
-            LogError: It is no number.
+            UnknownNameError: The number was not logged.
+            LogError: The key's values are not numbers.
         """
         column = self.column(key)
         if column.type not in _NUMBERS:
