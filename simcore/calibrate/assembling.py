@@ -235,10 +235,10 @@ _ODD = 0.55  # as a logarithm: a factor of 1.7 either way
 
 
 def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
-    """How fast it moves in units of the log over what its volts allow, where it is fast and steady; 0: nowhere.
+    """Return the speed in the log's unit over that which the voltage allows, where it is fast and steady; 0: nowhere.
 
     Raises:
-        LogError: It goes backward with volts forward.
+        LogError: The robot goes backward at forward voltage.
     """
     ratios, signs = [], []
     for run in runs:

@@ -1,4 +1,4 @@
-"""The robot that a log is of: as simcore.toml and the program say, or a kit chassis."""
+"""Robot that made a log: by simcore.toml and the program, or a kit chassis."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class Described:
     devices: Mapping[str, str]
 
     problem: str
-    """Why the program does not say what its drivetrain is; empty: it does, or there is none."""
+    """Reason why the program does not define its drivetrain; empty: it does, or there is no program."""
 
     @property
     def drivetrain(self) -> DriveConfig:
-        """Its drivetrain.
+        """Drivetrain of the robot.
 
         Raises:
-            ConfigError: The program does not say what it is.
+            ConfigError: The program does not define it.
         """
         if self.problem:
             raise ConfigError(

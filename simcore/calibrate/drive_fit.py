@@ -45,14 +45,14 @@ class Prediction:
 
     @property
     def error(self) -> float:
-        """Of the way at the end, over the farthest from the beginning, both of the part that was held out [-]."""
+        """Error of the final distance over the largest distance from the start, both of the held-out part [-]."""
         real, ours = (way[self.first :] - way[self.first] for way in (self.real, self.way))
         farthest = float(real[np.abs(real).argmax()])
         return float(ours[-1] - real[-1]) / farthest
 
     @property
     def rms(self) -> float:
-        """Of the difference, both from the beginning of what was held out [m] or [rad]."""
+        """RMS error of the distance from the start of the held-out part [m] or [rad]."""
         off = (self.way - self.real)[self.first :]
         return math.sqrt(float(np.mean((off - off[0]) ** 2)))
 
@@ -62,9 +62,9 @@ class DriveFit:
     """Result for a drivetrain."""
 
     estimates: Mapping[str, Estimate]
-    """By key: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag [s]."""
+    """Estimates: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag [s]."""
     config: DriveConfig
-    """As fitted."""
+    """Fitted drivetrain."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
     """A sentence for each thing that the data cannot tell."""

@@ -31,7 +31,7 @@ class Parameter:
     lower: float
     upper: float
     scale: float
-    """By how much it is usually off: the size of a first step."""
+    """Usual deviation, which is the size of a first step."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,11 +34,11 @@ class Log:
     tests: Sequence[tuple[str, float, float]] = ()
     """Parts that the log names: name, begin, end [s]; empty: none."""
     kind: str = ""
-    """Of what a SysId file is: Drivetrain, Simple, Arm, Elevator; empty: unknown."""
+    """Kind of test of a SysId file: Drivetrain, Simple, Arm, Elevator; empty: unknown."""
     meters_per_turn: float | None = None
-    """Of the wheels, as the log has it, where positions are in turns of them; see `Log.notes`."""
+    """Distance per wheel turn [m] that the log gives, where positions are in wheel turns; see `Log.notes`."""
     notes: Sequence[str] = field(default_factory=tuple)
-    """What was taken how."""
+    """Assumptions made in reading the log."""
 
 
 def open_log(path: Path) -> Log:
@@ -110,7 +110,7 @@ _COLUMNS = {
          "right velocity", "yaw"),
     4: ("volts", "position", "velocity"),
 }  # fmt: skip
-"""By the number of columns, after the time: of 2021 to 2023, of 2020, and of a mechanism."""
+"""Columns after the time, by their number: of 2021 to 2023, of 2020, and of a mechanism."""
 
 
 def _sysid_json(path: Path, text: str) -> Log:
@@ -181,7 +181,7 @@ def _structs(column: LogColumn, width: int = 1) -> FloatArray:
 
 
 def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
-    """Elements of arrays as signals of their own; of rows that have as many as the first."""
+    """Return the elements of arrays as separate signals, from rows as long as the first."""
     dtype = _ARRAYS.get(column.type, "<f8")
     rows = [np.frombuffer(raw[: len(raw) // int(dtype[2]) * int(dtype[2])], dtype)
             for raw in (column.payload(k) for k in range(len(column)))]  # fmt: skip

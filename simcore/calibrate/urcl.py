@@ -24,7 +24,7 @@ __all__ = ["urcl_signals"]
 _PERIODIC = np.dtype([("millis", "<u4"), ("id", "<u2"), ("data", "u1", 8)])
 _CLASS = 46
 _DUTY, _VOLTS, _AMPS = 0.00003082369457075716, 0.0073260073260073, 0.0366300366300366
-"""Of a step of applied output [-], of voltage [V] and of current [A]."""
+"""Size of a step of applied output [-], of voltage [V] and of current [A]."""
 
 
 def urcl_signals(log: TelemetryLog) -> Iterator[tuple[str, Signal]]:

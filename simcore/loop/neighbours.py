@@ -1,4 +1,4 @@
-"""Who may touch whom within a few milliseconds: balls with each other, and with solids.
+"""Lists of contacts that are possible within a few milliseconds: of balls with each other, and with solids.
 
 Lists are made once for up to 5 ms. They hold what can meet within that time at the speeds of now, and a margin for what
 is set in motion meanwhile.

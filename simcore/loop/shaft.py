@@ -1,4 +1,4 @@
-"""What a motor turns, in one step: what its controller is asked for, and how the shaft moves."""
+"""Shaft of a motor in one step: the request of its controller, and the shaft's motion."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _FACE = 1e-9  # [m^2]; a nearest point this near to the foot of the perpendicula
 
 
 class Solids(NamedTuple):
-    """All convex solids of a world, those of one body in a row."""
+    """Convex solids of a world, those of one body in a row."""
 
     body: IntArray
     """Row of the body of each, `FIELD` for the field's, shape (n,)."""
@@ -41,9 +41,9 @@ class Solids(NamedTuple):
     first: IntArray
     """First triangle of each, and the number of all, shape (n + 1,)."""
     plane: FloatArray
-    """Of each triangle, outward unit normal and offset [m], shape (t, 4)."""
+    """Outward unit normal and offset [m] of each triangle, shape (t, 4)."""
     corner: FloatArray
-    """Its three corners, counter-clockwise seen from outside [m], shape (t, 9)."""
+    """Corners of each triangle, counter-clockwise seen from outside [m], shape (t, 9)."""
     cell_first: IntArray
     """First entry of `cell_solid` of each cell of the field, and the number of all, shape (nx * ny + 1,)."""
     cell_solid: IntArray
@@ -60,7 +60,7 @@ NO_SOLIDS = Solids(
     plane=np.zeros((0, 4)), corner=np.zeros((0, 9)), cell_first=np.zeros(1, np.int64),
     cell_solid=np.zeros(0, np.int64), cell_count=np.zeros(2, np.int64), cell_low=np.array([0.0, 0.0, 1.0]),
 )  # fmt: skip
-"""Of a world in which nothing stands."""
+"""Solids of an empty world."""
 
 
 @compiled

@@ -39,7 +39,7 @@ REMEMBERED = 16
 
 
 class Balls(NamedTuple):
-    """All balls of a world, one row each."""
+    """Balls of a world, one row each."""
 
     is_ball: npt.NDArray[np.uint8]
     """Rows that are no balls are left alone, shape (n,)."""
@@ -64,7 +64,7 @@ class Balls(NamedTuple):
     air: FloatArray
     """Drag [1/m], lift [-], lift's saturation [m], and how spin fades [-], shape (n, 4)."""
     still: FloatArray
-    """How long each has been supported and slow [s], shape (n,)."""
+    """Time for which each has been supported and slow [s], shape (n,)."""
     calm: FloatArray
     """Speed of each as that began [m/s], shape (n,)."""
     load: FloatArray
@@ -94,7 +94,7 @@ class Memory(NamedTuple):
     """Contacts, by the ball that remembers each."""
 
     key: IntArray
-    """What is touched, shape (n, 16)."""
+    """Key of the thing that is touched, shape (n, 16)."""
     stamp: IntArray
     """Step in which it was touched last, shape (n, 16)."""
     spring: FloatArray
@@ -104,12 +104,12 @@ class Memory(NamedTuple):
     """Number of the step, shape (1,)."""
 
     def only(self, rows: npt.NDArray[np.bool_]) -> Memory:
-        """Of some of the balls, in arrays of their own."""
+        """Return the memory of some of the balls, as copies."""
         return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
 
 
 class Floor(NamedTuple):
-    """What is the same everywhere."""
+    """Properties that are the same everywhere."""
 
     gravity: float
     """[m/s^2]"""

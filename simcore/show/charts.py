@@ -26,7 +26,7 @@ _QUANTITIES = (
     ("HeightM", "height", "m"), ("AngleDeg", "angle", "deg"), ("ExtendedPct", "extended", "%"),
     ("VelocityRPS", "velocity", "turns/s"),
 )  # fmt: skip
-"""Of a mechanism, what says most first: end of its key, name and unit."""
+"""Quantities of a mechanism, the most important first: end of the key, name and unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,11 +39,11 @@ class Curve:
     values: FloatArray
     """Shape (n,)."""
     is_stepped: bool = False
-    """A count, which keeps its value until it jumps."""
+    """Whether it is a count, which keeps its value until it jumps."""
     key: str = ""
-    """Of its values in a snapshot; empty: they are worked out of several."""
+    """Snapshot key of its values; empty: they are computed from several keys."""
     color: str = ""
-    """Empty: the chart's next one."""
+    """Name of its color; empty: the chart's next one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +58,7 @@ class Chart:
     limit_label: str = ""
     from_zero: bool = True
     group: str = ""
-    """What a page folds it up under; empty: nothing."""
+    """Heading under which a page folds the chart up; empty: none."""
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
@@ -129,7 +129,7 @@ def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
 
 
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """How far each robot was from where it believed to be, from where it was put before it first drove."""
+    """Return the distance of each robot from its estimated pose, since it was placed before it first drove."""
     curves = []
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
         if not (len(times) and len(at)):
@@ -185,7 +185,7 @@ def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> 
 
 
 def _name(stem: str) -> str:
-    """Of a mechanism, by what its keys begin with."""
+    """Return a mechanism's name from the beginning of its keys."""
     return key_in_words(stem.rpartition("/")[2]).capitalize()
 
 

@@ -28,7 +28,7 @@ class FailedRunFiles:
     page: Path | None = None
     log: Path | None = None
     problems: tuple[str, ...] = ()
-    """Why something is missing, a sentence each."""
+    """Reasons why files are missing, a sentence each."""
 
     def __str__(self) -> str:
         found = {"page": self.page, "log": self.log}

@@ -46,7 +46,7 @@ Rows = npt.NDArray[np.int16]
 
 AWAY = -32768
 IN_FLIGHT, HELD = 2, 3
-"""Where pieces are: in flight, and this plus its number in a robot."""
+"""States of pieces: in flight, and held by robot n as HELD + n."""
 _UNIT = 32767.0
 _ROBOT, _PART = 11, 7
 _LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
@@ -63,10 +63,10 @@ class PieceKind:
 
     name: str
     ids: IntArray
-    """Of its pieces, rising, shape (n,)."""
+    """Ids of its pieces, rising, shape (n,)."""
     is_round: bool
     key: str = ""
-    """Of the poses on the field, of which `ids` are rows; empty: `Sim/GamePieces/<name>`."""
+    """Key of the poses on the field, of which `ids` are rows; empty: `Sim/GamePieces/<name>`."""
 
 
 def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:

@@ -232,7 +232,7 @@ class LiveView:
     # --- what pages ask for -------------------------------------------------------------------------------------
 
     def _take(self, page: int, message: dict[str, Any] | None) -> None:
-        """In the server's thread: what drives counts at once, all else between two ticks."""
+        """Take a message in the server's thread: apply driving at once, all else between two ticks."""
         if message is None or "drive" in message:
             if self._driving is not None:
                 self._driving.take(page, None if message is None else message["drive"])

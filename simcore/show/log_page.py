@@ -97,7 +97,7 @@ def recording_of(log: TelemetryLog) -> Recording:
 
 
 def _longest_part(log: TelemetryLog) -> tuple[float, float]:
-    """From when to when a log has a run [s]: all of it, or between the gaps that broken stamps and pauses make."""
+    """Return begin and end of a log's run [s]: all of it, or its longest part between gaps of stamps and pauses."""
     start, end = log.span
     times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
     times = times[(times >= start) & (times <= end)]

@@ -1,4 +1,4 @@
-"""What a match came to: its score sheet, and by robot its cycles and where its seconds went."""
+"""Tables of a match: its score sheet, and for each robot its cycles and how it spent its time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = [
 ]  # fmt: skip
 
 USES = ("shooting", "collecting", "driving", "standing", "disabled")
-"""What a robot does with a second; the first that is true."""
+"""Uses of a robot's time; the first that is true counts."""
 
 _BURST = 3.0  # [s]; shots that are farther apart belong to different cycles
 _AIMING = 0.5  # [s] before and after a shot that count as shooting
@@ -41,13 +41,13 @@ class Table:
     is_wide: bool = False
 
     def data(self) -> dict[str, object]:
-        """As the player takes it."""
+        """Return the table as the player takes it."""
         return {"title": self.title, "head": self.head, "rows": self.rows, "open": self.is_open, "wide": self.is_wide}
 
 
 @dataclass(frozen=True, slots=True)
 class RobotRow:
-    """One robot of a match."""
+    """Statistics of one robot of a match."""
 
     number: int
     alliance: str
@@ -56,7 +56,7 @@ class RobotRow:
     cycles: tuple[tuple[float, int, int], ...]
     """First shot [s], hits and shots of each; shots without a pause of 3 s are one cycle."""
     seconds: dict[str, float]
-    """By `USES` [s]; together the whole run."""
+    """Time by `USES` [s]; together the whole run."""
 
 
 def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
@@ -142,7 +142,7 @@ def score_sheet(recording: Recording) -> list[list[Cell]]:
 
 
 def verdict(track: RunTrack) -> str:
-    """Who won, in a few words; of robots of one alliance their points."""
+    """Return the winner in a few words; for robots of one alliance, their points."""
     blue, red = (int(_final(track.recording, alliance)) for alliance in ("Blue", "Red"))
     sides = {robot.alliance for robot in track.scene.robots}
     if len(sides) == 1:
@@ -155,7 +155,7 @@ def verdict(track: RunTrack) -> str:
 
 
 def _alliances(track: RunTrack) -> list[str]:
-    """Of each robot, as it was at last; empty where the log does not say."""
+    """Return the last alliance of each robot; empty where the log has none."""
     recording = track.recording
     keys = [f"{robot.prefix}/Robot/IsRed" for robot in track.scene.robots]
     return [("red" if recording.series(key)[1][-1] else "blue") if recording.has(key) else "" for key in keys]

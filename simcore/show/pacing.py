@@ -95,7 +95,7 @@ class Pacer:
 
 
 class FrameRate:
-    """At most so many frames a second, by the wall clock, evenly.
+    """Limit of frames a second by the wall clock, evenly spaced.
 
     Args:
         rate: Frames a second.

@@ -29,7 +29,7 @@ _MODULES = (
     "dom", "charts", "data", "key", "top", "solid", "timeline", "picture", "panels",
     "sound", "player", "live", "robot_model", "report", "main",
 )  # fmt: skip
-"""In the order in which each finds what it imports."""
+"""Modules in an order in which each follows those that it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)
 
@@ -38,11 +38,11 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     """Write the page; missing folders are made.
 
     Args:
-        path: By custom a `.html` file.
+        path: Path of the file, by custom `.html`.
         recording: The run.
-        scene: What it took place on.
-        title: In large letters, and of the browser's tab.
-        subtitle: Beside it; line breaks are kept.
+        scene: Scene of the run.
+        title: Title in large letters, and of the browser's tab.
+        subtitle: Text next to the title; line breaks are kept.
 
     Raises:
         OutputError: The file cannot be written.

@@ -37,7 +37,7 @@ __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
-"""As an auto: the robot stands until somebody drives it from the page."""
+"""Name of the auto in which the robot stands until somebody drives it from the page."""
 _FREE = 3600.0  # [s] for which a person may drive
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
@@ -164,7 +164,7 @@ def _play(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """What is played: an auto, or a match, of which each of `play_auto` and `play_match` takes its part."""
+    """Auto or match to play; `play_auto` and `play_match` each take their part of it."""
 
     game: Game
     name: str

@@ -1,4 +1,4 @@
-"""What a page knows of a run: one JSON object, and one block of 16-bit numbers for what is long."""
+"""Data of a run for a page: one JSON object, and one block of 16-bit numbers for long arrays."""
 
 from __future__ import annotations
 
@@ -66,20 +66,20 @@ class Block:
 
     @property
     def data(self) -> bytes:
-        """All of them."""
+        """Packed arrays, one after the other."""
         return b"".join(self._parts)
 
 
 def run_data(
     recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = ""
 ) -> tuple[dict[str, Any], bytes]:
-    """All that a page shows of a run.
+    """Return all data that a page shows of a run.
 
     Args:
         recording: The run.
-        scene: What it took place on.
-        title: In large letters.
-        subtitle: Beside it.
+        scene: Scene of the run.
+        title: Title in large letters.
+        subtitle: Text next to the title.
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
@@ -107,8 +107,8 @@ def layout_of(
     """Return the columns of a run's frames, and the solids of its robots.
 
     Args:
-        scene: What it takes place on.
-        kinds: Of its pieces.
+        scene: Scene of the run.
+        kinds: Kinds of its pieces.
         source: The run, or a snapshot of it: what it publishes.
     """
     solids = []
@@ -284,7 +284,7 @@ def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, bloc
 
 
 def _stations(field: FieldModels | None, size: tuple[float, float]) -> Sequence[tuple[float, float]]:
-    """Of the drivers, blue 1 to 3 and red 1 to 3, field frame [m]."""
+    """Return the driver stations, blue 1 to 3 and red 1 to 3, field frame [m]."""
     if field is not None and field.stations:
         return field.stations
     offsets = (1.75, 0.0, -1.75)
@@ -352,13 +352,13 @@ def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
 
 
 def _taken(recording: Recording) -> list[list[float]]:
-    """When and where pieces were taken in [s, m, m]."""
+    """Return the time and place of each intake of a piece [s, m, m]."""
     events = recording.events("Sim/NewestTakenIn")
     return [[round(time, 2), round(1e-3 * x, 3), round(1e-3 * y, 3)] for time, (_, x, y) in events]
 
 
 def _row_of(kinds: Sequence[PieceKind], piece: int) -> int:
-    """Of a piece among all, by its id; the first one's where nobody has seen it."""
+    """Return the row of a piece among all, by its id; the first row for an unknown piece."""
     first = 0
     for kind in kinds:
         row = int(np.searchsorted(kind.ids, piece))
@@ -377,7 +377,7 @@ def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[
 
 
 def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
-    """Its values as whole numbers of a step from the lowest one."""
+    """Return a curve with its values as whole numbers of steps from the lowest one."""
     look: Mapping[str, Any] = {
         "label": curve.label, "color": curve.color, "stepped": curve.is_stepped, "key": curve.key,
     }  # fmt: skip

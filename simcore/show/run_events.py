@@ -1,4 +1,4 @@
-"""What happened when in a run, and what the score board says: read from its telemetry."""
+"""Events of a run and the lines of its score board, read from its telemetry."""
 
 from __future__ import annotations
 
@@ -128,11 +128,11 @@ def changing_rows(recording: Recording, scene: Scene) -> IntArray:
 
 
 class ChangeRecord:
-    """What changes now and then in a run, each with the times from which on it was so; None: it is gone."""
+    """Values that change now and then in a run, each with the time from which it held; None: it is gone."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
-        """By name `times` [s] and `values`."""
+        """`times` [s] and `values` by name."""
 
     def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
         """Note all that is so at a time [s]."""
@@ -154,7 +154,7 @@ def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
 
 
 def score_keys(scene: Scene) -> list[tuple[str, str]]:
-    """Label and key of each score: of alliances, or of two runs on one page by the names of their robots."""
+    """Return label and key of each score: of alliances, or of two runs on one page by the names of their robots."""
     names = [robot.name for robot in scene.robots if robot.score_key]
     keys = [robot.score_key for robot in scene.robots if robot.score_key]
     return list(zip(names, keys, strict=True)) or [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")]
@@ -173,7 +173,7 @@ def lamps_now(snapshot: Snapshot) -> dict[str, str]:
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
-    """When the match came to another period, or robots were enabled or disabled: time, in words, time left [s]."""
+    """Return each change of the match period or of whether robots are enabled: time, in words, time left [s]."""
     if not recording.has("Sim/Match/TimeLeft"):
         return []
     at, left = recording.series("Sim/Match/TimeLeft")
@@ -240,7 +240,7 @@ def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple
 
 
 def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
-    """When a count changed and by how much; what came within half a second is one change."""
+    """Return the times and sizes of changes of a count; changes within half a second are one."""
     if not recording.has(key):
         return []
     times, counts = recording.series(key)

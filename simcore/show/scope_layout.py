@@ -31,7 +31,7 @@ __all__ = ["HANGING", "RED", "add_arguments", "game_snapshot", "run", "scope_lay
 HANGING = "Hanging"
 """Name of the model of what hangs from the field and swings, `Sim/Hanging`, if the field has one."""
 RED = " (red)"
-"""What follows the name of a robot in that of its model with red bumpers, if there is one."""
+"""Suffix of the name of a robot's model with red bumpers, if there is one."""
 
 _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
@@ -170,7 +170,7 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
 
 
 def _swerve_tab() -> dict[str, Any]:
-    """Of the first robot; its modules in CTRE's order, as AdvantageScope has them by itself."""
+    """Return the swerve tab of the first robot, its modules in CTRE's order, which is AdvantageScope's default."""
     order = "0,1,2,3"
     rows = [_thing("states", key, "SwerveModuleState[]", color=c, arrangement=order) for key, c in _SWERVE.items()]
     return _tab(_TAB_SWERVE, "Swerve", {"sources": rows, "maxSpeed": 5, "sizeX": 0.65, "sizeY": 0.65, "orientation": 1})
@@ -209,7 +209,7 @@ def _graph(
 
 
 def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
-    """Period, whether robots may move, and what the game adds: what counts when."""
+    """Return the keys of the period, of whether robots may move, and of what the game adds."""
     keys = [key for key in snapshot.booleans if key.startswith("Sim/Match/")]
     states = {"Sim/Match/Period": ("String", _GOLD)}
     return states | {key: ("Boolean", _alliance_color(key)) for key in keys}
@@ -253,7 +253,7 @@ def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any
 
 
 def _key(name: str) -> str:
-    """As AdvantageScope calls it, live and in our logs."""
+    """Return AdvantageScope's name of a key, live and in our logs."""
     return f"NT:/{name}"
 
 
@@ -262,7 +262,7 @@ def _present(values: Mapping[str, Any], *names: str) -> list[str]:
 
 
 def _in_order(keys: Iterable[str]) -> list[str]:
-    """Of the first robot, then of the others by their numbers."""
+    """Return the keys of the first robot, then those of the others by number."""
     return sorted(keys, key=lambda key: int((re.findall(r"Sim/Robots/(\d+)/", key) or [0])[0]))
 
 

@@ -26,41 +26,41 @@ _BEYOND = 0.3  # [m]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTrace:
-    """One shot piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
+    """Shot of one piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
 
     time: float
-    """When it left [s]."""
+    """Time at which it left [s]."""
     times: FloatArray
-    """Of what was kept of its flight [s], shape (n,), not empty."""
+    """Times of the kept part of its flight [s], shape (n,), not empty."""
     points: FloatArray
-    """Its center at these times, field frame [m], shape (n, 3)."""
+    """Center of the piece at these times, field frame [m], shape (n, 3)."""
     scored: bool
     is_over: bool = True
-    """False: the run ended while it flew."""
+    """Whether the flight ended before the run did."""
     robot: int = 0
     """Number of the robot that shot it."""
     piece: int = 0
-    """Its id."""
+    """Id of the piece."""
     is_pass: bool = False
     """Whether it left beyond the own goal, as seen from the own wall, and did not score: for another robot to take."""
     side: MissSide | None = None
-    """Of a miss, as its robot sees the goal; None without a goal."""
+    """Side of a miss, as its robot sees the goal; None without a goal."""
     distance: float = math.nan
-    """From where it left to the goal along the ground [m]; of a goal that nobody knows to where it touched."""
+    """Distance from its start to the goal along the ground [m]; to its first touch where the goal is unknown."""
 
     @property
     def result(self) -> ShotResult:
-        """What came of it."""
+        """Outcome of the shot."""
         return "hit" if self.scored else "flying" if not self.is_over else "pass" if self.is_pass else "miss"
 
     @property
     def seconds(self) -> float:
-        """Its flight until the first touch [s]."""
+        """Time of flight until the first touch [s]."""
         return float(self.times[-1] - self.time)
 
     @property
     def speed(self) -> float:
-        """With which it left, over the ground [m/s]: mean of its first tick, gravity taken back."""
+        """Launch speed relative to the ground [m/s]: mean of its first tick, corrected for gravity."""
         if len(self.times) < 2:
             return math.nan
         dt = float(self.times[1] - self.times[0])
@@ -99,7 +99,7 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
 
 
 def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
-    """Where a robot was at a time [s], field frame [m], shape (3,)."""
+    """Return the place of a robot at a time [s], field frame [m], shape (3,)."""
     times, rows = recording.poses(f"{robot_prefix(robot)}/Robot/Pose3d")
     place: FloatArray = rows[max(int(np.searchsorted(times, time + 1e-9)) - 1, 0), :3]
     return place
@@ -170,7 +170,7 @@ def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
-    """On which side of the goal's middle a miss came down through its height, or touched something before."""
+    """Return the side of the goal's middle where a miss fell through its height, or touched something before."""
     ahead = goal[:2] - points[0, :2]
     ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
     place = points[-1, :2]

@@ -1,4 +1,4 @@
-"""What the player draws in three dimensions, as triangles: models, or what shapes and configs say.
+"""Triangles that the player draws in three dimensions: of models, or of shapes and configs.
 
 Meshes of one color that move together are one solid: what a browser draws is counted by solids.
 """
@@ -67,7 +67,7 @@ class Solid:
     color: str
     opacity: float
     vertices: FloatArray
-    """In the frame of its owner [m], shape (n, 3)."""
+    """Vertices in the frame of the owner [m], shape (n, 3)."""
     faces: IntArray
     """Rows of `vertices`, shape (m, 3)."""
 
@@ -235,7 +235,7 @@ def _ball_points(radius: float) -> FloatArray:
 
 
 def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
-    """Each mesh of a file by its name, and where it is in the frame of the model's owner [m], shape (4, 4)."""
+    """Yield the name of each mesh of a file, the mesh, and its place in the frame of the model's owner [m], (4, 4)."""
     scene = _load(model.path)
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -522,7 +522,7 @@ def _hook(climber: ClimberConfig) -> list[Solid]:
 
 
 def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str, Posed]]:
-    """Where the mechanisms of a robot stand at a snapshot."""
+    """Return a function of a snapshot that gives the positions of a robot's mechanisms."""
     known = []
     for name, mechanism in config.mechanisms.items():
         sim, key, unit = build_mechanism(mechanism), f"{prefix}{telemetry_name(name)}PositionRot", math.tau
@@ -543,7 +543,7 @@ def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str
 def _linked(
     posed: Callable[[Snapshot], Mapping[str, Posed]], joints: Sequence[Joint], deploy: tuple[str, Any] | None = None
 ) -> PartPose:
-    """Of what joints carry; with `deploy` a mechanism and its stop, without which it is not there."""
+    """Return the pose of what joints carry; with `deploy`, a mechanism and its stop, only while it is deployed."""
 
     def pose(snapshot: Snapshot) -> FloatArray | None:
         now = posed(snapshot)
@@ -556,7 +556,7 @@ def _linked(
 
 
 def _muzzle(posed: Callable[[Snapshot], Mapping[str, Posed]], shooter: ShooterConfig) -> PartPose:
-    """Of its first barrel, with x along the shot."""
+    """Return the pose of a shooter's first barrel, with x along the shot."""
 
     def pose(snapshot: Snapshot) -> FloatArray:
         now = posed(snapshot)

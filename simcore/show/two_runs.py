@@ -60,10 +60,10 @@ def write_page_of_two(
 
 
 def merged(old: Recording, new: Recording) -> Recording:
-    """One recording of two runs, tick by tick, as long as the longer one.
+    """Merge two runs into one recording, tick by tick, as long as the longer one.
 
-    Pieces that lie are those of the old run. Of both there are the first robot, what it holds, and all shots; points
-    are those of that robot's alliance, as `Sim/Score/Old` and `Sim/Score/New`.
+    Pieces that lie are those of the old run. The recording has the first robot of both, the pieces that it holds, and
+    all shots; points are those of that robot's alliance, as `Sim/Score/Old` and `Sim/Score/New`.
     """
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
     last: list[Snapshot | None] = [None, None]
@@ -116,6 +116,6 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
 
 
 def _kept(old: Mapping[str, _Value], new: Mapping[str, _Value]) -> dict[str, _Value]:
-    """Of the old run its first robot, pieces and match; of the new one its first robot, as number 1."""
+    """Keep the first robot, pieces and match of the old run, and the first robot of the new one as number 1."""
     kept = {key: value for key, value in old.items() if not key.startswith(_OF_ONE)}
     return kept | {f"Sim/Robots/1/{key.removeprefix('Sim/')}": v for key, v in new.items() if key.startswith(_OWN)}

@@ -27,21 +27,21 @@ _STICKS = {
 _INTAKE, _SHIFT = "KeyF", ("ShiftLeft", "ShiftRight")
 _ACTIONS = {"Space": 0, "Digit1": 0, "Digit2": 1, "Digit3": 2, "Digit4": 3}
 KEYS = frozenset((*_STICKS, _INTAKE, *_SHIFT, *_ACTIONS))
-"""What counts, by `KeyboardEvent.code`: by place, so W A S D is Z Q S D on a French keyboard."""
+"""Keys that count, by `KeyboardEvent.code`: by place, so W A S D is Z Q S D on a French keyboard."""
 # Buttons of a gamepad of the standard mapping (W3C): A, B, X and Y; bumper and trigger of each hand.
 _FACES, _LEFT_HAND, _RIGHT_HAND = (0, 1, 2, 3), (4, 6), (5, 7)
 _PRESSED = 0.5  # of a trigger
 
 
 def read_input(message: object) -> tuple[int, DriverInput]:
-    """Which robot a message of a page is for, and what it asks for.
+    """Return the robot that a page's message is for, and the input that it asks for.
 
     Args:
         message: With `keys`, the codes of those that are down; with a gamepad or sticks on a screen also `axes` and
             `buttons`, -1 to 1; with several robots which `robot`.
 
     Raises:
-        ConfigError: It is no such message.
+        ConfigError: The message is invalid.
 
     >>> read_input({"keys": ["KeyW", "ShiftLeft"]})[1].ahead
     0.35
@@ -102,7 +102,7 @@ class ViewDriving:
         robots: How many robots there are to drive.
         at_once: Whether a page drives as soon as it is open.
         is_free: Whether there is no match: the page shows no clock, and looks from behind the robot.
-        clock: Says the time [s].
+        clock: Function that returns the time [s].
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class ViewDriving:
             "robots": list(range(robots)), "at_once": at_once, "keys": sorted(KEYS), "actions": list(actions),
             "free": is_free, "help": ", ".join(words),
         }  # fmt: skip
-        """What a page needs."""
+        """Settings that a page needs."""
 
     def input(self, robot: int = 0) -> DriverInput | None:
         """Return the driver's input for a robot now; None while nobody drives it or the last message is too old."""

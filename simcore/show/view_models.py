@@ -36,7 +36,7 @@ class Model:
 
     path: Path
     transform: FloatArray
-    """From the file's frame to that of its owner [m], shape (4, 4)."""
+    """Transform from the file's frame to that of its owner [m], shape (4, 4)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,11 +47,11 @@ class FieldModels:
     size: tuple[float, float]
     """Length and width of the field [m]."""
     body: Model
-    """In the field frame: blue origin."""
+    """Model in the field frame: blue origin."""
     pieces: Mapping[str, Model]
-    """By name, as in `Sim/GamePieces/<name>`."""
+    """Models by name, as in `Sim/GamePieces/<name>`."""
     stations: tuple[tuple[float, float], ...] = ()
-    """Of the drivers, blue 1 to 3 and red 1 to 3, field frame [m]; empty if the model does not say."""
+    """Driver stations, blue 1 to 3 and red 1 to 3, field frame [m]; empty if the model has none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,12 +61,12 @@ class RobotModels:
     name: str
     body: Model
     parts: tuple[Model, ...]
-    """In the order of `ComponentPoses`."""
+    """Models in the order of `ComponentPoses`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewModels:
-    """What there is to draw; None and empty where a folder has nothing."""
+    """Models to draw; None and empty where a folder has nothing."""
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()

@@ -27,7 +27,7 @@ from simcore.telemetry.snapshot import TelemetrySink
 __all__ = ["Watch", "add_options"]
 
 _FIELD = "SmartDashboard/Field"
-"""Where `robotpy sim` has its `Field2d`, too."""
+"""Topic of the `Field2d`, as in `robotpy sim`."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -50,11 +50,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 class Watch:
-    """Who looks on, if anybody.
+    """Live outputs of a run: the browser view and NetworkTables, each if an option asks for it.
 
     Args:
         options: Parsed from what `add_options` added; also `seed`.
-        game: Whose models are shown.
+        game: Game whose models are shown.
         driving: The person at the page; None: nobody can drive.
 
     Raises:
@@ -80,7 +80,7 @@ class Watch:
         return self._view is not None and self._view.wants_restart
 
     def sinks(self) -> list[TelemetrySink]:
-        """Of one run."""
+        """Return the sinks of one run."""
         sinks: list[TelemetrySink] = []
         if self._view is not None:
             sinks.append(self._view.sink())
@@ -159,5 +159,5 @@ def _serve(port: int) -> Any:
 
 
 def _say(text: str) -> None:
-    """To stderr: stdout is the report's."""
+    """Print to stderr: stdout is the report's."""
     print(text, file=sys.stderr, flush=True)

@@ -129,12 +129,12 @@ class Recording:
 
     @property
     def times(self) -> FloatArray:
-        """Of all snapshots, rising [s], shape (n,)."""
+        """Times of all snapshots, rising [s], shape (n,)."""
         return np.array(self._times)
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Of everything kept."""
+        """Keys of everything kept."""
         numbers = [key for field in (*_NUMBERS, "poses") for key in self._kept(field)]
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
@@ -208,15 +208,15 @@ class Recording:
         return self._kept_at(key, time).astype(np.int64, copy=False)
 
     def integers(self, key: str) -> list[tuple[float, IntArray]]:
-        """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
+        """Return all kept arrays of integers of one key, shape (n,), with times [s]; none where nothing was kept."""
         return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
     def events(self, key: str) -> list[tuple[float, list[int]]]:
-        """Rows of all events of a key of `EVENTS` since the last reset, each with the first time that shows it [s]."""
+        """Return all events of a key of `EVENTS` since the last reset, each with the first time that shows it [s]."""
         return _all_events(self.integers(key), EVENTS[key])
 
     def most_poses(self, key: str) -> int:
-        """Rows of the longest kept array of poses of one key."""
+        """Return the number of rows of the longest kept array of poses of one key."""
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
@@ -232,7 +232,7 @@ class Recording:
         return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
     def path(self, key: str) -> FloatArray:
-        """One pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows where nothing was recorded."""
+        """Return one pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows if nothing was recorded."""
         if key not in self._kept("poses"):
             return np.empty((0, 3))
         _, rows = self.poses(key)

@@ -18,7 +18,7 @@ class MemorySink:
 
     def __init__(self) -> None:
         self.snapshots: list[Snapshot] = []
-        """In order; still readable after `close`."""
+        """Snapshots in order; still readable after `close`."""
         self.closed = False
 
     def due(self, time: float) -> bool:
@@ -81,7 +81,7 @@ class GuardedSink:
     def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
         self.sink = sink
         self.failure = ""
-        """What went wrong; empty while nothing has."""
+        """Error message of the failed sink; empty while it works."""
         self._on_failure = on_failure
 
     def due(self, time: float) -> bool:

@@ -1,4 +1,4 @@
-"""What is published of one tick, the protocol of sinks that take it, and its encoding for WPILib's readers.
+"""Telemetry of one tick, the protocol of sinks that take it, and its encoding for WPILib's readers.
 
 Poses are written straight from arrays: a list of 400 Pose3d objects costs about a millisecond, the same bytes from an
 array cost 2 us.

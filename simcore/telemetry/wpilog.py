@@ -316,18 +316,18 @@ _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogColumn:
-    """All values of one key, in the order of time."""
+    """Values of one key, in the order of time."""
 
     key: str
     type: str
-    """As WPILib names it: `double`, `int64`, `boolean`, `int64[]`, `string`, `struct:Pose3d[]`, ..."""
+    """WPILib's name of the type: `double`, `int64`, `boolean`, `int64[]`, `string`, `struct:Pose3d[]`, ..."""
     times: FloatArray
-    """When each value was written [s], shape (n,)."""
+    """Time of each value [s], shape (n,)."""
     _data: bytes
     _places: list[int]
     _sizes: list[int]
     metadata: str = ""
-    """As its entry began with it; of SysId's routine and AdvantageKit its unit, of others mostly JSON."""
+    """Metadata of the entry's start; the unit from SysId's routine and AdvantageKit, else mostly JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
@@ -369,7 +369,7 @@ class TelemetryLog:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From the first pose, if there is one, to the last value of all: poses at rest are logged no more [s]."""
+        """Times of the first pose, if there is one, and of the last value: poses at rest are not logged again [s]."""
         columns = [c for c in self.columns.values() if len(c)]
         if not columns:
             return 0.0, 0.0
