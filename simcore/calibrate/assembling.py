@@ -32,9 +32,9 @@ def assembled(
     """Make runs of a log, and notes of what was taken how.
 
     Args:
-        log: As read.
+        log: Log as read.
         sided: Whether a left and a right side are wanted, of a tank.
-        radius: Of the wheels, as described [m]; None: of a mechanism, whose angle is wanted.
+        radius: Radius of the described wheels [m]; None: of a mechanism, whose angle is wanted.
         volts_per_speed: Back-EMF of the drive [V s/m], or of the mechanism [V s/rad].
         gearing: Rotor turns per turn of wheel or mechanism.
         devices: See `find_roles`.

@@ -47,10 +47,10 @@ def varied(
     """Return another drivetrain.
 
     Args:
-        config: As described.
+        config: Drivetrain as described.
         ks: Voltage that just turns the drive motors [V].
-        mass: Of the robot [kg]; its moment of inertia goes with it.
-        efficiency: Of the drive gears [-]; None: as it is.
+        mass: Mass of the robot [kg]; its moment of inertia goes with it.
+        efficiency: Efficiency of the drive gears [-]; None: as it is.
         sides: Efficiency of a tank's right side over that of its left one, as a logarithm.
         radius: Radius of the wheels [m]; None: as it is.
         speed: Free speed over that of the motors' datasheet [-]; None: as it is.
@@ -80,7 +80,7 @@ def drive(config: DriveConfig, run: Run, *, radius: float | None = None) -> Driv
     """Give a drivetrain the volts of a run.
 
     Args:
-        config: As it is built.
+        config: Drivetrain as it is built.
         run: With a column for each side of a tank; another drivetrain goes straight, by the mean of the columns.
         radius: Radius of the wheels that robot code assumes [m]; None: the true one.
     """

@@ -79,9 +79,9 @@ def fit(
 
     Args:
         model: Errors of each run.
-        parameters: What is looked for.
-        values: Where to begin; None: at the parameters' own.
-        noise: What single errors are known to scatter by at least.
+        parameters: Parameters to fit.
+        values: Values to begin with; None: at the parameters' own.
+        noise: Smallest known scatter of single errors.
     """
     scale = np.array([p.scale for p in parameters])
     lower, upper = (np.array([getattr(p, end) for p in parameters]) for end in ("lower", "upper"))

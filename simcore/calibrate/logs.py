@@ -45,7 +45,7 @@ def open_log(path: Path) -> Log:
     """Read a log by what is in it.
 
     Raises:
-        LogError: It cannot be read, or is none of the known kinds.
+        LogError: The file cannot be read, or is none of the known kinds.
     """
     suffix = path.suffix.lower()
     if suffix in (".wpilog", ".wpilogxz"):

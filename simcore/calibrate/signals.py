@@ -118,7 +118,7 @@ def find_roles(
     """Return the signals of each quantity and side; side is empty where a name says none.
 
     Args:
-        names: Of all signals.
+        names: Names of all signals.
         devices: Side of each drive motor by the name that a logger gives it (Spark-3); of a swerve drive empty ones.
         said: Signals by role (left_volts), as the user says.
         about: Word that names of the wanted mechanism have; empty: any.

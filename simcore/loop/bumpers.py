@@ -257,8 +257,8 @@ def touch_outlines(fleet, r, body, h, found):
 
     Args:
         fleet: All robots; the parts of this one are in place.
-        r: Which.
-        body: Of it.
+        r: Number of the robot.
+        body: Record of its body.
         h: Step [s].
         found: Room for two contacts, shape (2, 7).
     """

@@ -83,7 +83,7 @@ def foam_loss(restitution):
     j = e^2 / 2 fulfil. All of it in the band (c = 1, j = e^2) would leave foam that is let go no force to part with.
 
     Args:
-        restitution: Of the pair, 0 to 1 [-].
+        restitution: Restitution of the pair, 0 to 1 [-].
     """
     e2 = min(1.0, restitution * restitution)
     band = e2 * (1.0 + e2 * (1.0 / 3.0 + e2 * 5.0 / 36.0))  # the inverse of j(w) by its series
@@ -96,9 +96,9 @@ def foam_memory(memory, energy, last, band, h):
 
     Args:
         memory: Before.
-        energy: Of the foam now [J].
+        energy: Energy of the foam now [J].
         last: Likewise, in the step before.
-        band: Of `foam_loss`.
+        band: Band of `foam_loss`.
         h: Step [s].
     """
     both, keeps = energy + last, band + (2.0 / _FORGETS) * h
@@ -133,9 +133,9 @@ def rolling_resistance(push, spin, depth, radius, restitution):
     Args:
         push: Normal force N [N].
         spin: Square of the relative spin, more than 0 [1/s^2].
-        depth: By which it is squeezed [m].
-        radius: Of curvature of the pair, R1 R2 / (R1 + R2) [m].
-        restitution: Of the pair, 0 to 1 [-].
+        depth: Depth of the squeeze [m].
+        radius: Radius of curvature of the pair, R1 R2 / (R1 + R2) [m].
+        restitution: Restitution of the pair, 0 to 1 [-].
     """
     return 0.1875 * (1.0 - min(1.0, restitution * restitution)) * push * math.sqrt(radius * depth / spin)
 

@@ -50,7 +50,7 @@ def end_weight(h, rate):
 
     Args:
         h: Time step [s].
-        rate: At which back-EMF slows the free shaft down [1/s].
+        rate: Rate at which back-EMF slows the free shaft down [1/s].
     """
     z = h * rate
     if z < 1e-3:
@@ -70,7 +70,7 @@ def line_in_force(volts, bus, emf, limit, resistance, winding):
         bus: Battery voltage [V].
         emf: Back-EMF now [V].
         limit: Stator limit in force [A].
-        resistance: At full duty [ohm].
+        resistance: Resistance at full duty [ohm].
         winding: Behind the controller [ohm].
 
     Returns:
@@ -95,7 +95,7 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
         a: Torque that is there without the motor [N m].
         i0: Motor current at standstill, before the limit [A].
         i1: How much the current falls per shaft speed, >= 0 [A s/rad].
-        limit: Of the current, in both directions [A].
+        limit: Limit of the current, in both directions [A].
         drive: Torque per current while the motor drives [N m/A].
         driven: Torque per current while it is driven, >= drive [N m/A].
         friction: Dry friction [N m].
@@ -170,7 +170,7 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
         a: See `solve_shaft`.
         i0: See `solve_shaft`.
         i1: See `solve_shaft`.
-        limit: Of the stator, in force now [A].
+        limit: Stator limit in force now [A].
         emf: Back-EMF per shaft speed [V s/rad].
         resistance: [ohm]
         driving: See `solve_shaft`.

@@ -47,7 +47,7 @@ def control(shafts, i, bus, emf):
 
     Args:
         shafts: All.
-        i: Which.
+        i: Number of the shaft.
         bus: Voltage of its supply [V].
         emf: Back-EMF now [V].
     """
@@ -89,7 +89,7 @@ def turn(shafts, i, h, bus, friction, drag, torque):
 
     Args:
         shafts: All.
-        i: Which.
+        i: Number of the shaft.
         h: Step [s].
         bus: Voltage of the battery [V].
         friction: Further dry friction [N m].

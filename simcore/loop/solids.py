@@ -111,8 +111,8 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
     """Distance of a place from a convex solid, and the way out.
 
     Args:
-        solid: Which one.
-        x: Of the place, in the solid's frame [m].
+        solid: Row of the solid.
+        x: Coordinate of the place in the solid's frame [m].
         y: The same [m].
         z: The same [m].
         reach: Farther solids need no exact answer [m].
@@ -203,8 +203,8 @@ def first_hits(
     """Find what segments meet first; what a segment begins inside of is not met.
 
     Args:
-        solids: Of the field and of bodies.
-        bodies: Of robots and others.
+        solids: Solids of the field and of bodies.
+        bodies: Bodies of robots and others.
         has_floor: Whether there is a floor at z = 0; its row is 0.
         start: Field frame [m], shape (n, 3).
         end: Field frame [m], shape (n, 3).
@@ -261,10 +261,10 @@ def find_in_box(
     and those of the field's axes. So one that is told to be met may still be a little way off.
 
     Args:
-        solids: Of the field and of bodies.
+        solids: Solids of the field and of bodies.
         x: Middle of the box [m].
         y: The same [m].
-        yaw: Of its length [rad].
+        yaw: Yaw of its length [rad].
         half_length: [m]
         half_width: [m]
         bottom: Lowest height [m].

@@ -51,9 +51,9 @@ def save_failed_run(
     Args:
         recording: The run, kept by `game.sinks.append(recording)` before its first tick.
         folder: Made if missing; files of the same name are overwritten.
-        name: Of the files, without suffix; letters that no file system knows are replaced.
-        scene: From `game.scene()`, also after the game was closed; None: an empty field as large as the run.
-        title: In large letters; None: the name.
+        name: Name of the files, without suffix; characters that a file system forbids are replaced.
+        scene: Scene from `game.scene()`, also after the game was closed; None: an empty field as large as the run.
+        title: Title in large letters; None: the name.
         note: Under it, e.g. what the test expected.
 
     Returns:

@@ -101,8 +101,8 @@ class FrameLayout:
 
     Args:
         scene: With the robots.
-        solids: Of each of them.
-        kinds: Of the pieces.
+        solids: Solids of each robot.
+        kinds: Kinds of the pieces.
         lines: Keys of what cameras see, in the order of their columns.
     """
 

@@ -39,9 +39,9 @@ class LiveView:
     """Watch one run after another on the same page, and act on it.
 
     Args:
-        host: Where to listen; `0.0.0.0` lets other computers look.
+        host: Address to listen at; `0.0.0.0` lets other computers look.
         port: 0 takes a free one.
-        title: Of the page.
+        title: Title of the page.
         seed: Shown at first.
         driving: The persons at the pages, if there are robots to drive.
         models: Folder with the user's own models; None: the game's.

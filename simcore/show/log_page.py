@@ -34,9 +34,9 @@ def write_log_page(
     """Write the page of a log; say which game that is, and what of the log is not shown.
 
     Args:
-        path: Of the log.
-        page: Where to; None: beside the log.
-        game: Whose field; None: that of the game that the log names, else of the newest.
+        path: Path of the log.
+        page: Path of the page; None: next to the log.
+        game: Game whose field is drawn; None: that of the game that the log names, else of the newest.
         models: Folder with the user's own models; None: the game's.
 
     Returns:

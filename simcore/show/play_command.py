@@ -104,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
     """Play; returns the exit status: 0 played, 130 interrupted.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: The command cannot do what was asked for.
     """
     try:
         status = _list(options.game) if options.list else _play(options)

@@ -118,7 +118,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the file; returns 0.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: The command cannot do what was asked for.
     """
     log = None if options.log is None else read_log(options.log)
     game = find_game(options.game or (game_of_log(log) if log else None))

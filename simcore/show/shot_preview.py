@@ -55,7 +55,7 @@ class ShotPreview:
     """Previews of all shooters of a match, worked out bit by bit beside the run.
 
     Args:
-        match: Which is played; it is only looked at.
+        match: Match that is played; the preview only reads it.
     """
 
     def __init__(self, match: Match) -> None:

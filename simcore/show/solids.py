@@ -113,8 +113,8 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
 
     Args:
         look: The robot.
-        models: Of a robot with as many parts and as long as this one; of another one only its parts are taken.
-        parts: How many component poses its telemetry has.
+        models: Models of a robot with as many parts and of the same length; of another robot, only its parts are taken.
+        parts: Number of component poses in its telemetry.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
     body: Sequence[Solid] = []

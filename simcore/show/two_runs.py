@@ -39,12 +39,12 @@ def write_page_of_two(
     """Write the page of two logs: the first robot of each, with a name and a color of its own.
 
     Args:
-        path: By custom a `.html` file.
+        path: Path of the file, by custom `.html`.
         old: A log, whose pieces lie on the field.
         new: Another one.
-        names: What the two are called.
-        title: In large letters.
-        subtitle: Beside it.
+        names: Names of the two runs.
+        title: Title in large letters.
+        subtitle: Text next to the title.
 
     Raises:
         LogError: One cannot be read, or there is no run in it.

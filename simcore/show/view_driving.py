@@ -98,8 +98,8 @@ class ViewDriving:
     """The persons at the pages who drive, each a robot of their own.
 
     Args:
-        actions: What people call the actions of the robots, in the order of their buttons.
-        robots: How many robots there are to drive.
+        actions: Names of the robots' actions, in the order of their buttons.
+        robots: Number of robots to drive.
         at_once: Whether a page drives as soon as it is open.
         is_free: Whether there is no match: the page shows no clock, and looks from behind the robot.
         clock: Function that returns the time [s].

@@ -76,7 +76,7 @@ def load_models(folder: str | Path) -> ViewModels:
     """Read the config files of all models in a folder.
 
     Raises:
-        ModelError: It is no folder, holds no `Field3d_*` or `Robot_*`, or one of them is broken.
+        ModelError: The folder is missing, holds no `Field3d_*` or `Robot_*`, or one of them is broken.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -147,7 +147,7 @@ def read_field(folder: Path) -> FieldModels:
     """Read the models of one `Field3d_*` folder.
 
     Raises:
-        ModelError: It is broken; this is the first thing that is wrong.
+        ModelError: The folder is broken; the message names the first error.
     """
     config = read_config(folder)
     try:
@@ -185,7 +185,7 @@ def read_robot(folder: Path) -> RobotModels:
     """Read the models of one `Robot_*` folder.
 
     Raises:
-        ModelError: It is broken; this is the first thing that is wrong.
+        ModelError: The folder is broken; the message names the first error.
     """
     config = read_config(folder)
     own = _transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))

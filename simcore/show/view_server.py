@@ -105,10 +105,10 @@ class ViewServer:
     """Serves a page and its socket from a thread of its own.
 
     Args:
-        host: Where to listen; `0.0.0.0` lets other computers look.
+        host: Address to listen at; `0.0.0.0` lets other computers look.
         port: 0 takes a free one.
         page: The page, HTML.
-        greet: What a page that has just come is sent.
+        greet: Message for a page that has just connected.
         take: Told what a page sends, its number and a JSON object, from the server's thread; None: the page has gone.
 
     Raises:

@@ -58,7 +58,7 @@ class Watch:
         driving: The person at the page; None: nobody can drive.
 
     Raises:
-        SimcoreError: What was asked for cannot be had.
+        SimcoreError: The options cannot be met.
     """
 
     def __init__(self, options: argparse.Namespace, game: Game, driving: ViewDriving | None = None) -> None:

@@ -38,7 +38,7 @@ class Table:
     """Keys of one type, each with its column.
 
     Args:
-        field: Of a snapshot, one of `FIELDS`.
+        field: Field of a snapshot, one of `FIELDS`.
         keys: Those that have columns from the beginning.
     """
 

@@ -45,7 +45,7 @@ class Recording:
         Args:
             period: Simulated time between two snapshots [s].
             bulk_period: The same for arrays of more than 64 rows [s].
-            seconds: At least so much of the newest is kept, and at most a quarter more [s].
+            seconds: Minimum length of the newest part that is kept, which is at most a quarter longer [s].
 
         Raises:
             ConfigError: One of them is not finite and > 0.
@@ -98,7 +98,7 @@ class Recording:
         """Keep a whole run at once, as `write` keeps it tick by tick.
 
         Args:
-            times: Of its ticks, rising [s], shape (n,).
+            times: Times of its ticks, rising [s], shape (n,).
             columns: Field of a snapshot, key, all values, and which of them each tick has, -1 for none, shape (n,).
         """
         self._forget_all()
@@ -150,7 +150,7 @@ class Recording:
         """Return all values of some keys, gaps too, by the field of a snapshot.
 
         Args:
-            field: Of numbers or poses, see `FIELDS`.
+            field: Field of numbers or poses, see `FIELDS`.
             keys: Those that were never published have gaps only.
 
         Returns:

@@ -123,11 +123,11 @@ def require_writable(kind: str, path: str | Path) -> Path:
     Missing folders are made; an existing file keeps its content, a missing one is not left behind.
 
     Args:
-        kind: What it is, for the error: `log`, `page`.
+        kind: Kind of file, for the error: `log`, `page`.
         path: The file.
 
     Raises:
-        OutputError: It cannot be written, or would not be opened by its name.
+        OutputError: The file cannot be written, or would not be opened by its name.
     """
     path, end = Path(path), {"log": ".wpilog", "page": ".html"}.get(kind, "")
     if end and path.suffix.lower() != end:
@@ -150,12 +150,12 @@ def write_text(kind: str, path: Path, text: str) -> None:
     """Write a text file; missing folders are made.
 
     Args:
-        kind: What it is, for the error: `page`, `table`.
+        kind: Kind of file, for the error: `page`, `table`.
         path: The file.
         text: All of it.
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: The file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -108,7 +108,7 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
     Args:
         type_name: `POSE_ARRAY_TYPE` or `STATE_ARRAY_TYPE`.
         key: Key that the error names.
-        rows: Of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
+        rows: Rows of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
 
     Raises:
         ConfigError: Another shape.

@@ -85,7 +85,7 @@ class WpilogSink:
         """Create the file, its missing folders and the schemas; a file of that name is overwritten.
 
         Args:
-            path: Where the log goes, by custom `*.wpilog`; `*.wpilogxz` is compressed, an eighth in size.
+            path: Path of the log, by custom `*.wpilog`; `*.wpilogxz` is compressed, an eighth in size.
             period: Simulated time between two snapshots [s].
             bulk_period: The same for arrays of more than 64 rows [s].
             prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
