@@ -115,7 +115,7 @@ def _list(log: Log) -> str:
 
 
 def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Sequence[str]) -> list[list[str]] | None:
-    """Names of a quantity for each side; a drive without sides takes those of all."""
+    """Return names of a quantity for each side; a drive without sides takes those of all."""
     if sides == ("",):
         some = [name for (what, _), names in roles.items() if what == quantity for name in names]
         return [some] if some else None
@@ -124,7 +124,7 @@ def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Seq
 
 
 def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
-    """Stamps of a run: those of its way, if they come at a steady pace, else every 20 ms."""
+    """Return stamps of a run: those of its way, if they come at a steady pace, else every 20 ms."""
     times = log.signals[name].times
     times = times[(times >= begin - 1e-9) & (times <= end + 1e-9)]
     steps = np.diff(times)
@@ -138,7 +138,7 @@ def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
 
 
 def _held(signal: Signal, times: FloatArray) -> FloatArray:
-    """Means from each time to the next of what keeps its value until the next one."""
+    """Return means from each time to the next of values that hold until the next one."""
     fine = np.concatenate([times, [times[-1] + TICK]])
     parts = np.linspace(0.0, 1.0, 4, endpoint=False)
     at = fine[:-1, None] + parts * np.diff(fine)[:, None]
@@ -148,7 +148,7 @@ def _held(signal: Signal, times: FloatArray) -> FloatArray:
 
 
 def _read(signal: Signal, times: FloatArray) -> FloatArray:
-    """Values at times, straight between two; what was logged only when it changed stood until a loop before that."""
+    """Interpolate values at times; a value logged only on change holds until one loop before the next."""
     stamps, values = signal.times, signal.values
     if signal.is_kept and len(stamps) > 1:
         late = np.flatnonzero(np.diff(stamps) > 1.5 * TICK)
@@ -167,7 +167,7 @@ def _moved(signal: Signal, times: FloatArray, is_speed: bool) -> FloatArray:
 
 
 def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
-    """Parts of a log in which motors are driven, from standstill to standstill."""
+    """Return the parts of a log in which motors are driven, from standstill to standstill."""
     stamps = np.unique(np.concatenate([log.signals[name].times for name in names]))
     grid = np.arange(stamps[0], stamps[-1], TICK)
     if not len(grid):

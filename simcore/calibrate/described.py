@@ -101,6 +101,6 @@ def _of_file(settings: RobotSettings) -> DriveConfig:
 
 
 def _devices(said: DrivetrainSettings) -> dict[str, str]:
-    """Side of each drive motor by the name under which URCL logs it."""
+    """Return the side of each drive motor by the name under which URCL logs it."""
     sides = ("left", "right") if said.kind == "tank" and len(said.drive) == 2 else ("",) * len(said.drive)
     return {f"Spark-{address}": side for side, row in zip(sides, said.drive, strict=True) for address in row}

@@ -68,7 +68,7 @@ def _status(data: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _aliases(log: TelemetryLog, key: str) -> dict[str, str]:
-    """Names of devices by their ids, as texts."""
+    """Return the names of devices by their ids, as texts."""
     column = log.columns.get(key)
     if column is None or not len(column):
         return {}

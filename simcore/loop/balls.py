@@ -97,7 +97,7 @@ class Listed(NamedTuple):
     nearest: IntArray
     """Solid at that gap, shape (size,)."""
     steps: IntArray
-    """Into how many it cuts the step, shape (size,)."""
+    """Number of steps into which it cuts the step, shape (size,)."""
 
 
 @compiled

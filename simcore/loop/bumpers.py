@@ -220,7 +220,7 @@ def _mobility(body, x, y, nx, ny):
 
 @compiled
 def _ratio(restitution):
-    """Damping ratio of a pair."""
+    """Return the damping ratio of a pair."""
     return DAMPING_RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
 
 

@@ -43,7 +43,7 @@ def within(value, limit):
 
 @compiled
 def end_weight(h, rate):
-    """Share of the end of a step in the mean that makes the step of w' = -rate w exact (exponential fitting).
+    """Return the weight of a step's end in the mean that makes the step of w' = -rate w exact (exponential fitting).
 
     A slow shaft (rate h << 1) gets 1/2, the trapezoidal rule of second order; a fast one tends to 1, backward Euler,
     which does not ring.
@@ -163,7 +163,7 @@ def supply_line(emf, slope, w, resistance, power, current, drawn):
 
 @compiled
 def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, friction, emf_offset, w, power):
-    """`solve_shaft` within both limits, stator and supply.
+    """Solve as `solve_shaft` within both limits, stator and supply.
 
     Args:
         k: See `solve_shaft`.

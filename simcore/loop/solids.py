@@ -65,7 +65,7 @@ NO_SOLIDS = Solids(
 
 @compiled
 def _closest_on_triangle(x, y, z, corner, t):
-    """Point of a triangle that is nearest to a place [m].
+    """Return the point of a triangle that is nearest to a place [m].
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
     """
@@ -108,7 +108,7 @@ def _closest_on_triangle(x, y, z, corner, t):
 
 @compiled
 def nearest_point(solid, x, y, z, reach, first, plane, corner):
-    """Distance of a place from a convex solid, and the way out.
+    """Return the distance of a place from a convex solid, and the way out.
 
     Args:
         solid: Row of the solid.

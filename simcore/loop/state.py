@@ -145,13 +145,13 @@ def make_memory(count: int) -> Memory:
 
 @inlined
 def speed(v, i):
-    """Length of row i of an array of vectors."""
+    """Return the length of row i of an array of vectors."""
     return math.sqrt(v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2])
 
 
 @inlined
 def sleeps(status, i):
-    """Whether ball i is on the field and stands still."""
+    """Return whether ball i is on the field and stands still."""
     return status[i] == ASLEEP or status[i] == PLACED
 
 

@@ -268,7 +268,7 @@ def _short(values: FloatArray) -> Rows:
 
 
 def pack(rows: Rows) -> bytes:
-    """16-bit numbers as bytes that compress well: differences down each column, all low bytes before all high ones.
+    """Pack 16-bit numbers into compressible bytes: differences down each column, all low bytes before all high ones.
 
     >>> pack(np.array([[1, 256], [2, 256]], dtype=np.int16)).hex(" ")
     '01 01 00 00 00 00 01 00'

@@ -274,7 +274,7 @@ class _ViewSink:
         self._closed = False
 
     def due(self, time: float) -> bool:
-        """Whether the page wants a frame, by the wall clock."""
+        """Return whether the page wants a frame, by the wall clock."""
         return not self._closed and self._view.has_viewers and self._view._frames.due()
 
     def write(self, snapshot: Snapshot) -> None:

@@ -91,7 +91,7 @@ def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
 
 
 def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
-    """Cycles of each robot and what it did with its time, as rows of a table: a name, and a value a robot."""
+    """Return cycles of each robot and what it did with its time, as rows of a table: a name, and a value a robot."""
     rows = [("cycles", [str(len(robot.cycles)) for robot in robots])]
     rows += [("pieces a cycle", [f"{robot.shots / max(1, len(robot.cycles)):.1f}" for robot in robots])]
     return rows + [(use, [f"{robot.seconds[use]:.1f} s" for robot in robots]) for use in USES]
@@ -185,7 +185,7 @@ def _near(times: FloatArray, shots: Sequence[float]) -> BoolArray:
 
 
 def _seconds(times: FloatArray, enabled: BoolArray, *uses: BoolArray) -> dict[str, float]:
-    """Shares a run's seconds between `USES`, each second with the first use that is true; disabled goes before all."""
+    """Share a run's seconds between `USES`: each counts for the first use that is true, disabled before all."""
     steps = np.diff(times, prepend=times[0] - TICK) if len(times) else np.zeros(0)
     left, found = enabled.copy(), dict.fromkeys(USES, 0.0)
     for name, is_so in zip(USES, uses, strict=False):

@@ -107,7 +107,7 @@ class FrameRate:
         self._next = -math.inf
 
     def due(self) -> bool:
-        """Whether it is time for a frame."""
+        """Return whether it is time for a frame."""
         return self._clock() >= self._next
 
     def take(self) -> None:

@@ -78,7 +78,7 @@ def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
 
 
 def packed(content: bytes) -> str:
-    """Bytes as text that `inflate` of the player reads; the same for the same bytes."""
+    """Return bytes as text that `inflate` of the player reads; the same for the same bytes."""
     return base64.b64encode(gzip.compress(content, 7, mtime=0)).decode("ascii")
 
 
@@ -89,7 +89,7 @@ def page_style() -> str:
 
 @functools.cache
 def _script() -> str:
-    """Three.js and the player's modules as one script in a scope of its own, packed."""
+    """Return Three.js and the player's modules as one packed script in its own scope."""
     three = _PLAYER.joinpath("vendor", "three.min.js").read_text(encoding="utf-8")
     own = "".join(_bundled(name, _PLAYER.joinpath(f"{name}.js").read_text(encoding="utf-8")) for name in _MODULES)
     return packed(f"{three}\n(() => {{\n'use strict';\n{own}}})();\n".encode())

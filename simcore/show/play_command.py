@@ -43,7 +43,7 @@ _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command, for every game."""
+    """Add the options of the command, for every game."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
@@ -223,7 +223,7 @@ def _auto(options: argparse.Namespace, game: Game) -> Auto:
 
 
 def _is_free(options: argparse.Namespace, game: Game) -> bool:
-    """Whether a person drives for as long as they like: no match, no clock."""
+    """Return whether a person drives for as long as they like: no match, no clock."""
     return options.auto == _DRIVE and _DRIVE not in game.autos and not options.match
 
 

@@ -203,7 +203,7 @@ def _models(folder: Path | None) -> ViewModels:
 
 
 def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
-    """Those of a model; none of one that cannot be read."""
+    """Return the solids of a model; none of one that cannot be read."""
     try:
         return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:

@@ -54,7 +54,7 @@ class RunEvent:
 
 
 def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) -> list[RunEvent]:
-    """Modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
+    """Return modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
     events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
     for shot in shots:
         whose = f"{scene.label(shot.robot)}: " if len(scene.robots) > 1 else ""
@@ -295,7 +295,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
 
 
 def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]:
-    """First and last time of each stretch in which something is so, with pauses of less than half a second."""
+    """Return first and last time of each stretch in which something is so, with pauses of less than half a second."""
     found: list[tuple[float, float]] = []
     for time in times[is_so].tolist():
         if found and time - found[-1][1] < _TOGETHER:

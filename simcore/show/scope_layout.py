@@ -105,7 +105,7 @@ def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
+    """Add the options of the command."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")

@@ -106,7 +106,7 @@ def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
 
 
 def _flights(recording: Recording) -> dict[int, list[_Flight]]:
-    """Flights of each piece by its id, in order: it is in the air at all times of one, and between two it is not."""
+    """Return the flights of each piece by its id, in order: the piece is in the air during a flight, not between."""
     found: dict[int, list[_Flight]] = defaultdict(list)
     for key in recording.keys:
         if not key.startswith("Sim/InFlightIds/"):
@@ -163,7 +163,7 @@ def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
 
 
 def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
-    """Whether a place is farther from the own wall than the own goal."""
+    """Return whether a place is farther from the own wall than the own goal."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     way = {"blue": x - goal.center[0], "red": goal.center[0] - x}.get(alliance, -1.0)
     return goal.alliance == alliance and way > _BEYOND
@@ -217,7 +217,7 @@ def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[s
 
 
 def _tried(shots: Sequence[ShotTrace]) -> list[ShotTrace]:
-    """Those that were meant to score."""
+    """Return the shots that were meant to score."""
     return [shot for shot in shots if shot.result != "pass"]
 
 

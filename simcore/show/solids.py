@@ -244,7 +244,7 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
 
 
 def extents(path: Path) -> list[float]:
-    """Length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
+    """Return length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
 
     Raises:
         ModelError: The file cannot be read.
@@ -263,7 +263,7 @@ def _load(path: Path) -> Any:
 
 
 def _joined(solids: Sequence[Solid]) -> list[Solid]:
-    """Those of one name, color and opacity as one, as long as their vertices can be numbered."""
+    """Join solids of one name, color and opacity, as long as their vertices can be numbered."""
     groups: dict[tuple[str, str, float], list[Solid]] = {}
     found = []
     for solid in solids:

@@ -103,13 +103,13 @@ class Watch:
             self._pacer.wait(match.time, should_stop=should_stop)
 
     def wait(self, should_stop: Callable[[], bool]) -> None:
-        """Before the first run: wait until somebody looks at the page."""
+        """Wait before the first run until somebody looks at the page."""
         if self._view is not None and not self._view.has_viewers:
             _say("the run begins when the page is open; Ctrl-C leaves")
             self._view.wait_for_viewer(should_stop=should_stop)
 
     def next_seed(self, played: Recording, should_stop: Callable[[], bool]) -> int | None:
-        """After a run: the seed of the next one, or None for no other; waits for Ctrl-C."""
+        """Return the next run's seed after a run, or None for no other; wait for Ctrl-C."""
         if self._view is None and self._tables is None:
             return None
         if not self.wants_restart:

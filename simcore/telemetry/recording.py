@@ -69,7 +69,7 @@ class Recording:
     # --- as a sink ------------------------------------------------------------------------------------------------
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -139,7 +139,7 @@ class Recording:
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
-        """Whether anything of that key was kept."""
+        """Return whether anything of that key was kept."""
         return (
             key in self._arrays
             or any(key in self._kept(field) for field in FIELDS)
@@ -359,7 +359,7 @@ class Recording:
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
-    """Rows of the newest values, written at times `at` [s], at each of some times [s]; the first one's before it.
+    """Return rows of the newest values, written at times `at` [s], at each of some times [s]; the first before it.
 
     >>> newest_rows(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
     [0, 1, 1]

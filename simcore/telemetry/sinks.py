@@ -22,7 +22,7 @@ class MemorySink:
         self.closed = False
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
         return not self.closed
 
     def write(self, snapshot: Snapshot) -> None:
@@ -53,7 +53,7 @@ class Cadence:
         self._last: int | None = None
 
     def due(self, time: float) -> bool:
-        """Whether this simulated time [s] lies in a slot that was not taken yet."""
+        """Return whether this simulated time [s] lies in a slot that was not taken yet."""
         return self._slot(time) != self._last
 
     def take(self, time: float) -> bool:
@@ -85,7 +85,7 @@ class GuardedSink:
         self._on_failure = on_failure
 
     def due(self, time: float) -> bool:
-        """Whether the sink wants the snapshot of this simulated time [s]; never after it failed."""
+        """Return whether the sink wants the snapshot of this simulated time [s]; never after it failed."""
         return not self.failure and self.sink.due(time)
 
     def write(self, snapshot: Snapshot) -> None:

@@ -82,7 +82,7 @@ class TelemetrySink(Protocol):
     """Takes snapshots; the runner calls `due` first, so that no snapshot is built without need."""
 
     def due(self, time: float) -> bool:
-        """Whether this sink wants the snapshot of this simulated time [s]."""
+        """Return whether this sink wants the snapshot of this simulated time [s]."""
         ...
 
     def write(self, snapshot: Snapshot) -> None:
@@ -95,7 +95,7 @@ class TelemetrySink(Protocol):
 
 
 def is_bulk(key: str, rows: int) -> bool:
-    """Whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
+    """Return whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
 
     Events (`EVENTS`) are kept in the tick in which they happen.
     """
@@ -103,7 +103,7 @@ def is_bulk(key: str, rows: int) -> bool:
 
 
 def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
-    """Bytes of an array of structs, empty for no rows.
+    """Return the bytes of an array of structs, empty for no rows.
 
     Args:
         type_name: `POSE_ARRAY_TYPE` or `STATE_ARRAY_TYPE`.

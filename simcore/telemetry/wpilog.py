@@ -127,7 +127,7 @@ class WpilogSink:
         return self._file is None
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
         return self._file is not None and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -333,7 +333,7 @@ class LogColumn:
         return len(self._places)
 
     def payload(self, row: int) -> bytes:
-        """Bytes of one value."""
+        """Return the bytes of one value."""
         place = self._places[row]
         return self._data[place : place + self._sizes[row]]
 
