@@ -25,7 +25,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 def main() -> None:
     """Print how many intervals hold, and how wide they are."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--logs", type=int, default=100)
+    parser.add_argument("--logs", type=int, default=100, help="how many")
     held: dict[str, list[bool]] = {"ks": [], "mass": []}
     widths: dict[str, list[float]] = {"ks": [], "mass": []}
     for seed in range(parser.parse_args().logs):

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path += [str(ROOT / "tests" / part) for part in ("shared", "games", "vision", "calibrate")]
+sys.path += [str(ROOT / "tests" / part) for part in ("shared", "games", "laws", "calibrate")]
 
+from test_camera_noise import MEASURED, stand  # noqa: E402
 from test_drive_fit import KIT, TEAM_114, real_runs, swerve  # noqa: E402
 from test_measured_robots import ROBOTS, lateness  # noqa: E402
-from test_noise import MEASURED, stand  # noqa: E402
 
 from games.rebuilt.fuel import FUEL  # noqa: E402
 from simcore.calibrate.drive_fit import Prediction, fit_drive  # noqa: E402

@@ -64,7 +64,7 @@ class ServedRobot(RobotTest):
         follows: bool = False,
     ) -> None:
         if season.clock_rate() != 1e6:
-            raise ConfigError("the bridge steps programs of WPILib 2026, and this is WPILib 2027: docs/java.md")
+            raise ConfigError("the bridge does not step programs of this WPILib: docs/java.md says of which season")
         settings = read_settings(file)
         require_ports(settings)
         AttachedPhysics.ownership = watch_program()
@@ -105,21 +105,25 @@ class ServedRobot(RobotTest):
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
     def _run_robot(self) -> None:
-        """Build the physics of what the program has opened, and put it on the field."""
         self.connect()
+
+    def _build(self) -> None:
+        """Build the physics of what the program has opened, and put it on the field."""
         self._hook.begin(self.robot)
         assert self._hook.engine is not None
         self._served = self._hook.engine[0]
         self._exchange(0.5 * self._served.part, self._ports.driver_station())
 
     def _advance(self, seconds: float) -> None:
-        """Step program and physics in turns, a part of a tick at a time.
+        """Step program and physics in turns, a part of a tick at a time; the first time, build the physics.
 
         The program's clock is half a part ahead, so that sensors show each loop what they read at its instant. What the
         driver station says comes with the part of the loop, as it does for a program in this process.
         """
+        if self._served is None:
+            self._build()  # which takes the first step of a program in this process, too
+            return
         physics = self._served
-        assert physics is not None
         parts = round(seconds / physics.part)
         for number in range(parts):
             if self._is_real_time:

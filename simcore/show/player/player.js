@@ -58,7 +58,7 @@ export class Player {
     this.choose(null);
     this.setView(this.solid ? meta.view || "both" : "top");
     if (this.solid && meta.camera) this.setCamera(meta.camera);
-    new ResizeObserver(() => this.resize()).observe(find(".views"));
+    new ResizeObserver(() => { if (this.size !== this.sizeNow()) this.resize(); }).observe(find(".views"));
     addEventListener("keydown", (event) => this.onKey(event));
   }
 
@@ -147,7 +147,10 @@ export class Player {
     this.draw();
   }
 
+  sizeNow() { return [find(".views").clientWidth, find(".views").clientHeight, find(".views").dataset.view].join(); }
+
   resize() {
+    this.size = this.sizeNow();
     if (this.solid) this.solid.resize();
     this.top.resize();
     this.draw();
@@ -155,9 +158,10 @@ export class Player {
 
   // --- drawing --------------------------------------------------------------------------------------------------------
 
-  drawSolid() { if (this.solid) this.solid.draw(this.now); }
+  drawSolid() { if (this.solid && this.drawnAt !== null) this.solid.draw(this.now); }
 
   draw() {
+    if (this.drawnAt === null) return;  // nothing has been shown yet
     const time = this.now;
     if (find(".views").dataset.view !== "solid") this.top.draw(time);
     this.drawSolid();

@@ -166,7 +166,7 @@ void main() {
     const floor = new THREE.Mesh(new THREE.CircleGeometry(48, 40), flat({ color: theme.hall }));
     floor.position.set(...middle, -0.05);
     floor.receiveShadow = true;
-    const dots = 64, carpet = drawn(dots * Math.ceil(length), dots * Math.ceil(width), (pen) => {
+    const dots = this.isPlain ? 40 : 64, carpet = drawn(dots * Math.ceil(length), dots * Math.ceil(width), (pen) => {
       const { width: w, height: h } = pen.canvas, s = w / length;
       pen.fillStyle = theme.carpet;
       pen.fillRect(0, 0, w, h);

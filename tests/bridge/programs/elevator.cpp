@@ -11,11 +11,12 @@ class Robot : public frc::TimedRobot {
   frc::Encoder encoder{6, 7};
   frc::DigitalInput low{4}, high{5};
   enum { kDown, kUp, kHold } state = kDown;
+  int loops = 0;  // at the lower switch, until it stands
 
  public:
   Robot() { encoder.SetDistancePerPulse(1.0 / 2048.0); }
   void AutonomousPeriodic() override {
-    if (state == kDown && !low.Get()) {
+    if (state == kDown && !low.Get() && loops++ > 25) {
       encoder.Reset();
       state = kUp;
     }

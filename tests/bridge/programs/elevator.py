@@ -10,11 +10,14 @@ class Robot(wpilib.TimedRobot):
         self.low, self.high = wpilib.DigitalInput(4), wpilib.DigitalInput(5)
         self.encoder.setDistancePerPulse(1.0 / 2048.0)
         self.state = "down"
+        self.loops = 0  # at the lower switch, until it stands
 
     def autonomousPeriodic(self):
         if self.state == "down" and not self.low.get():
-            self.encoder.reset()
-            self.state = "up"
+            self.loops += 1
+            if self.loops > 26:
+                self.encoder.reset()
+                self.state = "up"
         if self.state == "up" and not self.high.get():
             self.state = "hold"
         goal = 0.1 + 0.5 * (4.0 - self.encoder.getDistance())

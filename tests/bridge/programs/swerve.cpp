@@ -1,7 +1,6 @@
-// Swerve on PWM, analog encoders on the azimuths and an ADXRS450: drives a slalom and holds its heading.
+// Swerve on PWM with analog encoders on the azimuths: drives a slalom by loops of its own.
 #include <cmath>
 
-#include <frc/ADXRS450_Gyro.h>
 #include <frc/AnalogEncoder.h>
 #include <frc/Encoder.h>
 #include <frc/TimedRobot.h>
@@ -25,14 +24,13 @@ struct Module {
 };
 
 class Robot : public frc::TimedRobot {
-  frc::ADXRS450_Gyro gyro;
   Module modules[4] = {Module(0), Module(1), Module(2), Module(3)};
   int loops = 0;
 
  public:
   void AutonomousPeriodic() override {
     double time = 0.02 * loops++;
-    double angle = 0.6 * std::sin(0.8 * time) + gyro.GetAngle() * kPi / 180.0;
+    double angle = 0.6 * std::sin(0.8 * time);
     for (int k = 0; k < 4; k++) modules[k].Go(1.5, angle);
   }
   void DisabledPeriodic() override {

@@ -20,14 +20,13 @@ class Module:
 class Robot(wpilib.TimedRobot):
     def __init__(self):
         super().__init__()
-        self.gyro = wpilib.ADXRS450_Gyro()
         self.modules = [Module(k) for k in range(4)]
         self.loops = 0
 
     def autonomousPeriodic(self):
         time = 0.02 * self.loops
         self.loops += 1
-        angle = 0.6 * math.sin(0.8 * time) + self.gyro.getAngle() * math.pi / 180.0
+        angle = 0.6 * math.sin(0.8 * time)
         for module in self.modules:
             module.go(1.5, angle)
 
