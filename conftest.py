@@ -42,7 +42,7 @@ def pytest_configure(config):
 
 
 def pytest_addoption(parser):
-    """The flag of tests that are sampled otherwise."""
+    """Add the option `--whole`, which runs in full the tests that are sampled otherwise."""
     parser.addoption("--whole", action="store_true", help="run long tests in full, which are sampled otherwise")
     parser.addoption(
         "--engine",
@@ -62,7 +62,7 @@ _ENGINE = os.environ.get("SIMCORE_ENGINE")  # that the caller has set
 
 
 def pytest_generate_tests(metafunc):
-    """Tests of a folder with the fixture `engine_name` run once for each engine."""
+    """Run the tests of a folder with the fixture `engine_name` once for each engine."""
     if "engine_name" not in metafunc.fixturenames:
         return
     marker = metafunc.definition.get_closest_marker("engines")
@@ -113,14 +113,14 @@ def pytest_runtest_setup(item):
 
 
 def pytest_collection_finish(session):
-    """What was imported and collected stays: no later search for garbage looks at it."""
+    """Exclude all that was imported and collected from later garbage collections."""
     gc.collect()
     gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item, nextitem):
-    """Matches and recordings, which know each other in circles, are forgotten with a file, and with each game."""
+    """Collect matches and recordings, which refer to each other in cycles, after each file and each game."""
     result = yield
     if nextitem is None or nextitem.path != item.path or "game" in getattr(item, "fixturenames", ()):
         gc.collect()

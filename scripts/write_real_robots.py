@@ -110,14 +110,14 @@ def _percents(errors: tuple[float, ...] | list[float]) -> str:
 
 
 def table(found: list[Row]) -> str:
-    """The comparisons as Markdown."""
+    """Return the comparisons as a Markdown table."""
     lines = ["| what is real | quantity | measured | simcore's error |", "|---|---|---|---|"]
     lines += [f"| {row.group} | {row.what} | {row.real} | {row.text} |" for row in found]
     return "\n".join(lines) + "\n"
 
 
 def figure(found: list[Row]) -> str:
-    """The errors as dots on a line each."""
+    """Return an SVG figure of the errors: a line of dots for each quantity."""
     line, left, width, most = 26, 380, 420, 0.5
     height = line * len(found) + 46
     at = lambda error: left + width * (0.5 + 0.5 * max(-1.0, min(1.0, error / most)))  # noqa: E731
@@ -143,7 +143,7 @@ def figure(found: list[Row]) -> str:
 
 
 def text(found: list[Row]) -> str:
-    """The page with its table as it is now."""
+    """Return the page with an up-to-date table."""
     head, rest = PAGE.read_text(encoding="utf-8").split(_BEGIN)
     return f"{head}{_BEGIN}\n{table(found)}\n{_END}{rest.split(_END, 1)[1]}"
 

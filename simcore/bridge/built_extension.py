@@ -29,7 +29,7 @@ def extension_path() -> Path:
     """Return the file for this computer.
 
     Raises:
-        ConfigError: It is built for no such computer.
+        ConfigError: The extension is not built for this computer.
     """
     key = sys.platform, platform.machine().lower()
     if key not in TARGETS:

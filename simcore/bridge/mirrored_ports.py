@@ -40,7 +40,7 @@ class MirroredPorts:
     """Ports that a program in another process has opened, in the HAL of this process.
 
     Args:
-        settings: Of simcore.toml, which names solenoids.
+        settings: Settings of simcore.toml, which names solenoids.
         follows: Whether the driver station of the program rules, and not the one here.
     """
 

@@ -101,8 +101,8 @@ def frame(time: int, values: list[Record]) -> bytes:
     """Return a frame for the program.
 
     Args:
-        time: By how much its clock is stepped [us].
-        values: In the order in which they are written.
+        time: Time step of the program's clock [us].
+        values: Records in the order in which they are written.
     """
     body = b"".join(_RECORD.pack(r.kind, r.sub, len(r.text), r.number, r.value) + r.text for r in values)
     return _HEADER.pack(b"SCB%d" % VERSION, len(body), time) + body
@@ -112,7 +112,7 @@ def frame_size(header: bytes) -> tuple[int, int]:
     """Return the size of what follows a header [bytes], and its time [us].
 
     Raises:
-        VersionError: It is a header of another version, or of something else.
+        VersionError: The header is of another version, or of something else.
     """
     magic, size, time = _HEADER.unpack(header)
     if magic[:3] != b"SCB":

@@ -46,7 +46,7 @@ class RobotProcess:
         patience: Wall time in which it must connect and come to its first loop [s].
         hang: Wall time in which a step must be done [s].
         output: File for what it prints; None: none.
-        shows: How many lines of that are passed on to stderr.
+        shows: Number of lines of that output that are passed on to stderr.
         say: Told what a person wants to know meanwhile.
 
     Raises:
@@ -132,8 +132,8 @@ class RobotProcess:
         """Wait until the program's extension has come, and return what it says first.
 
         Raises:
-            ProgramError: It has not come in time, or the program has ended.
-            VersionError: It is of another version.
+            ProgramError: The program has not connected in time, or has ended.
+            VersionError: The extension is of another version.
         """
         end = time.monotonic() + self.patience
         if self._process is None:

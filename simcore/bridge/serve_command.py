@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
     """Play; returns the exit status: 0 played, 1 not as expected, 130 interrupted.
 
     Raises:
-        SimcoreError: What was asked for cannot be, or the program has failed.
+        SimcoreError: The command cannot do what was asked for, or the program has failed.
     """
     if options.extension:
         print(extension_path())

@@ -86,7 +86,7 @@ class ServedRobot(RobotTest):
         """Wait for the program's loop, and open what it has opened.
 
         Raises:
-            ProgramError: It has not come to its loop in time.
+            ProgramError: The program has not reached its loop in time.
         """
         end = time.monotonic() + self._process.patience
         self._ports.take(self._process.connect())

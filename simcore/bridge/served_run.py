@@ -22,7 +22,7 @@ def play_project(task: dict[str, Any]) -> dict[str, Any]:
     """Play a run in this process, in which none can follow, and return its metrics and digest.
 
     Args:
-        task: As `simcore.sweep.one_run` describes it, with the command of the program.
+        task: Task as `simcore.sweep.one_run` describes it, with the command of the program.
 
     Raises:
         SimcoreError: The program has failed; the text says how.

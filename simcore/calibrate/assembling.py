@@ -32,9 +32,9 @@ def assembled(
     """Make runs of a log, and notes of what was taken how.
 
     Args:
-        log: As read.
+        log: Log as read.
         sided: Whether a left and a right side are wanted, of a tank.
-        radius: Of the wheels, as described [m]; None: of a mechanism, whose angle is wanted.
+        radius: Radius of the described wheels [m]; None: of a mechanism, whose angle is wanted.
         volts_per_speed: Back-EMF of the drive [V s/m], or of the mechanism [V s/rad].
         gearing: Rotor turns per turn of wheel or mechanism.
         devices: See `find_roles`.
@@ -115,7 +115,7 @@ def _list(log: Log) -> str:
 
 
 def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Sequence[str]) -> list[list[str]] | None:
-    """Names of a quantity for each side; a drive without sides takes those of all."""
+    """Return names of a quantity for each side; a drive without sides takes those of all."""
     if sides == ("",):
         some = [name for (what, _), names in roles.items() if what == quantity for name in names]
         return [some] if some else None
@@ -124,7 +124,7 @@ def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Seq
 
 
 def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
-    """Stamps of a run: those of its way, if they come at a steady pace, else every 20 ms."""
+    """Return stamps of a run: those of its way, if they come at a steady pace, else every 20 ms."""
     times = log.signals[name].times
     times = times[(times >= begin - 1e-9) & (times <= end + 1e-9)]
     steps = np.diff(times)
@@ -138,7 +138,7 @@ def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
 
 
 def _held(signal: Signal, times: FloatArray) -> FloatArray:
-    """Means from each time to the next of what keeps its value until the next one."""
+    """Return means from each time to the next of values that hold until the next one."""
     fine = np.concatenate([times, [times[-1] + TICK]])
     parts = np.linspace(0.0, 1.0, 4, endpoint=False)
     at = fine[:-1, None] + parts * np.diff(fine)[:, None]
@@ -148,7 +148,7 @@ def _held(signal: Signal, times: FloatArray) -> FloatArray:
 
 
 def _read(signal: Signal, times: FloatArray) -> FloatArray:
-    """Values at times, straight between two; what was logged only when it changed stood until a loop before that."""
+    """Interpolate values at times; a value logged only on change holds until one loop before the next."""
     stamps, values = signal.times, signal.values
     if signal.is_kept and len(stamps) > 1:
         late = np.flatnonzero(np.diff(stamps) > 1.5 * TICK)
@@ -167,7 +167,7 @@ def _moved(signal: Signal, times: FloatArray, is_speed: bool) -> FloatArray:
 
 
 def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
-    """Parts of a log in which motors are driven, from standstill to standstill."""
+    """Return the parts of a log in which motors are driven, from standstill to standstill."""
     stamps = np.unique(np.concatenate([log.signals[name].times for name in names]))
     grid = np.arange(stamps[0], stamps[-1], TICK)
     if not len(grid):
@@ -192,10 +192,10 @@ def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
 def _in_si(
     log: Log, runs: list[Run], unit: str, radius: float | None, seen: float, gearing: float
 ) -> tuple[list[Run], list[str]]:
-    """Runs with ways in meters, or angles in radians, and a note where the unit was guessed.
+    """Return runs with distances in meters, or angles in radians, and a note where the unit was guessed.
 
     Raises:
-        LogError: In the unit that the log says, the robot goes far faster or slower than its volts can make it.
+        LogError: In the log's unit, the robot is far faster or slower than its voltage allows.
     """
     circumference = 1.0 if radius is None else radius
     sizes = {"turns": math.tau * circumference, "rad": circumference, "deg": SIZES["deg"] * circumference,
@@ -235,10 +235,10 @@ _ODD = 0.55  # as a logarithm: a factor of 1.7 either way
 
 
 def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
-    """How fast it moves in units of the log over what its volts allow, where it is fast and steady; 0: nowhere.
+    """Return the speed in the log's unit over that which the voltage allows, where it is fast and steady; 0: nowhere.
 
     Raises:
-        LogError: It goes backward with volts forward.
+        LogError: The robot goes backward at forward voltage.
     """
     ratios, signs = [], []
     for run in runs:

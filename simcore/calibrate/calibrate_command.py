@@ -61,13 +61,13 @@ def _signal(text: str) -> tuple[str, str]:
 
 @dataclass(slots=True)
 class _Finding:
-    """What is told of one thing that was measured."""
+    """Result for one quantity that was measured."""
 
     title: str
     rows: list[tuple[str, Estimate, str]] = field(default_factory=list)
     """Name, value and unit."""
     lines: list[str] = field(default_factory=list)
-    """For simcore.toml."""
+    """Lines for simcore.toml."""
     predictions: Sequence[Prediction] = ()
     shots: Sequence[tuple[Shot, float, float]] = ()
     unit: str = "m"

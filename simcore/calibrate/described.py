@@ -1,4 +1,4 @@
-"""The robot that a log is of: as simcore.toml and the program say, or a kit chassis."""
+"""Robot that made a log: by simcore.toml and the program, or a kit chassis."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class Described:
     devices: Mapping[str, str]
 
     problem: str
-    """Why the program does not say what its drivetrain is; empty: it does, or there is none."""
+    """Reason why the program does not define its drivetrain; empty: it does, or there is no program."""
 
     @property
     def drivetrain(self) -> DriveConfig:
-        """Its drivetrain.
+        """Drivetrain of the robot.
 
         Raises:
-            ConfigError: The program does not say what it is.
+            ConfigError: The program does not define it.
         """
         if self.problem:
             raise ConfigError(
@@ -76,7 +76,7 @@ def described(folder: Path) -> Described:
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
-    """The drivetrain by the measures of [drivetrain] alone; without a kind a tank."""
+    """Build the drivetrain from [drivetrain] alone; without a kind, a tank drive."""
     said = settings.drivetrain
     own = {key: value for key, value in said.measures.items() if key not in ("wheel_diameter", "reversed")}
     own |= {name: motor(own[name]) for name in ("drive_motor", "steer_motor") if name in own}
@@ -101,6 +101,6 @@ def _of_file(settings: RobotSettings) -> DriveConfig:
 
 
 def _devices(said: DrivetrainSettings) -> dict[str, str]:
-    """Side of each drive motor by the name under which URCL logs it."""
+    """Return the side of each drive motor by the name under which URCL logs it."""
     sides = ("left", "right") if said.kind == "tank" and len(said.drive) == 2 else ("",) * len(said.drive)
     return {f"Spark-{address}": side for side, row in zip(sides, said.drive, strict=True) for address in row}

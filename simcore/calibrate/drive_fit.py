@@ -45,14 +45,14 @@ class Prediction:
 
     @property
     def error(self) -> float:
-        """Of the way at the end, over the farthest from the beginning, both of the part that was held out [-]."""
+        """Error of the final distance over the largest distance from the start, both of the held-out part [-]."""
         real, ours = (way[self.first :] - way[self.first] for way in (self.real, self.way))
         farthest = float(real[np.abs(real).argmax()])
         return float(ours[-1] - real[-1]) / farthest
 
     @property
     def rms(self) -> float:
-        """Of the difference, both from the beginning of what was held out [m] or [rad]."""
+        """RMS error of the distance from the start of the held-out part [m] or [rad]."""
         off = (self.way - self.real)[self.first :]
         return math.sqrt(float(np.mean((off - off[0]) ** 2)))
 
@@ -62,16 +62,16 @@ class DriveFit:
     """Result for a drivetrain."""
 
     estimates: Mapping[str, Estimate]
-    """By key: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag [s]."""
+    """Estimates: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag [s]."""
     config: DriveConfig
-    """As fitted."""
+    """Fitted drivetrain."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
     """A sentence for each thing that the data cannot tell."""
 
 
 def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray:
-    """Mean speeds over windows of a way on the stamps of a run, shape (m, sides)."""
+    """Return mean speeds over windows of a way on the stamps of a run, shape (m, sides)."""
     grid = np.arange(0.0, run.times[-1] + 1e-9, window)
     columns = way.reshape(len(way), -1).T
     speeds: FloatArray = np.diff([np.interp(grid, run.times, column) for column in columns], axis=1).T / window
@@ -145,14 +145,14 @@ def _mean_way(
 
 
 def _is_told(found: Fit, parameter: Parameter) -> bool:
-    """Whether a fit says a value that differs from what is usual by more than it may."""
+    """Return whether a fit says a value that differs from what is usual by more than it may."""
     low, high = found.estimates[parameter.name].low, found.estimates[parameter.name].high
     is_inside = parameter.lower < low and high < parameter.upper
     return is_inside and not low <= 0.0 <= high and abs(found[parameter.name]) > _TOLERANCES[parameter.name]
 
 
 def _steps(runs: Sequence[Run]) -> bool:
-    """Whether volts jump in a run: on slow ramps the mass hides behind kS."""
+    """Return whether volts jump in a run: on slow ramps the mass hides behind kS."""
     return any(float(np.abs(np.diff(run.volts.mean(axis=1))).max()) > 0.5 for run in runs)
 
 
@@ -213,7 +213,7 @@ def _result(
 
 
 def fit_battery(runs: Sequence[Run]) -> Estimate | None:
-    """Resistance of battery and cables, by voltage and current [ohm]; None where one of them was not logged."""
+    """Fit the resistance of battery and cables to voltage and current [ohm]; None where one of them was not logged."""
     pairs = [(run.bus, run.amps) for run in runs if run.bus is not None and run.amps is not None]
     with_both = [(bus, amps) for bus, amps in pairs if np.ptp(amps) > 5.0]
     if not with_both:

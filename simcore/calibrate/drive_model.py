@@ -31,13 +31,13 @@ class Driven(NamedTuple):
     """Outcome of a simulated run, at its stamps."""
 
     way: FloatArray
-    """Of the wheels as robot code knows them [m], shape (n, sides)."""
+    """Distance of the wheels with the radius that robot code assumes [m], shape (n, sides)."""
     yaw: FloatArray
     """[rad], shape (n,)."""
     ground: FloatArray
-    """Of the robot's center along the floor [m], shape (n,)."""
+    """Distance of the robot's center along the floor [m], shape (n,)."""
     amps: FloatArray
-    """From the battery by the drive motors [A], shape (n,)."""
+    """Battery current of the drive motors [A], shape (n,)."""
 
 
 def varied(
@@ -47,12 +47,12 @@ def varied(
     """Return another drivetrain.
 
     Args:
-        config: As described.
+        config: Drivetrain as described.
         ks: Voltage that just turns the drive motors [V].
-        mass: Of the robot [kg]; its moment of inertia goes with it.
-        efficiency: Of the drive gears [-]; None: as it is.
+        mass: Mass of the robot [kg]; its moment of inertia goes with it.
+        efficiency: Efficiency of the drive gears [-]; None: as it is.
         sides: Efficiency of a tank's right side over that of its left one, as a logarithm.
-        radius: Of the wheels [m]; None: as it is.
+        radius: Radius of the wheels [m]; None: as it is.
         speed: Free speed over that of the motors' datasheet [-]; None: as it is.
     """
     body: dict[str, Any] = {"mass": mass, "yaw_inertia": config.yaw_inertia * mass / config.mass}
@@ -80,9 +80,9 @@ def drive(config: DriveConfig, run: Run, *, radius: float | None = None) -> Driv
     """Give a drivetrain the volts of a run.
 
     Args:
-        config: As it is built.
+        config: Drivetrain as it is built.
         run: With a column for each side of a tank; another drivetrain goes straight, by the mean of the columns.
-        radius: Of the wheels as robot code knows them [m]; None: as they are.
+        radius: Radius of the wheels that robot code assumes [m]; None: the true one.
     """
     top = max(_BUS, float(np.abs(run.volts).max()))
     model = _drive_of(config, Battery(BatteryConfig.stiff(top)))

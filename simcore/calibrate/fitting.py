@@ -31,7 +31,7 @@ class Parameter:
     lower: float
     upper: float
     scale: float
-    """By how much it is usually off: the size of a first step."""
+    """Usual deviation, which is the size of a first step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,9 +79,9 @@ def fit(
 
     Args:
         model: Errors of each run.
-        parameters: What is looked for.
-        values: Where to begin; None: at the parameters' own.
-        noise: What single errors are known to scatter by at least.
+        parameters: Parameters to fit.
+        values: Values to begin with; None: at the parameters' own.
+        noise: Smallest known scatter of single errors.
     """
     scale = np.array([p.scale for p in parameters])
     lower, upper = (np.array([getattr(p, end) for p in parameters]) for end in ("lower", "upper"))
@@ -106,7 +106,7 @@ def fit(
 
 
 def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], noise: float) -> FloatArray:
-    """Halves of the intervals, shape (p,)."""
+    """Return halves of the intervals, shape (p,)."""
     n, p = jacobian.shape
     information = jacobian.T @ jacobian + 1e-12 * np.eye(p)
     ends = np.cumsum(sizes)
@@ -137,7 +137,7 @@ def _correlation_time(errors: FloatArray) -> float:
 def _jackknife(
     errors: FloatArray, jacobian: FloatArray, information: FloatArray, blocks: Sequence[slice]
 ) -> FloatArray:
-    """Halves of intervals by leaving out each block, to first order, shape (p,)."""
+    """Return halves of intervals by leaving out each block, to first order, shape (p,)."""
     g, p = len(blocks), jacobian.shape[1]
     moved = np.array([
         np.linalg.solve(information - jacobian[b].T @ jacobian[b] + 1e-9 * information.trace() / p * np.eye(p),

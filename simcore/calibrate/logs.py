@@ -34,18 +34,18 @@ class Log:
     tests: Sequence[tuple[str, float, float]] = ()
     """Parts that the log names: name, begin, end [s]; empty: none."""
     kind: str = ""
-    """Of what a SysId file is: Drivetrain, Simple, Arm, Elevator; empty: unknown."""
+    """Kind of test of a SysId file: Drivetrain, Simple, Arm, Elevator; empty: unknown."""
     meters_per_turn: float | None = None
-    """Of the wheels, as the log has it, where positions are in turns of them; see `Log.notes`."""
+    """Distance per wheel turn [m] that the log gives, where positions are in wheel turns; see `Log.notes`."""
     notes: Sequence[str] = field(default_factory=tuple)
-    """What was taken how."""
+    """Assumptions made in reading the log."""
 
 
 def open_log(path: Path) -> Log:
     """Read a log by what is in it.
 
     Raises:
-        LogError: It cannot be read, or is none of the known kinds.
+        LogError: The file cannot be read, or is none of the known kinds.
     """
     suffix = path.suffix.lower()
     if suffix in (".wpilog", ".wpilogxz"):
@@ -110,7 +110,7 @@ _COLUMNS = {
          "right velocity", "yaw"),
     4: ("volts", "position", "velocity"),
 }  # fmt: skip
-"""By the number of columns, after the time: of 2021 to 2023, of 2020, and of a mechanism."""
+"""Columns after the time, by their number: of 2021 to 2023, of 2020, and of a mechanism."""
 
 
 def _sysid_json(path: Path, text: str) -> Log:
@@ -169,7 +169,7 @@ def _wpilog(path: Path) -> Log:
 
 
 def _unit_of(column: LogColumn) -> str:
-    """Unit that the metadata of an entry names, as SysIdRoutineLog writes it; its positions are turns or meters."""
+    """Return the unit in an entry's metadata, as SysIdRoutineLog writes it; its positions are turns or meters."""
     try:
         return str(json.loads(column.metadata or "{}").get("unit", ""))
     except (ValueError, AttributeError):
@@ -181,7 +181,7 @@ def _structs(column: LogColumn, width: int = 1) -> FloatArray:
 
 
 def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
-    """Elements of arrays as signals of their own; of rows that have as many as the first."""
+    """Return the elements of arrays as separate signals, from rows as long as the first."""
     dtype = _ARRAYS.get(column.type, "<f8")
     rows = [np.frombuffer(raw[: len(raw) // int(dtype[2]) * int(dtype[2])], dtype)
             for raw in (column.payload(k) for k in range(len(column)))]  # fmt: skip
@@ -197,7 +197,7 @@ def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
 
 
 def _states(column: LogColumn, end: float) -> list[tuple[str, float, float]]:
-    """Tests between the states that SysId's routine logs: quasistatic-forward, ..., none."""
+    """Return the tests between the states that SysId's routine logs: quasistatic-forward, ..., none."""
     words = [str(column.value(k)) for k in range(len(column))]
     tests, start = [], 0
     for k in range(1, len(words) + 1):

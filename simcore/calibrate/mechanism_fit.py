@@ -32,7 +32,7 @@ class MechanismFit:
     """Result for a mechanism."""
 
     estimates: Mapping[str, Estimate]
-    """By key: friction_volts [V]; inertia [kg m^2], or an elevator's mass [kg]; an arm's weight_torque [N m]."""
+    """Estimates: friction_volts [V]; inertia [kg m^2], or an elevator's mass [kg]; an arm's weight_torque [N m]."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
     """A sentence for each thing that the data cannot tell."""

@@ -22,27 +22,27 @@ class Run:
     times: FloatArray
     """Rising from 0 [s], shape (n,)."""
     volts: FloatArray
-    """At the motors from each stamp to the next [V], shape (n, sides)."""
+    """Voltage of the motors from each stamp to the next [V], shape (n, sides)."""
     way: FloatArray
-    """Of the wheels [m], or angle of the mechanism [rad], 0 at first, shape (n, sides)."""
+    """Distance of the wheels [m], or angle of the mechanism [rad], 0 at first, shape (n, sides)."""
     yaw: FloatArray | None = None
-    """Of the gyro, counter-clockwise, 0 at first [rad], shape (n,)."""
+    """Yaw of the gyro, counter-clockwise, 0 at first [rad], shape (n,)."""
     ground: FloatArray | None = None
-    """Way over ground by something that is no wheel, 0 at first [m], shape (n,)."""
+    """Distance over ground, not measured by the wheels, 0 at first [m], shape (n,)."""
     bus: FloatArray | None = None
     """Voltage of the battery [V], shape (n,)."""
     amps: FloatArray | None = None
-    """From the battery [A], shape (n,)."""
+    """Battery current [A], shape (n,)."""
     origin: float = 0.0
     """Angle of a mechanism at first [rad]."""
 
     @property
     def span(self) -> float:
-        """How far the wheels roll, there and back [m]; 0 of a robot that stands."""
+        """Total distance that the wheels roll, forward and back [m]; 0 for a robot that stands."""
         return float(np.abs(np.diff(self.way, axis=0)).sum(axis=0).mean())
 
     def rows(self, first: int, last: int) -> Run:
-        """Return a part of the run as one of its own, which starts at 0."""
+        """Return a part of the run as a separate run, which starts at 0."""
         part = slice(first, last)
         cut = {name: None if (column := getattr(self, name)) is None else column[part] - column[first]
                for name in ("yaw", "ground")}  # fmt: skip

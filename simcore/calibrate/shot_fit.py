@@ -23,7 +23,7 @@ from simcore.world.contact_law import CARPET
 __all__ = ["Shot", "ShotFit", "fit_shots", "read_shots"]
 
 _SPREAD, _CLOCK = 0.15, 0.05
-"""Of hits about the middle of the goal along the floor [m], and of times by eye or video [s]; estimates."""
+"""Spread of hits about the middle of the goal along the floor [m], and of times by eye or video [s]; estimates."""
 _KEYS: dict[str, Quantity] = {
     "distance": FIELD_LENGTH, "rps": RATE, "elevation_deg": DEGREES, "hood_deg": DEGREES, "time": DURATION,
 }  # fmt: skip
@@ -38,21 +38,21 @@ class Shot:
     """A shot of a robot that stands."""
 
     distance: float
-    """From the robot's center to the middle of the goal, along the floor [m]."""
+    """Distance from the robot's center to the middle of the goal, along the floor [m]."""
     rps: float
-    """Of the wheels as it leaves [turns/s]; of two wheels their mean."""
+    """Speed of the wheels as the piece leaves [turns/s]; the mean of two wheels."""
     elevation_deg: float | None = None
-    """Of the shot [deg]; None: as the hood's angle says, or the shooter that has none."""
+    """Elevation of the shot [deg]; None: by the hood's angle, or by the shooter if it has no hood."""
     hood_deg: float | None = None
     """Angle of the hood [deg]."""
     time: float | None = None
-    """From the muzzle to the goal [s]."""
+    """Time of flight from the muzzle to the goal [s]."""
     result: str = ""
     """`hit`, `miss`, `short` or `long`; empty: a hit, if there is no time."""
 
     @classmethod
     def parse(cls, text: str) -> Shot:
-        """From a text like `distance=2.8,rps=38,time=1.1`.
+        """Parse a text like `distance=2.8,rps=38,time=1.1`.
 
         Raises:
             ConfigError: A key is not known or missing, or a value cannot be.
@@ -68,7 +68,7 @@ class Shot:
 
     @classmethod
     def of(cls, row: dict[str, str], where: str) -> Shot:
-        """From texts by key; see `parse`."""
+        """Make a shot of texts by key; see `parse`."""
         found: dict[str, object] = {}
         for key, value in row.items():
             if key in ("result", "hit"):
@@ -97,7 +97,7 @@ class ShotFit:
     """Result for a shooter."""
 
     estimates: dict[str, Estimate]
-    """By key: exit_efficiency, spin over that of wheels that do not slip [-]."""
+    """Estimates by key: exit_efficiency, and spin over that of wheels without slip [-]."""
     rows: Sequence[tuple[Shot, float, float]]
     """Shots that were held out one by one: where each comes down from the goal's middle [m], its time of flight [s]."""
     unknown: Sequence[str]
@@ -108,7 +108,7 @@ def read_shots(path: Path) -> list[Shot] | None:
 
     Raises:
         ConfigError: A row makes no sense; it names the line.
-        LogError: It cannot be read.
+        LogError: The file cannot be read.
     """
     try:
         rows = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if row]
@@ -183,10 +183,10 @@ def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
 
 
 def _elevation(task: ShotTask, shot: Shot) -> float:
-    """Elevation of a shot [rad].
+    """Return the elevation of a shot [rad].
 
     Raises:
-        ConfigError: It is not known.
+        ConfigError: The elevation is not known.
     """
     if shot.elevation_deg is not None:
         return math.radians(shot.elevation_deg)
@@ -199,9 +199,9 @@ def _elevation(task: ShotTask, shot: Shot) -> float:
 
 
 def _flight(task: ShotTask, shot: Shot, elevation: float, efficiency: float, spin: float) -> tuple[float, float]:
-    """How far beyond the middle of the goal a shot comes down to its height [m], and when [s].
+    """Return how far beyond the middle of the goal a shot descends through its height [m], and when [s].
 
-    One that does not come so high falls short by what its top lacks.
+    A shot that stays below that height falls short by the height that its apex lacks.
     """
     speed = (
         task.shooter.exit_speed([shot.rps * math.tau] * len(task.shooter.wheels))

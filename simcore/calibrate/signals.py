@@ -1,4 +1,4 @@
-"""Which signal of a log is what, by its name: side or module, quantity and unit."""
+"""Identification of a log's signals by name: side or module, quantity and unit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Signal:
     values: FloatArray
     """Shape (n,)."""
     unit: str = ""
-    """As the log says it; empty: its name may."""
+    """Unit that the log gives; empty: the name may give it."""
     is_kept: bool = False
     """Whether it was logged only when it changed."""
 
@@ -59,7 +59,7 @@ _WORDS = {
         "encoder",
     },
 }
-"""By quantity, in the order in which a name is asked: a word of an earlier one decides."""
+"""Words by quantity, in the order of the search: a word of an earlier quantity decides."""
 _SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
 """Words that make volts and amperes those of the battery."""
 _UNITS = {
@@ -118,7 +118,7 @@ def find_roles(
     """Return the signals of each quantity and side; side is empty where a name says none.
 
     Args:
-        names: Of all signals.
+        names: Names of all signals.
         devices: Side of each drive motor by the name that a logger gives it (Spark-3); of a swerve drive empty ones.
         said: Signals by role (left_volts), as the user says.
         about: Word that names of the wanted mechanism have; empty: any.
@@ -144,4 +144,4 @@ def find_roles(
 
 SIZES = {"m": 1.0, "in": 0.0254, "ft": 0.3048, "rad": 1.0, "deg": math.pi / 180.0, "turns": math.tau,
          "rpm": math.tau / 60.0}  # fmt: skip
-"""Of units [m] or [rad]."""
+"""Sizes of units [m] or [rad]."""

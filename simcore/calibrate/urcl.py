@@ -24,7 +24,7 @@ __all__ = ["urcl_signals"]
 _PERIODIC = np.dtype([("millis", "<u4"), ("id", "<u2"), ("data", "u1", 8)])
 _CLASS = 46
 _DUTY, _VOLTS, _AMPS = 0.00003082369457075716, 0.0073260073260073, 0.0366300366300366
-"""Of a step of applied output [-], of voltage [V] and of current [A]."""
+"""Size of a step of applied output [-], of voltage [V] and of current [A]."""
 
 
 def urcl_signals(log: TelemetryLog) -> Iterator[tuple[str, Signal]]:
@@ -61,14 +61,14 @@ def _seconds(millis: FloatArray) -> FloatArray:
 
 
 def _status(data: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Applied output [-], voltage [V] and current [A] of frames 0."""
+    """Decode applied output [-], voltage [V] and current [A] from status frames 0."""
     word = np.ascontiguousarray(data).view("<u8").reshape(-1)
     duty, volts, amps = (word & 0xFFFF).astype(np.uint16).view(np.int16), word >> 16 & 0xFFF, word >> 28 & 0xFFF
     return duty.astype(np.float64) * _DUTY, volts.astype(np.float64) * _VOLTS, amps.astype(np.float64) * _AMPS
 
 
 def _aliases(log: TelemetryLog, key: str) -> dict[str, str]:
-    """Names of devices by their ids, as texts."""
+    """Return the names of devices by their ids, as texts."""
     column = log.columns.get(key)
     if column is None or not len(column):
         return {}

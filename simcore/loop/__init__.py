@@ -1,1 +1,1 @@
-"""What moves thousands of times a second: plain loops over arrays, compiled by Numba."""
+"""Inner loop of the simulation, 1000 steps a second and more: plain loops over arrays, compiled by Numba."""

@@ -97,7 +97,7 @@ class Listed(NamedTuple):
     nearest: IntArray
     """Solid at that gap, shape (size,)."""
     steps: IntArray
-    """Into how many it cuts the step, shape (size,)."""
+    """Number of steps into which it cuts the step, shape (size,)."""
 
 
 @compiled
@@ -144,7 +144,7 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
     Args:
         spring: Stretch of all contacts' springs [m].
         i: The ball that remembers this contact.
-        s: Where in its memory.
+        s: Place of the contact in its memory.
         is_new: Whether it did not touch in the last step.
         nx: Unit normal towards the ball.
         ny: The same.
@@ -154,7 +154,7 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
         uz: The same.
         push: Normal force [N].
         slope: Normal stiffness [N/m].
-        friction: Of the pair [-].
+        friction: Friction of the pair [-].
         mass: Reduced mass [kg].
         h: Step [s].
     """
@@ -189,10 +189,10 @@ def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is
         found: See `Listed`.
         which: See `Listed`.
         q: Place of the ball in the queue.
-        count: Of the contacts so far; the shallowest of more than 12 is dropped.
-        solid: Which one.
-        distance: Of the center from it [m].
-        radius: Of the ball [m].
+        count: Number of contacts so far; the shallowest of more than 12 is dropped.
+        solid: Row of the solid.
+        distance: Distance of the center from the solid [m].
+        radius: Radius of the ball [m].
         nx: Unit normal towards the ball.
         ny: The same.
         nz: The same.
@@ -391,10 +391,10 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
 
     Args:
         balls: All of them.
-        solids: What they touch.
+        solids: Solids that they may touch.
         bodies: All, in the middle of the step.
         floor: The floor.
-        listed: Of `list_contacts`.
+        listed: List of `list_contacts`.
         first: Place of the first ball in its queue.
         last: Place behind the last one.
         late: Time since the middle of the step, by which bodies have moved on [s].
@@ -459,9 +459,9 @@ def choose_step(balls, solids, floor, listed, h):
 
     Args:
         balls: All of them.
-        solids: What they touch.
+        solids: Solids that they may touch.
         floor: The floor.
-        listed: Of `list_contacts`, with their contacts.
+        listed: List of `list_contacts`, with their contacts.
         h: Step [s].
     """
     queue, start, number, found, steps = listed.queue, listed.start, listed.number, listed.found, listed.steps
@@ -513,12 +513,12 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, h, ahead):
 
     Args:
         balls: All of them, in the middle of the step.
-        memory: Of their contacts.
-        solids: What they touch.
+        memory: Memory of their contacts.
+        solids: Solids that they may touch.
         bodies: All, in the middle of the step.
         floor: The floor, and gravity.
-        listed: Of `list_contacts`, with their contacts and steps.
-        force: Of balls on each other, which becomes 0, shape (n, 8).
+        listed: List of `list_contacts`, with their contacts and steps.
+        force: Force of balls on each other, which becomes 0, shape (n, 8).
         h: Step [s].
         ahead: Time from the middle of the step to that of the next one, to which balls go [s].
     """
@@ -675,11 +675,11 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
 
     Args:
         balls: All of them.
-        memory: Of their contacts.
-        solids: What they touch.
+        memory: Memory of their contacts.
+        solids: Solids that they may touch.
         bodies: All, in the middle of the step.
         floor: The floor, and gravity.
-        listed: Of `list_contacts`.
+        listed: List of `list_contacts`.
         pairs: Likewise.
         force: Room for forces of balls on each other, all 0, shape (n, 8).
         h: Step [s].

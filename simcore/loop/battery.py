@@ -44,10 +44,10 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
 
     Args:
         batteries: All.
-        i: Which.
+        i: Number of the battery.
         h: Step [s].
         current: Net current drawn [A], constant over the step; negative charges.
-        at_voltage: What the current was worked out with [V]. Motors draw at most in proportion to it, so a load that
+        at_voltage: Voltage for which the current was computed [V]. Motors draw at most in proportion to it: a load that
             would pull the terminals below draws less; NaN: it does not depend on the voltage.
 
     Returns:
@@ -120,11 +120,11 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
 
     Args:
         batteries: All.
-        i: Which.
+        i: Number of the battery.
         guess: Voltage of the last step [V].
         other_current: Drawn by everything else [A].
         shafts: All, with their requests.
-        first: Of the robot.
+        first: First shaft of the robot.
         last: The one behind its last.
     """
     b = batteries[i]

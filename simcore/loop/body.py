@@ -257,8 +257,8 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
     Args:
         robot: That has it.
         r: Its number.
-        springs: Of all contacts.
-        key: What touches what.
+        springs: Records of all contacts.
+        key: Key of the contact.
         stamp: Number of the step.
         depth: [m]
         nx: Unit normal towards the robot.
@@ -522,9 +522,9 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
 
     Args:
         fleet: All robots.
-        r: Which.
+        r: Number of the robot.
         bodies: All.
-        solids: Of the field.
+        solids: Solids of the field.
         has_floor: Whether there is a floor at z = 0.
         h: Step [s].
     """

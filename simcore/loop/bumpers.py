@@ -27,7 +27,7 @@ _BESIDE = 0.003
 _COMMON = 1e-3
 """Parts of two robots with less height in common pass above each other [m]: bumpers are as high as a frame begins."""
 _EQUAL = 1e-6
-"""Of two sides that part the outlines by the same, the first one is taken [m]."""
+"""Difference of separation up to which the first of two sides is taken [m]."""
 _MOST_RESTITUTION = 0.25
 """More than bumpers give back [-]; up to here no hit, however oblique, gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
@@ -39,7 +39,7 @@ _NONE = np.zeros(4, np.uint8)
 
 
 def _restitution(ratio: float) -> float:
-    """Of a spring and a damper that never pull, at a damping ratio: until the force of both is gone.
+    """Return the restitution of a spring and damper that never pull, by the damping ratio; contact ends at zero force.
 
     Source: T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9
     (2007), eq. 21 and 22.
@@ -99,7 +99,10 @@ def place_parts(fleet, r, body):
 
 @compiled
 def _widest(corners, normals, first, last, is_hidden, others, other_first, other_last):
-    """The side of an outline from which another one is farthest, and by how much [m]; hidden sides part nothing."""
+    """Return the side of an outline with the largest separation from another outline, and that separation [m].
+
+    Hidden sides do not count.
+    """
     best = -math.inf
     side = first
     for i in range(first, last):
@@ -119,7 +122,7 @@ def _widest(corners, normals, first, last, is_hidden, others, other_first, other
 
 @compiled
 def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_last, b_hidden, found):
-    """Where two outlines overlap: up to two of place, unit normal from a to b, depth and length, into `found`.
+    """Find the overlap of two outlines: up to two of place, unit normal from a to b, depth and length, into `found`.
 
     Args:
         a: Corners of one outline among others [m].
@@ -127,11 +130,11 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
         a_first: Its first corner.
         a_last: The one behind its last.
         a_hidden: Whether each side is covered by another outline.
-        b: Of the other.
-        b_normals: Of the other.
-        b_first: Of the other.
-        b_last: Of the other.
-        b_hidden: Of the other.
+        b: Corners of the other outline [m].
+        b_normals: Outward normals of the other.
+        b_first: First corner of the other.
+        b_last: Corner behind the last of the other.
+        b_hidden: Whether each side of the other is covered by another outline.
         found: Rows of x, y, nx, ny, depth, length, and which end it is, shape (2, 7).
 
     Returns:
@@ -150,7 +153,7 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
 
 @compiled
 def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, sign, found):
-    """Of a side of a, and the side of b that faces it: both ends of their overlap."""
+    """Find both ends of the overlap of a side of a and the side of b that faces it."""
     nx = a_normals[side, 0]
     ny = a_normals[side, 1]
     sx = a[side, 0]
@@ -217,7 +220,7 @@ def _mobility(body, x, y, nx, ny):
 
 @compiled
 def _ratio(restitution):
-    """Damping ratio of a pair."""
+    """Return the damping ratio of a pair."""
     return DAMPING_RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
 
 
@@ -254,8 +257,8 @@ def touch_outlines(fleet, r, body, h, found):
 
     Args:
         fleet: All robots; the parts of this one are in place.
-        r: Which.
-        body: Of it.
+        r: Number of the robot.
+        body: Record of its body.
         h: Step [s].
         found: Room for two contacts, shape (2, 7).
     """

@@ -46,7 +46,7 @@ _TANGENTIAL_STIFFEST = 0.5  # most of k h^2 / m of the friction spring
 
 @compiled
 def foam_force(depth, linear, cubic, hard_from, hard):
-    """Force of foam squeezed by depth [m]: F = k1 d + k3 d^3, and k2 (d - d0)^2 beyond d0, where it is dense [N]."""
+    """Return foam's force at a depth [m]: F = k1 d + k3 d^3, and k2 (d - d0)^2 beyond d0, where it is dense [N]."""
     force = linear * depth + cubic * depth * depth * depth
     if depth > hard_from:
         over = depth - hard_from
@@ -56,7 +56,7 @@ def foam_force(depth, linear, cubic, hard_from, hard):
 
 @compiled
 def foam_slope(depth, linear, cubic, hard_from, hard):
-    """Stiffness dF/dd of `foam_force` at a depth [N/m]."""
+    """Return the stiffness dF/dd of `foam_force` at a depth [N/m]."""
     slope = linear + 3.0 * cubic * depth * depth
     if depth > hard_from:
         slope += 2.0 * hard * (depth - hard_from)
@@ -83,7 +83,7 @@ def foam_loss(restitution):
     j = e^2 / 2 fulfil. All of it in the band (c = 1, j = e^2) would leave foam that is let go no force to part with.
 
     Args:
-        restitution: Of the pair, 0 to 1 [-].
+        restitution: Restitution of the pair, 0 to 1 [-].
     """
     e2 = min(1.0, restitution * restitution)
     band = e2 * (1.0 + e2 * (1.0 / 3.0 + e2 * 5.0 / 36.0))  # the inverse of j(w) by its series
@@ -96,9 +96,9 @@ def foam_memory(memory, energy, last, band, h):
 
     Args:
         memory: Before.
-        energy: Of the foam now [J].
+        energy: Energy of the foam now [J].
         last: Likewise, in the step before.
-        band: Of `foam_loss`.
+        band: Band of `foam_loss`.
         h: Step [s].
     """
     both, keeps = energy + last, band + (2.0 / _FORGETS) * h
@@ -117,7 +117,7 @@ def hardened(slope, restitution):
 
 @compiled
 def friction_stiffness(slope, mass, h):
-    """Stiffness [N/m] and damping [N s/m] of the friction spring of a contact, no stiffer than a step h [s] allows."""
+    """Return stiffness [N/m] and damping [N s/m] of a contact's friction spring, limited for a step h [s]."""
     tangential = _TANGENTIAL_MASS * mass
     stiffness = min(_TANGENTIAL * slope, _TANGENTIAL_STIFFEST * tangential / (h * h))
     return stiffness, 0.6 * math.sqrt(stiffness * tangential)
@@ -133,9 +133,9 @@ def rolling_resistance(push, spin, depth, radius, restitution):
     Args:
         push: Normal force N [N].
         spin: Square of the relative spin, more than 0 [1/s^2].
-        depth: By which it is squeezed [m].
-        radius: Of curvature of the pair, R1 R2 / (R1 + R2) [m].
-        restitution: Of the pair, 0 to 1 [-].
+        depth: Depth of the squeeze [m].
+        radius: Radius of curvature of the pair, R1 R2 / (R1 + R2) [m].
+        restitution: Restitution of the pair, 0 to 1 [-].
     """
     return 0.1875 * (1.0 - min(1.0, restitution * restitution)) * push * math.sqrt(radius * depth / spin)
 
@@ -149,14 +149,14 @@ def step_limit(square, stiffness, mass):
 
 @compiled
 def steps_for(stiffness, mass, h):
-    """Into how many steps a contact of a stiffness [N/m] and a mass [kg] cuts h [s]."""
+    """Return into how many steps a contact of a stiffness [N/m] and a mass [kg] cuts h [s]."""
     stiff, most = stiffness * h * h, STIFFEST * mass
     return 1 if stiff <= most else math.ceil(math.sqrt(stiff / most))
 
 
 @compiled
 def air_acceleration(vx, vy, vz, wx, wy, wz, drag, lift, saturation):
-    """Drag -k |v| v, and the lift of spin along omega x v, which levels off with the spin ratio [m/s^2].
+    """Return drag -k |v| v, and the lift of spin along omega x v, which levels off with the spin ratio [m/s^2].
 
     Source and meaning of the three factors: `simcore.pieces.aerodynamics`.
     """

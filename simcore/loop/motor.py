@@ -33,7 +33,7 @@ LOCKED = 1e12
 
 @compiled
 def within(value, limit):
-    """The number nearest to `value` in -limit..limit: a voltage within the bus, a current within the stator limit."""
+    """Clamp `value` to -limit..limit: a voltage to the bus voltage, a current to the stator limit."""
     if value > limit:
         return limit
     if value < -limit:
@@ -43,14 +43,14 @@ def within(value, limit):
 
 @compiled
 def end_weight(h, rate):
-    """Share of the end of a step in the mean that makes the step of w' = -rate w exact (exponential fitting).
+    """Return the weight of a step's end in the mean that makes the step of w' = -rate w exact (exponential fitting).
 
     A slow shaft (rate h << 1) gets 1/2, the trapezoidal rule of second order; a fast one tends to 1, backward Euler,
     which does not ring.
 
     Args:
         h: Time step [s].
-        rate: At which back-EMF slows the free shaft down [1/s].
+        rate: Rate at which back-EMF slows the free shaft down [1/s].
     """
     z = h * rate
     if z < 1e-3:
@@ -60,17 +60,17 @@ def end_weight(h, rate):
 
 @compiled
 def line_in_force(volts, bus, emf, limit, resistance, winding):
-    """What holds now of a motor whose controller makes up for the resistance before it.
+    """Return the current line of a motor whose controller compensates for the resistance in series with it.
 
-    It does so as long as its duty lets it: of (V - e) / R_winding, (V_bus - e) / R and the stator limit the smallest
-    flows.
+    It compensates while its duty cycle is below 1: the current is the smallest of (V - e) / R_winding, (V_bus - e) / R
+    and the stator limit.
 
     Args:
         volts: Wanted [V].
         bus: Battery voltage [V].
         emf: Back-EMF now [V].
         limit: Stator limit in force [A].
-        resistance: At full duty [ohm].
+        resistance: Resistance at full duty [ohm].
         winding: Behind the controller [ohm].
 
     Returns:
@@ -95,7 +95,7 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
         a: Torque that is there without the motor [N m].
         i0: Motor current at standstill, before the limit [A].
         i1: How much the current falls per shaft speed, >= 0 [A s/rad].
-        limit: Of the current, in both directions [A].
+        limit: Limit of the current, in both directions [A].
         drive: Torque per current while the motor drives [N m/A].
         driven: Torque per current while it is driven, >= drive [N m/A].
         friction: Dry friction [N m].
@@ -133,7 +133,7 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
 
 @compiled
 def supply_line(emf, slope, w, resistance, power, current, drawn):
-    """The current line that keeps |V I| within `power`, near a shaft speed.
+    """Return the current line that keeps |V I| within `power` near a shaft speed.
 
     While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
     below it, so the limit also holds at the end of the step. While regenerating, the controller reduces torque until
@@ -163,14 +163,14 @@ def supply_line(emf, slope, w, resistance, power, current, drawn):
 
 @compiled
 def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, friction, emf_offset, w, power):
-    """`solve_shaft` within both limits, stator and supply.
+    """Solve as `solve_shaft` within both limits, stator and supply.
 
     Args:
         k: See `solve_shaft`.
         a: See `solve_shaft`.
         i0: See `solve_shaft`.
         i1: See `solve_shaft`.
-        limit: Of the stator, in force now [A].
+        limit: Stator limit in force now [A].
         emf: Back-EMF per shaft speed [V s/rad].
         resistance: [ohm]
         driving: See `solve_shaft`.
@@ -202,7 +202,7 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
 
 @compiled
 def torque_line(is_open, volts, bus, emf_offset, w, limit, power, emf, resistance, driving, driven, friction):
-    """The lines of current and torque over shaft speed that hold near `w`.
+    """Return the lines of current and torque over shaft speed that hold near `w`.
 
     Args:
         is_open: Whether the circuit is open.

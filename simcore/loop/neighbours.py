@@ -1,4 +1,4 @@
-"""Who may touch whom within a few milliseconds: balls with each other, and with solids.
+"""Lists of contacts that are possible within a few milliseconds: of balls with each other, and with solids.
 
 Lists are made once for up to 5 ms. They hold what can meet within that time at the speeds of now, and a margin for what
 is set in motion meanwhile.
@@ -21,7 +21,7 @@ _FAR = 1e5  # [m]
 
 @inlined
 def _is_here(balls_are, status, pos, i):
-    """Whether a row is a ball on the field; one whose place is no number, or far away, is nowhere."""
+    """Return whether a row is a ball on the field; one whose place is no number, or far away, is nowhere."""
     return (
         balls_are[i]
         and (sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
@@ -31,7 +31,7 @@ def _is_here(balls_are, status, pos, i):
 
 @compiled
 def grid_of(balls):
-    """Balls on the field by square cells.
+    """Sort balls on the field into square cells.
 
     Returns:
         First ball of each cell, the next of each ball, lowest corner, edge and numbers of cells, largest radius.
@@ -59,13 +59,13 @@ def grid_of(balls):
 
 @inlined
 def cell_range(low, high, origin, edge, count):
-    """Numbers of the cells from low to high [m]."""
+    """Return the numbers of the cells from low to high [m]."""
     return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
 
 
 @compiled
 def listed_balls(balls, bodies, grid, way, h):
-    """Balls that move, or may be touched within h [s]: the awake, fast ones first, and sleepers beside a body."""
+    """List balls that move, or may be touched within h [s]: the awake, fast ones first, and sleepers next to a body."""
     head, after, low_x, low_y, edge, nx, ny, _ = grid
     is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
     queue, depth, count = np.empty(n, np.int64), np.full(n, NOBODY, np.int64), 0
@@ -136,7 +136,7 @@ def near_pairs(balls, grid, way, queue, depth, count, first, second):
 
 @inlined
 def is_outside(box, s, x, y, z, reach):
-    """Whether a ball is outside of the bounding box of a solid."""
+    """Return whether a ball is outside of the bounding box of a solid."""
     return (
         x + reach < box[s, 0] or x - reach > box[s, 3] or y + reach < box[s, 1] or y - reach > box[s, 4]
         or z + reach < box[s, 2] or z - reach > box[s, 5]
@@ -150,7 +150,7 @@ def _grown(near, size):
 
 @compiled
 def near_solids(balls, bodies, solids, way, queue, count, h):
-    """Solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
+    """Return the solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate

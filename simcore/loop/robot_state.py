@@ -378,22 +378,22 @@ SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f, (3,)), ("put_in",
 
 
 class Fleet(NamedTuple):
-    """All robots of a world, and what their bumpers may meet."""
+    """Robots of a world, and the outlines that their bumpers may meet."""
 
     robots: Records
     shafts: Records
     wheels: Records
     batteries: Records
-    """One of each robot."""
+    """Battery of each robot."""
     parts: Records
     points: Records
     springs: Records
-    """Of all contacts, shape (robots, `SPRINGS`)."""
+    """Records of all contacts, shape (robots, `SPRINGS`)."""
     outlines: Records
     corners: FloatArray
-    """Of all outlines [m], shape (n, 2)."""
+    """Corners of all outlines [m], shape (n, 2)."""
     normals: FloatArray
-    """Of the sides after them, shape (n, 2)."""
+    """Normals of the sides after these corners, shape (n, 2)."""
     hidden: npt.NDArray[np.uint8]
     """Whether each side is covered by another outline, shape (n,)."""
     clock: IntArray
@@ -410,12 +410,12 @@ def no_robots() -> Fleet:
 
 
 def records(dtype: np.dtype[Any], count: int = 1) -> Records:
-    """So many records, all zero."""
+    """Return `count` records, all zero."""
     made = np.zeros(count, dtype)
     return made.view(np.recarray) if numba.config.DISABLE_JIT else made  # type: ignore[attr-defined]
 
 
 def join(some: Sequence[Records]) -> Records:
-    """One array of the records of several."""
+    """Concatenate arrays of records."""
     made = np.concatenate(some)
     return made.view(np.recarray) if numba.config.DISABLE_JIT else made  # type: ignore[attr-defined]

@@ -83,7 +83,7 @@ def advance_robots(
     Args:
         fleet: All robots.
         bodies: Theirs among others.
-        solids: What stands on the field.
+        solids: Solids that stand on the field.
         has_floor: Whether there is a floor at z = 0.
         gravity: Downward [m/s^2].
         h: Step [s].
@@ -423,9 +423,9 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
 
     Args:
         fleet: All robots.
-        r: Which.
+        r: Number of the robot.
         bodies: Its own is at rest somewhere above the ground; others stay where they are.
-        solids: What stands on the field.
+        solids: Solids that stand on the field.
         has_floor: Whether there is a floor at z = 0.
         gravity: Downward [m/s^2].
         h: Step [s].

@@ -1,4 +1,4 @@
-"""What a motor turns, in one step: what its controller is asked for, and how the shaft moves."""
+"""Shaft of a motor in one step: the request of its controller, and the shaft's motion."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def control(shafts, i, bus, emf):
 
     Args:
         shafts: All.
-        i: Which.
+        i: Number of the shaft.
         bus: Voltage of its supply [V].
         emf: Back-EMF now [V].
     """
@@ -89,7 +89,7 @@ def turn(shafts, i, h, bus, friction, drag, torque):
 
     Args:
         shafts: All.
-        i: Which.
+        i: Number of the shaft.
         h: Step [s].
         bus: Voltage of the battery [V].
         friction: Further dry friction [N m].

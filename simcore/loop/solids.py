@@ -24,7 +24,7 @@ _FACE = 1e-9  # [m^2]; a nearest point this near to the foot of the perpendicula
 
 
 class Solids(NamedTuple):
-    """All convex solids of a world, those of one body in a row."""
+    """Convex solids of a world, those of one body in a row."""
 
     body: IntArray
     """Row of the body of each, `FIELD` for the field's, shape (n,)."""
@@ -41,9 +41,9 @@ class Solids(NamedTuple):
     first: IntArray
     """First triangle of each, and the number of all, shape (n + 1,)."""
     plane: FloatArray
-    """Of each triangle, outward unit normal and offset [m], shape (t, 4)."""
+    """Outward unit normal and offset [m] of each triangle, shape (t, 4)."""
     corner: FloatArray
-    """Its three corners, counter-clockwise seen from outside [m], shape (t, 9)."""
+    """Corners of each triangle, counter-clockwise seen from outside [m], shape (t, 9)."""
     cell_first: IntArray
     """First entry of `cell_solid` of each cell of the field, and the number of all, shape (nx * ny + 1,)."""
     cell_solid: IntArray
@@ -60,12 +60,12 @@ NO_SOLIDS = Solids(
     plane=np.zeros((0, 4)), corner=np.zeros((0, 9)), cell_first=np.zeros(1, np.int64),
     cell_solid=np.zeros(0, np.int64), cell_count=np.zeros(2, np.int64), cell_low=np.array([0.0, 0.0, 1.0]),
 )  # fmt: skip
-"""Of a world in which nothing stands."""
+"""Solids of an empty world."""
 
 
 @compiled
 def _closest_on_triangle(x, y, z, corner, t):
-    """Point of a triangle that is nearest to a place [m].
+    """Return the point of a triangle that is nearest to a place [m].
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
     """
@@ -108,11 +108,11 @@ def _closest_on_triangle(x, y, z, corner, t):
 
 @compiled
 def nearest_point(solid, x, y, z, reach, first, plane, corner):
-    """Distance of a place from a convex solid, and the way out.
+    """Return the distance of a place from a convex solid, and the way out.
 
     Args:
-        solid: Which one.
-        x: Of the place, in the solid's frame [m].
+        solid: Row of the solid.
+        x: Coordinate of the place in the solid's frame [m].
         y: The same [m].
         z: The same [m].
         reach: Farther solids need no exact answer [m].
@@ -203,8 +203,8 @@ def first_hits(
     """Find what segments meet first; what a segment begins inside of is not met.
 
     Args:
-        solids: Of the field and of bodies.
-        bodies: Of robots and others.
+        solids: Solids of the field and of bodies.
+        bodies: Bodies of robots and others.
         has_floor: Whether there is a floor at z = 0; its row is 0.
         start: Field frame [m], shape (n, 3).
         end: Field frame [m], shape (n, 3).
@@ -261,10 +261,10 @@ def find_in_box(
     and those of the field's axes. So one that is told to be met may still be a little way off.
 
     Args:
-        solids: Of the field and of bodies.
+        solids: Solids of the field and of bodies.
         x: Middle of the box [m].
         y: The same [m].
-        yaw: Of its length [rad].
+        yaw: Yaw of its length [rad].
         half_length: [m]
         half_width: [m]
         bottom: Lowest height [m].

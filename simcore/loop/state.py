@@ -39,7 +39,7 @@ REMEMBERED = 16
 
 
 class Balls(NamedTuple):
-    """All balls of a world, one row each."""
+    """Balls of a world, one row each."""
 
     is_ball: npt.NDArray[np.uint8]
     """Rows that are no balls are left alone, shape (n,)."""
@@ -64,7 +64,7 @@ class Balls(NamedTuple):
     air: FloatArray
     """Drag [1/m], lift [-], lift's saturation [m], and how spin fades [-], shape (n, 4)."""
     still: FloatArray
-    """How long each has been supported and slow [s], shape (n,)."""
+    """Time for which each has been supported and slow [s], shape (n,)."""
     calm: FloatArray
     """Speed of each as that began [m/s], shape (n,)."""
     load: FloatArray
@@ -85,7 +85,7 @@ class Balls(NamedTuple):
     """Marks of the bodies that it has touched since somebody cleared this, shape (n,)."""
 
     def only(self, rows: slice | npt.NDArray[np.bool_]) -> Balls:
-        """Some of them: of a slice in the same arrays, of a mask in arrays of their own."""
+        """Return some of the balls: for a slice as views of these arrays, for a mask as copies."""
         columns: list[Any] = [column[rows] for column in self]
         return Balls(*columns)
 
@@ -94,7 +94,7 @@ class Memory(NamedTuple):
     """Contacts, by the ball that remembers each."""
 
     key: IntArray
-    """What is touched, shape (n, 16)."""
+    """Key of the thing that is touched, shape (n, 16)."""
     stamp: IntArray
     """Step in which it was touched last, shape (n, 16)."""
     spring: FloatArray
@@ -104,12 +104,12 @@ class Memory(NamedTuple):
     """Number of the step, shape (1,)."""
 
     def only(self, rows: npt.NDArray[np.bool_]) -> Memory:
-        """Of some of the balls, in arrays of their own."""
+        """Return the memory of some of the balls, as copies."""
         return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
 
 
 class Floor(NamedTuple):
-    """What is the same everywhere."""
+    """Properties that are the same everywhere."""
 
     gravity: float
     """[m/s^2]"""
@@ -145,19 +145,19 @@ def make_memory(count: int) -> Memory:
 
 @inlined
 def speed(v, i):
-    """Length of row i of an array of vectors."""
+    """Return the length of row i of an array of vectors."""
     return math.sqrt(v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2])
 
 
 @inlined
 def sleeps(status, i):
-    """Whether ball i is on the field and stands still."""
+    """Return whether ball i is on the field and stands still."""
     return status[i] == ASLEEP or status[i] == PLACED
 
 
 @inlined
 def to_body(axes, b, x, y, z):
-    """A vector of the field in the axes of a body."""
+    """Transform a vector from the field frame to a body's frame."""
     return (
         axes[b, 0, 0] * x + axes[b, 1, 0] * y + axes[b, 2, 0] * z,
         axes[b, 0, 1] * x + axes[b, 1, 1] * y + axes[b, 2, 1] * z,
@@ -167,7 +167,7 @@ def to_body(axes, b, x, y, z):
 
 @inlined
 def to_field(axes, b, x, y, z):
-    """A vector of a body in the axes of the field."""
+    """Transform a vector from a body's frame to the field frame."""
     return (
         axes[b, 0, 0] * x + axes[b, 0, 1] * y + axes[b, 0, 2] * z,
         axes[b, 1, 0] * x + axes[b, 1, 1] * y + axes[b, 1, 2] * z,

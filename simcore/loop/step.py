@@ -30,12 +30,12 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
 
     Args:
         fleet: All robots.
-        bodies: Of robots, and those of the engine, which move on with the velocity that they have.
+        bodies: Bodies of robots, and those of the engine, which move on with the velocity that they have.
         balls: All of them; those on the field move.
-        memory: Of their contacts.
-        solids: What stands on the field, and of what bodies consist.
+        memory: Memory of their contacts.
+        solids: Solids that stand on the field, and those of bodies.
         floor: The floor, and gravity.
-        h: How long [s].
+        h: Duration [s].
 
     Returns:
         Number of a robot whose pose or velocity is not finite, and nothing has moved; -1: none.

@@ -55,7 +55,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
 
     Args:
         wheels: All.
-        first: Of the robot.
+        first: First wheel of the robot.
         last: The one behind its last.
         force_z: F [N].
         want_x: [N m]
@@ -151,7 +151,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
 
     Args:
         robot: Record of the robot.
-        body: Of the robot.
+        body: Record of the robot's body.
         shafts: All; of the robot's, those with wheels come first.
         wheels: All.
         h: Step [s].

@@ -343,7 +343,7 @@ class RobotSettings:
         )
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
-        """The drivetrain with the friction that the file states, whatever its maker's constants say."""
+        """Return the drivetrain with the file's friction, which overrides its maker's constants."""
         names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts", "drive_efficiency", "free_speed_share")
         own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
         if isinstance(drivetrain, FixedWheelConfig):

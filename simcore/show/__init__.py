@@ -1,1 +1,1 @@
-"""What people look at: pictures, pages, the browser view and replays."""
+"""Pictures, pages, the browser view and replays of runs."""

@@ -26,7 +26,7 @@ _QUANTITIES = (
     ("HeightM", "height", "m"), ("AngleDeg", "angle", "deg"), ("ExtendedPct", "extended", "%"),
     ("VelocityRPS", "velocity", "turns/s"),
 )  # fmt: skip
-"""Of a mechanism, what says most first: end of its key, name and unit."""
+"""Quantities of a mechanism, the most important first: end of the key, name and unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,11 +39,11 @@ class Curve:
     values: FloatArray
     """Shape (n,)."""
     is_stepped: bool = False
-    """A count, which keeps its value until it jumps."""
+    """Whether it is a count, which keeps its value until it jumps."""
     key: str = ""
-    """Of its values in a snapshot; empty: they are worked out of several."""
+    """Snapshot key of its values; empty: they are computed from several keys."""
     color: str = ""
-    """Empty: the chart's next one."""
+    """Name of its color; empty: the chart's next one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,11 +58,11 @@ class Chart:
     limit_label: str = ""
     from_zero: bool = True
     group: str = ""
-    """What a page folds it up under; empty: nothing."""
+    """Heading under which a page folds the chart up; empty: none."""
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
-    """The charts of a run, what matters most first; what was not published is left out."""
+    """Return the charts of a run, the most important first; leave out what was not published."""
     recording, scene = track.recording, track.scene
     robots = list(enumerate(scene.robots))
     several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
@@ -120,7 +120,7 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
 
 
 def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
-    """A curve of a battery's voltage with what was lowest between two rows."""
+    """Add the minima between rows to a curve of battery voltage."""
     if not recording.has(f"{prefix}/Debug/BatteryVoltageLowest"):
         return curve
     lowest = recording.series(f"{prefix}/Debug/BatteryVoltageLowest")[1]
@@ -129,7 +129,7 @@ def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
 
 
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """How far each robot was from where it believed to be, from where it was put before it first drove."""
+    """Return the distance of each robot from its estimated pose, since it was placed before it first drove."""
     curves = []
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
         if not (len(times) and len(at)):
@@ -144,7 +144,7 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
 
 
 def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable[Chart]:
-    """What closed loops wanted beside what came of it, what else moved, and the currents of all mechanisms."""
+    """Yield charts of closed loops with their set-points, of other motion, and of all mechanisms' currents."""
     head = f"{prefix}/Debug/"
     known = set()
     for key in recording.keys:
@@ -168,7 +168,7 @@ def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable
 
 
 def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> Chart:
-    """A closed loop's quantity and its set-point, in the unit that says most: positions as heights or angles."""
+    """Chart a closed loop's quantity and its set-point; positions are heights or angles."""
     if kind == "VelocityRPS":
         curves = _curves(recording, [("is", stem + kind), ("set-point", wanted)])
         return Chart(title=f"{_name(stem)} velocity", unit="turns/s", curves=curves)
@@ -185,12 +185,12 @@ def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> 
 
 
 def _name(stem: str) -> str:
-    """Of a mechanism, by what its keys begin with."""
+    """Return a mechanism's name from the beginning of its keys."""
     return key_in_words(stem.rpartition("/")[2]).capitalize()
 
 
 def value_at(snapshot: Snapshot, key: str) -> float | None:
-    """What a curve shows at a snapshot, by its key; None where it has no value."""
+    """Return the value of a curve, by its key, at a snapshot; None where it has none."""
     if key.endswith(_POSE_ERROR):
         prefix = key.removesuffix(_POSE_ERROR)
         true, believed = (snapshot.poses.get(f"{prefix}/Robot/{name}") for name in ("Pose3d", "EstimatedPose"))
@@ -200,7 +200,7 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
 
 
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
-    """The same curve with the lowest and the highest point of each of so many parts: what an eye can see of it."""
+    """Reduce a curve to the lowest and highest point of each of `buckets` parts, which looks the same."""
     n = len(curve.times)
     if n <= 2 * buckets:
         return curve

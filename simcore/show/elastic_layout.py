@@ -19,10 +19,10 @@ _PERIOD = 0.06  # [s] between two values, Elastic's default
 
 
 def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
-    """The whole file.
+    """Return the content of the layout file.
 
     Args:
-        snapshot: Whose keys are shown; what it has not gets no widget.
+        snapshot: Snapshot whose keys are shown; a key that it lacks gets no widget.
     """
     drive = [
         _widget("Field", "SmartDashboard/Field", "Field", (0, 0, 6, 4)),
@@ -59,7 +59,7 @@ def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
 def _rows(
     widgets: list[tuple[str, str, str]], area: tuple[int, int, int], size: tuple[int, int]
 ) -> list[dict[str, Any]]:
-    """Widgets of one size [cells], row by row from the corner of an area: first column, first row, last column."""
+    """Lay out widgets of one size [cells], row by row, in an area: first column, first row, last column."""
     (left, top, right), (width, height) = area, size
     columns = (right - left) // width
     return [
@@ -73,7 +73,7 @@ def _rows(
 
 
 def _title(key: str) -> str:
-    """`Sim/Debug/BatteryVoltage` as people read it: `Battery Voltage`."""
+    """Turn a key into a title: `Sim/Debug/BatteryVoltage` is `Battery Voltage`."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", key.rpartition("/")[2])
 
 

@@ -28,7 +28,7 @@ class FailedRunFiles:
     page: Path | None = None
     log: Path | None = None
     problems: tuple[str, ...] = ()
-    """Why something is missing, a sentence each."""
+    """Reasons why files are missing, a sentence each."""
 
     def __str__(self) -> str:
         found = {"page": self.page, "log": self.log}
@@ -51,9 +51,9 @@ def save_failed_run(
     Args:
         recording: The run, kept by `game.sinks.append(recording)` before its first tick.
         folder: Made if missing; files of the same name are overwritten.
-        name: Of the files, without suffix; letters that no file system knows are replaced.
-        scene: From `game.scene()`, also after the game was closed; None: an empty field as large as the run.
-        title: In large letters; None: the name.
+        name: Name of the files, without suffix; characters that a file system forbids are replaced.
+        scene: Scene from `game.scene()`, also after the game was closed; None: an empty field as large as the run.
+        title: Title in large letters; None: the name.
         note: Under it, e.g. what the test expected.
 
     Returns:
@@ -95,7 +95,7 @@ def write_log(recording: Recording, path: str | Path) -> None:
 
 
 def empty_scene(recording: Recording) -> Scene:
-    """A bare field as large as what moved on it, with the robots of the recording, for a game that cannot say more."""
+    """Return a bare field that covers all motion, with the recorded robots, for a game without a scene."""
     robots = recorded_robots(recording)
     places = [recording.path(robot.pose_key)[:, :2] for robot in robots]
     farthest = [rows.max(axis=0) for rows in places if len(rows)]
@@ -104,7 +104,7 @@ def empty_scene(recording: Recording) -> Scene:
 
 
 def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
-    """The robots of a recording, in order of their numbers, the first also where nothing of it was recorded."""
+    """Return the robots of a recording by number; the first is included even if it was not recorded."""
     others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
     robots = []
     for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
@@ -117,7 +117,7 @@ def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
 
 
 def safe_name(name: str) -> str:
-    """A file name of every system, made of any text.
+    """Turn any text into a file name that is valid on every system.
 
     >>> safe_name("test_auto[red/3] äöü?")
     'test_auto_red_3_äöü'

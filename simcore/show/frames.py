@@ -46,7 +46,7 @@ Rows = npt.NDArray[np.int16]
 
 AWAY = -32768
 IN_FLIGHT, HELD = 2, 3
-"""Where pieces are: in flight, and this plus its number in a robot."""
+"""States of pieces: in flight, and held by robot n as HELD + n."""
 _UNIT = 32767.0
 _ROBOT, _PART = 11, 7
 _LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
@@ -63,14 +63,14 @@ class PieceKind:
 
     name: str
     ids: IntArray
-    """Of its pieces, rising, shape (n,)."""
+    """Ids of its pieces, rising, shape (n,)."""
     is_round: bool
     key: str = ""
-    """Of the poses on the field, of which `ids` are rows; empty: `Sim/GamePieces/<name>`."""
+    """Key of the poses on the field, of which `ids` are rows; empty: `Sim/GamePieces/<name>`."""
 
 
 def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
-    """The kinds of a recorded run with all pieces that were seen in it."""
+    """Return the kinds of pieces of a recorded run, each with all pieces that appear in it."""
     kinds = []
     for key in recording.keys:
         if key.startswith(_FIELD):
@@ -101,8 +101,8 @@ class FrameLayout:
 
     Args:
         scene: With the robots.
-        solids: Of each of them.
-        kinds: Of the pieces.
+        solids: Solids of each robot.
+        kinds: Kinds of the pieces.
         lines: Keys of what cameras see, in the order of their columns.
     """
 
@@ -268,7 +268,7 @@ def _short(values: FloatArray) -> Rows:
 
 
 def pack(rows: Rows) -> bytes:
-    """16-bit numbers as bytes that compress well: differences down each column, all low bytes before all high ones.
+    """Pack 16-bit numbers into compressible bytes: differences down each column, all low bytes before all high ones.
 
     >>> pack(np.array([[1, 256], [2, 256]], dtype=np.int16)).hex(" ")
     '01 01 00 00 00 00 01 00'

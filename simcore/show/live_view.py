@@ -39,9 +39,9 @@ class LiveView:
     """Watch one run after another on the same page, and act on it.
 
     Args:
-        host: Where to listen; `0.0.0.0` lets other computers look.
+        host: Address to listen at; `0.0.0.0` lets other computers look.
         port: 0 takes a free one.
-        title: Of the page.
+        title: Title of the page.
         seed: Shown at first.
         driving: The persons at the pages, if there are robots to drive.
         models: Folder with the user's own models; None: the game's.
@@ -83,7 +83,7 @@ class LiveView:
         return self._server.has_viewers
 
     def sink(self) -> TelemetrySink:
-        """What a run writes to; each run gets its own, the page stays when it is closed."""
+        """Return a new telemetry sink for one run; the page stays open when the sink is closed."""
         return _ViewSink(self)
 
     def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
@@ -232,7 +232,7 @@ class LiveView:
     # --- what pages ask for -------------------------------------------------------------------------------------
 
     def _take(self, page: int, message: dict[str, Any] | None) -> None:
-        """In the server's thread: what drives counts at once, all else between two ticks."""
+        """Take a message in the server's thread: apply driving at once, all else between two ticks."""
         if message is None or "drive" in message:
             if self._driving is not None:
                 self._driving.take(page, None if message is None else message["drive"])
@@ -274,7 +274,7 @@ class _ViewSink:
         self._closed = False
 
     def due(self, time: float) -> bool:
-        """Whether the page wants a frame, by the wall clock."""
+        """Return whether the page wants a frame, by the wall clock."""
         return not self._closed and self._view.has_viewers and self._view._frames.due()
 
     def write(self, snapshot: Snapshot) -> None:
@@ -284,5 +284,5 @@ class _ViewSink:
             self._view.show(snapshot)
 
     def close(self) -> None:
-        """The run is over."""
+        """End the run."""
         self._closed = True

@@ -34,9 +34,9 @@ def write_log_page(
     """Write the page of a log; say which game that is, and what of the log is not shown.
 
     Args:
-        path: Of the log.
-        page: Where to; None: beside the log.
-        game: Whose field; None: that of the game that the log names, else of the newest.
+        path: Path of the log.
+        page: Path of the page; None: next to the log.
+        game: Game whose field is drawn; None: that of the game that the log names, else of the newest.
         models: Folder with the user's own models; None: the game's.
 
     Returns:
@@ -69,10 +69,10 @@ def write_log_page(
 
 
 def recording_of(log: TelemetryLog) -> Recording:
-    """The columns of a log, 50 times a second; what robot code logged beside `Sim/` and `Robot/` is left out.
+    """Read the `Sim/` and `Robot/` columns of a log at 50 Hz; leave out all else that robot code logged.
 
     Raises:
-        LogError: It has neither robot nor pieces of a simulation.
+        LogError: The log has neither a robot nor pieces of a simulation.
     """
     columns = {key: column for key, column in log.columns.items() if _OURS.match(key)}
     if not any(key.startswith(("Sim/Robot/Pose3d", "Sim/GamePieces/")) for key in columns):
@@ -97,7 +97,7 @@ def recording_of(log: TelemetryLog) -> Recording:
 
 
 def _longest_part(log: TelemetryLog) -> tuple[float, float]:
-    """From when to when a log has a run [s]: all of it, or between the gaps that broken stamps and pauses make."""
+    """Return begin and end of a log's run [s]: all of it, or its longest part between gaps of stamps and pauses."""
     start, end = log.span
     times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
     times = times[(times >= start) & (times <= end)]
@@ -114,11 +114,11 @@ def _longest_part(log: TelemetryLog) -> tuple[float, float]:
 
 
 def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
-    """The field of the game that was played, and the robots that were recorded.
+    """Return the field of the game that was played, with the recorded robots.
 
     Args:
         recording: The run.
-        game: Name of the game; None: the one that the log names. The field of one that is not installed is bare.
+        game: Name of the game; None: the one that the log names. The field of a game that is not installed is bare.
     """
     known = known_game(game or recorded_game(recording))
     scene = empty_scene(recording) if known is None else bare_scene(known)
@@ -127,14 +127,14 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
 
 
 def game_of_log(log: TelemetryLog) -> str | None:
-    """The game that a log names, if it is installed."""
+    """Return the game that a log names, if it is installed."""
     column = log.columns.get("Sim/Match/Game")
     name = str(column.value(len(column) - 1)) if column is not None and len(column) else None
     return None if known_game(name) is None else name
 
 
 def recorded_game(recording: Recording) -> str | None:
-    """The name of the game that was played, if the run says so."""
+    """Return the name of the game that was played, if the recording has it."""
     if "Sim/Match/Game" not in recording.keys:
         return None
     return recording.strings("Sim/Match/Game")[1][-1]

@@ -1,4 +1,4 @@
-"""What a match came to: its score sheet, and by robot its cycles and where its seconds went."""
+"""Tables of a match: its score sheet, and for each robot its cycles and how it spent its time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = [
 ]  # fmt: skip
 
 USES = ("shooting", "collecting", "driving", "standing", "disabled")
-"""What a robot does with a second; the first that is true."""
+"""Uses of a robot's time; the first that is true counts."""
 
 _BURST = 3.0  # [s]; shots that are farther apart belong to different cycles
 _AIMING = 0.5  # [s] before and after a shot that count as shooting
@@ -41,13 +41,13 @@ class Table:
     is_wide: bool = False
 
     def data(self) -> dict[str, object]:
-        """As the player takes it."""
+        """Return the table as the player takes it."""
         return {"title": self.title, "head": self.head, "rows": self.rows, "open": self.is_open, "wide": self.is_wide}
 
 
 @dataclass(frozen=True, slots=True)
 class RobotRow:
-    """One robot of a match."""
+    """Statistics of one robot of a match."""
 
     number: int
     alliance: str
@@ -56,11 +56,11 @@ class RobotRow:
     cycles: tuple[tuple[float, int, int], ...]
     """First shot [s], hits and shots of each; shots without a pause of 3 s are one cycle."""
     seconds: dict[str, float]
-    """By `USES` [s]; together the whole run."""
+    """Time by `USES` [s]; together the whole run."""
 
 
 def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
-    """What each robot of a run did."""
+    """Return a row of statistics for each robot of a run."""
     recording, sides = track.recording, _alliances(track)
     times = recording.times
     enabled = np.ones(len(times), dtype=bool)
@@ -91,14 +91,14 @@ def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
 
 
 def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
-    """Cycles of each robot and what it did with its time, as rows of a table: a name, and a value a robot."""
+    """Return cycles of each robot and what it did with its time, as rows of a table: a name, and a value a robot."""
     rows = [("cycles", [str(len(robot.cycles)) for robot in robots])]
     rows += [("pieces a cycle", [f"{robot.shots / max(1, len(robot.cycles)):.1f}" for robot in robots])]
     return rows + [(use, [f"{robot.seconds[use]:.1f} s" for robot in robots]) for use in USES]
 
 
 def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
-    """The tables of a page: of a match its score sheet, robots and cycles; of one robot its shots."""
+    """Return the tables of a page: score sheet, robots and cycles of a match; shots of a single robot."""
     scene = track.scene
     several = len(scene.robots) > 1
     tables = []
@@ -129,7 +129,7 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
 
 
 def score_sheet(recording: Recording) -> list[list[Cell]]:
-    """What the score is made of at the end, as the game counts it: a row each, blue and red; zeros of both left out."""
+    """Return the final score by item, one row each for blue and red; leave out items where both are zero."""
     rows: dict[str, list[Cell]] = {}
     for column, alliance in enumerate(("Blue", "Red"), 1):
         head = f"Sim/Score/{alliance}/"
@@ -142,7 +142,7 @@ def score_sheet(recording: Recording) -> list[list[Cell]]:
 
 
 def verdict(track: RunTrack) -> str:
-    """Who won, in a few words; of robots of one alliance their points."""
+    """Return the winner in a few words; for robots of one alliance, their points."""
     blue, red = (int(_final(track.recording, alliance)) for alliance in ("Blue", "Red"))
     sides = {robot.alliance for robot in track.scene.robots}
     if len(sides) == 1:
@@ -155,14 +155,14 @@ def verdict(track: RunTrack) -> str:
 
 
 def _alliances(track: RunTrack) -> list[str]:
-    """Of each robot, as it was at last; empty where the log does not say."""
+    """Return the last alliance of each robot; empty where the log has none."""
     recording = track.recording
     keys = [f"{robot.prefix}/Robot/IsRed" for robot in track.scene.robots]
     return [("red" if recording.series(key)[1][-1] else "blue") if recording.has(key) else "" for key in keys]
 
 
 def _words(key: str) -> str:
-    """A key of the score sheet as people read it: `goalScore/auto1Points` is `goal score: auto 1 points`."""
+    """Turn a key of the score sheet into words: `goalScore/auto1Points` is `goal score: auto 1 points`."""
     return ": ".join(map(key_in_words, key.split("/")))
 
 
@@ -185,7 +185,7 @@ def _near(times: FloatArray, shots: Sequence[float]) -> BoolArray:
 
 
 def _seconds(times: FloatArray, enabled: BoolArray, *uses: BoolArray) -> dict[str, float]:
-    """Shares a run's seconds between `USES`, each second with the first use that is true; disabled goes before all."""
+    """Share a run's seconds between `USES`: each counts for the first use that is true, disabled before all."""
     steps = np.diff(times, prepend=times[0] - TICK) if len(times) else np.zeros(0)
     left, found = enabled.copy(), dict.fromkeys(USES, 0.0)
     for name, is_so in zip(USES, uses, strict=False):

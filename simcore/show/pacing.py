@@ -95,7 +95,7 @@ class Pacer:
 
 
 class FrameRate:
-    """At most so many frames a second, by the wall clock, evenly.
+    """Limit of frames a second by the wall clock, evenly spaced.
 
     Args:
         rate: Frames a second.
@@ -107,9 +107,9 @@ class FrameRate:
         self._next = -math.inf
 
     def due(self) -> bool:
-        """Whether it is time for a frame."""
+        """Return whether it is time for a frame."""
         return self._clock() >= self._next
 
     def take(self) -> None:
-        """A frame is drawn now."""
+        """Record that a frame is drawn now."""
         self._next = max(self._next + self._period, self._clock())

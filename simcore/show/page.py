@@ -29,7 +29,7 @@ _MODULES = (
     "dom", "charts", "data", "key", "top", "solid", "timeline", "picture", "panels",
     "sound", "player", "live", "robot_model", "report", "main",
 )  # fmt: skip
-"""In the order in which each finds what it imports."""
+"""Modules in an order in which each follows those that it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)
 
@@ -38,11 +38,11 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     """Write the page; missing folders are made.
 
     Args:
-        path: By custom a `.html` file.
+        path: Path of the file, by custom `.html`.
         recording: The run.
-        scene: What it took place on.
-        title: In large letters, and of the browser's tab.
-        subtitle: Beside it; line breaks are kept.
+        scene: Scene of the run.
+        title: Title in large letters, and of the browser's tab.
+        subtitle: Text next to the title; line breaks are kept.
 
     Raises:
         OutputError: The file cannot be written.
@@ -52,7 +52,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
 
 
 def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"") -> str:
-    """The page of a run, or of one that is to come over a socket."""
+    """Return the HTML page of a run, or of one that will come over a socket."""
     blocks = {}
     if meta is not None:
         text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode()
@@ -78,25 +78,25 @@ def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
 
 
 def packed(content: bytes) -> str:
-    """Bytes as text that `inflate` of the player reads; the same for the same bytes."""
+    """Return bytes as text that `inflate` of the player reads; the same for the same bytes."""
     return base64.b64encode(gzip.compress(content, 7, mtime=0)).decode("ascii")
 
 
 def page_style() -> str:
-    """The style sheet of all pages, with the colors for light and dark."""
+    """Return the style sheet of all pages, with light and dark colors."""
     return css_variables() + _PLAYER.joinpath("player.css").read_text(encoding="utf-8")
 
 
 @functools.cache
 def _script() -> str:
-    """Three.js and the player's modules as one script in a scope of its own, packed."""
+    """Return Three.js and the player's modules as one packed script in its own scope."""
     three = _PLAYER.joinpath("vendor", "three.min.js").read_text(encoding="utf-8")
     own = "".join(_bundled(name, _PLAYER.joinpath(f"{name}.js").read_text(encoding="utf-8")) for name in _MODULES)
     return packed(f"{three}\n(() => {{\n'use strict';\n{own}}})();\n".encode())
 
 
 def _bundled(name: str, text: str) -> str:
-    r"""A module as a function of its own that returns what it exports: a page may import no file.
+    r"""Wrap a module in a function that returns its exports, because a page may import no file.
 
     >>> print(_bundled("top", 'import { b } from "./data.js";\nexport const a = b;\n'))
     const top_ = (() => {

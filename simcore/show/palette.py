@@ -36,12 +36,12 @@ COLORS: dict[str, tuple[str, str]] = {
     "neutral": ("#666e78", "#a0a7b1"),
     "neutral-fill": ("#b4b9c0", "#474e58"),
 }
-"""On light and on dark paper. `tests/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
+"""Colors on light and on dark paper. `tests/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
 graphics 3 : 1) and how far hits and misses, blue and red are apart for readers who see no red or no green."""
 
 
 def color(name: str) -> str:
-    """As a drawing writes it.
+    """Return a color as a drawing writes it.
 
     >>> color("hit")
     'var(--hit)'
@@ -51,7 +51,7 @@ def color(name: str) -> str:
 
 
 def css_variables() -> str:
-    """The style sheet's head: all colors, light and dark as the reader's system asks for."""
+    """Return the head of the style sheet: all colors, light or dark as the reader's system prefers."""
     light, dark = ("".join(f"--{name}:{pair[k]};" for name, pair in COLORS.items()) for k in (0, 1))
     return (
         f":root{{color-scheme:light dark;{light}}}\n"
@@ -71,7 +71,7 @@ def tint(name: str) -> tuple[str, str]:
 
 
 def rgb(hexadecimal: str) -> tuple[int, int, int]:
-    """As whole numbers of 0 to 255.
+    """Return a color as whole numbers of 0 to 255.
 
     >>> rgb("#0e8a43")
     (14, 138, 67)
@@ -80,7 +80,7 @@ def rgb(hexadecimal: str) -> tuple[int, int, int]:
 
 
 def shade(hexadecimal: str, part: float) -> str:
-    """A part of a color's brightness.
+    """Scale a color's brightness.
 
     >>> shade("#804020", 0.5)
     '#402010'

@@ -37,13 +37,13 @@ __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
-"""As an auto: the robot stands until somebody drives it from the page."""
+"""Name of the auto in which the robot stands until somebody drives it from the page."""
 _FREE = 3600.0  # [s] for which a person may drive
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command, for every game."""
+    """Add the options of the command, for every game."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
@@ -78,11 +78,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """The played game's own options, each a flag, where they are asked for.
+    """Add the played game's own options, each a flag, where the command line needs them.
 
     Args:
-        parser: Of the command.
-        words: What was typed after it.
+        parser: Parser of the command.
+        words: Arguments typed after the command.
 
     Raises:
         SimcoreError: There is no such game, or it does not load.
@@ -104,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
     """Play; returns the exit status: 0 played, 130 interrupted.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: The command cannot do what was asked for.
     """
     try:
         status = _list(options.game) if options.list else _play(options)
@@ -164,7 +164,7 @@ def _play(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """What is played: an auto, or a match, of which each of `play_auto` and `play_match` takes its part."""
+    """Auto or match to play; `play_auto` and `play_match` each take their part of it."""
 
     game: Game
     name: str
@@ -223,7 +223,7 @@ def _auto(options: argparse.Namespace, game: Game) -> Auto:
 
 
 def _is_free(options: argparse.Namespace, game: Game) -> bool:
-    """Whether a person drives for as long as they like: no match, no clock."""
+    """Return whether a person drives for as long as they like: no match, no clock."""
     return options.auto == _DRIVE and _DRIVE not in game.autos and not options.match
 
 

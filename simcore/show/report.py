@@ -67,7 +67,7 @@ def series(
     """Make one series of a chart.
 
     Args:
-        name: In the legend; empty for the only one.
+        name: Name in the legend; empty for the only one.
         x: Positions, rising, shape (n,).
         y: Values, shape (n,); None and NaN are gaps.
         low: Lower ends of a band (of lines) or of whiskers (of dots and bars), shape (n,).

@@ -1,4 +1,4 @@
-"""What a page knows of a run: one JSON object, and one block of 16-bit numbers for what is long."""
+"""Data of a run for a page: one JSON object, and one block of 16-bit numbers for long arrays."""
 
 from __future__ import annotations
 
@@ -66,20 +66,20 @@ class Block:
 
     @property
     def data(self) -> bytes:
-        """All of them."""
+        """Packed arrays, one after the other."""
         return b"".join(self._parts)
 
 
 def run_data(
     recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = ""
 ) -> tuple[dict[str, Any], bytes]:
-    """All that a page shows of a run.
+    """Return all data that a page shows of a run.
 
     Args:
         recording: The run.
-        scene: What it took place on.
-        title: In large letters.
-        subtitle: Beside it.
+        scene: Scene of the run.
+        title: Title in large letters.
+        subtitle: Text next to the title.
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
@@ -104,11 +104,11 @@ def run_data(
 def layout_of(
     scene: Scene, kinds: Sequence[PieceKind], source: Recording | Snapshot
 ) -> tuple[FrameLayout, list[RobotSolids]]:
-    """The columns of a run's frames, and the solids of its robots.
+    """Return the columns of a run's frames, and the solids of its robots.
 
     Args:
-        scene: What it takes place on.
-        kinds: Of its pieces.
+        scene: Scene of the run.
+        kinds: Kinds of its pieces.
         source: The run, or a snapshot of it: what it publishes.
     """
     solids = []
@@ -124,7 +124,7 @@ def layout_of(
 
 
 def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotSolids], block: Block) -> dict[str, Any]:
-    """What is drawn and does not change: field, robots and kinds of pieces."""
+    """Return the static part of the drawing: field, robots and kinds of pieces."""
     length, width = scene.field_size
     field = _models(scene.models).field
     tags = tag_layout(scene.tags, scene.field_size)
@@ -194,7 +194,7 @@ def report_data(
 
 @functools.lru_cache(maxsize=8)
 def _models(folder: Path | None) -> ViewModels:
-    """The models of a folder; none of one that cannot be used: outlines and boxes will do."""
+    """Return the models of a folder, or none if it cannot be used: the page then draws outlines and boxes."""
     try:
         return ViewModels() if folder is None else load_models(folder)
     except ModelError as error:
@@ -203,7 +203,7 @@ def _models(folder: Path | None) -> ViewModels:
 
 
 def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
-    """Those of a model; none of one that cannot be read."""
+    """Return the solids of a model; none of one that cannot be read."""
     try:
         return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:
@@ -284,7 +284,7 @@ def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, bloc
 
 
 def _stations(field: FieldModels | None, size: tuple[float, float]) -> Sequence[tuple[float, float]]:
-    """Of the drivers, blue 1 to 3 and red 1 to 3, field frame [m]."""
+    """Return the driver stations, blue 1 to 3 and red 1 to 3, field frame [m]."""
     if field is not None and field.stations:
         return field.stations
     offsets = (1.75, 0.0, -1.75)
@@ -301,7 +301,7 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
 
 
 def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
-    """What the whole run came to."""
+    """Return the totals of the whole run."""
     recording, scene = track.recording, track.scene
 
     def last(key: str) -> float | None:
@@ -352,13 +352,13 @@ def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
 
 
 def _taken(recording: Recording) -> list[list[float]]:
-    """When and where pieces were taken in [s, m, m]."""
+    """Return the time and place of each intake of a piece [s, m, m]."""
     events = recording.events("Sim/NewestTakenIn")
     return [[round(time, 2), round(1e-3 * x, 3), round(1e-3 * y, 3)] for time, (_, x, y) in events]
 
 
 def _row_of(kinds: Sequence[PieceKind], piece: int) -> int:
-    """Of a piece among all, by its id; the first one's where nobody has seen it."""
+    """Return the row of a piece among all, by its id; the first row for an unknown piece."""
     first = 0
     for kind in kinds:
         row = int(np.searchsorted(kind.ids, piece))
@@ -377,7 +377,7 @@ def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[
 
 
 def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
-    """Its values as whole numbers of a step from the lowest one."""
+    """Return a curve with its values as whole numbers of steps from the lowest one."""
     look: Mapping[str, Any] = {
         "label": curve.label, "color": curve.color, "stepped": curve.is_stepped, "key": curve.key,
     }  # fmt: skip
@@ -394,7 +394,7 @@ def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[
 
 
 def _steps(times: FloatArray, start: float | None = None) -> Rows:
-    """Times [s] as steps [ms] from the first one, or from a start, shape (n, 1)."""
+    """Convert times [s] to steps [ms] from the first one, or from a start, shape (n, 1)."""
     milliseconds = np.rint(1e3 * times)
     first = milliseconds[:1] if start is None else [round(1e3 * start)]
     steps = np.diff(milliseconds, prepend=first)

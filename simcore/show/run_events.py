@@ -1,4 +1,4 @@
-"""What happened when in a run, and what the score board says: read from its telemetry."""
+"""Events of a run and the lines of its score board, read from its telemetry."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class RunEvent:
 
 
 def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) -> list[RunEvent]:
-    """Modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
+    """Return modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
     events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
     for shot in shots:
         whose = f"{scene.label(shot.robot)}: " if len(scene.robots) > 1 else ""
@@ -79,7 +79,7 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
 
 
 def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
-    """The lines of the score board at a snapshot: label and text; lights are `led:` and their colors, `ff0000,...`."""
+    """Return the score board's lines at a snapshot, label and text; lights are `led:` with colors `ff0000,...`."""
     items = []
     match, scores = snapshot.strings, snapshot.integers
     if "Sim/Match/Period" in match or "Sim/Match/Enabled" in snapshot.booleans:
@@ -128,11 +128,11 @@ def changing_rows(recording: Recording, scene: Scene) -> IntArray:
 
 
 class ChangeRecord:
-    """What changes now and then in a run, each with the times from which on it was so; None: it is gone."""
+    """Values that change now and then in a run, each with the time from which it held; None: it is gone."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
-        """By name `times` [s] and `values`."""
+        """`times` [s] and `values` by name."""
 
     def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
         """Note all that is so at a time [s]."""
@@ -154,7 +154,7 @@ def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
 
 
 def score_keys(scene: Scene) -> list[tuple[str, str]]:
-    """Label and key of each score: of alliances, or of two runs on one page by the names of their robots."""
+    """Return label and key of each score: of alliances, or of two runs on one page by the names of their robots."""
     names = [robot.name for robot in scene.robots if robot.score_key]
     keys = [robot.score_key for robot in scene.robots if robot.score_key]
     return list(zip(names, keys, strict=True)) or [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")]
@@ -173,7 +173,7 @@ def lamps_now(snapshot: Snapshot) -> dict[str, str]:
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
-    """When the match came to another period, or robots were enabled or disabled: time, in words, time left [s]."""
+    """Return each change of the match period or of whether robots are enabled: time, in words, time left [s]."""
     if not recording.has("Sim/Match/TimeLeft"):
         return []
     at, left = recording.series("Sim/Match/TimeLeft")
@@ -208,7 +208,7 @@ def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
 
 
 def _modes(recording: Recording) -> tuple[list[float], list[str]]:
-    """The period of the match, and whether robots may move."""
+    """Return the times [s] and names of changes of the match period, and of whether robots are enabled."""
     times, names = recording.times, [""] * len(recording)
     if recording.has("Sim/Match/Period"):
         at, periods = recording.strings("Sim/Match/Period")
@@ -225,7 +225,7 @@ def _modes(recording: Recording) -> tuple[list[float], list[str]]:
 
 
 def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[object]]:
-    """Times [s] and values of a number, of which a clock shows whole seconds, or of a text."""
+    """Return times [s] and values of a number or text; the match clock is in whole seconds."""
     try:
         times, values = recording.series(key)
     except UnknownNameError:
@@ -234,13 +234,13 @@ def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[
 
 
 def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple[list[float], list[_Value]]:
-    """The first of each run of equal values."""
+    """Return the first time and value of each run of equal values."""
     rows = [row for row, value in enumerate(values) if not row or value != values[row - 1]]
     return [float(times[row]) for row in rows], [values[row] for row in rows]
 
 
 def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
-    """When a count changed and by how much; what came within half a second is one change."""
+    """Return the times and sizes of changes of a count; changes within half a second are one."""
     if not recording.has(key):
         return []
     times, counts = recording.series(key)
@@ -295,7 +295,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
 
 
 def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]:
-    """First and last time of each stretch in which something is so, with pauses of less than half a second."""
+    """Return first and last time of each stretch in which something is so, with pauses of less than half a second."""
     found: list[tuple[float, float]] = []
     for time in times[is_so].tolist():
         if found and time - found[-1][1] < _TOGETHER:

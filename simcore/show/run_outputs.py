@@ -33,9 +33,9 @@ class RunOutputs:
     log: Path | None
     page: Path | None
     say: Callable[[str], None]
-    """Told what is missing, in one sentence."""
+    """Function that prints what is missing, in one sentence."""
     seconds: float
-    """How long the run is meant to be, simulated [s]."""
+    """Planned simulated duration [s]."""
     recording: Recording = field(init=False)
     _guard: GuardedSink | None = field(init=False, default=None)
 
@@ -56,11 +56,11 @@ class RunOutputs:
         """Decide where everything goes, before the first tick.
 
         Args:
-            folder: Where files go that were not asked for by name.
-            name: Of those, without suffix.
-            log: Where to, or None for the usual place.
-            page: Where to, or None for the usual place.
-            seconds: How long the run is meant to be, simulated [s].
+            folder: Folder of files that were not asked for by name.
+            name: Name of those files, without suffix.
+            log: Path of the log, or None for the usual place.
+            page: Path of the page, or None for the usual place.
+            seconds: Planned simulated duration [s].
             say: Told what goes missing.
 
         Raises:
@@ -89,7 +89,7 @@ class RunOutputs:
         return cls(**where, seconds=seconds, say=say)
 
     def sinks(self) -> list[TelemetrySink]:
-        """Who listens during the run. Creates the log."""
+        """Create the log, and return the sinks of the run."""
         sinks: list[TelemetrySink] = [self.recording]
         if self.log is not None:
             self._guard = GuardedSink(WpilogSink(self.log), lambda why: self.say(f"{why}. The run goes on"))

@@ -1,4 +1,4 @@
-"""Where the robots of a recording were, and where they believed to be."""
+"""True and estimated paths of the robots of a recording."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class RunTrack:
 
     Args:
         recording: The run.
-        scene: What it took place on.
+        scene: Scene of the run.
     """
 
     def __init__(self, recording: Recording, scene: Scene) -> None:
@@ -28,7 +28,7 @@ class RunTrack:
         self.robots = [self._path(robot.pose_key) for robot in scene.robots]
         """Times [s] and `x, y, yaw` [m, m, rad] of each robot, shapes (n,) and (n, 3)."""
         self.estimates = [self._path(f"{robot.prefix}/Robot/EstimatedPose") for robot in scene.robots]
-        """The same of where each robot believed to be."""
+        """Times [s] and estimated `x, y, yaw` [m, m, rad] of each robot, shapes (n,) and (n, 3)."""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -37,13 +37,13 @@ class RunTrack:
         return (float(times[0]), float(times[-1])) if len(times) else (0.0, 0.0)
 
     def placed_times(self, number: int) -> FloatArray:
-        """When a robot was put somewhere since the first row [s], shape (n,)."""
+        """Return the times at which a robot was placed after the first row [s], shape (n,)."""
         times, counts = self._numbers(f"{self.scene.robots[number].prefix}/Robot/Placements")
         jumps: FloatArray = times[1:][np.diff(counts) > 0.0]
         return jumps
 
     def began(self, number: int) -> float:
-        """When a robot was last put somewhere before it drove [s]; -inf: it began where it stood."""
+        """Return when a robot was last placed before it drove [s]; -inf: it began where it stood."""
         times, driven = self._numbers(f"{self.scene.robots[number].prefix}/Robot/DistanceDriven")
         drives = times[driven - driven[:1] > _DRIVES]
         placed = self.placed_times(number)

@@ -1,6 +1,6 @@
-"""What is drawn of a run and is in no telemetry key: the field, its goals, and the looks of robots and pieces.
+"""Parts of a drawn run that are in no telemetry key: the field, its goals, and the looks of robots and pieces.
 
-What moves is in the telemetry: `simcore.show.run_track` reads it from a recording.
+Motion is in the telemetry: `simcore.show.run_track` reads it from a recording.
 """
 
 from __future__ import annotations
@@ -53,17 +53,17 @@ class PieceLook:
     """Look of pieces of one type from above: a disk, or a rectangle turned by the piece's attitude."""
 
     color: str
-    """Of a piece on the floor, `#rrggbb`."""
+    """Color of a piece on the floor, `#rrggbb`."""
     radius: float | None = None
-    """Of a ball, or of a cylinder that stands [m]; None for a box."""
+    """Radius of a ball, or of a standing cylinder [m]; None for a box."""
     size: tuple[float, float, float] | None = None
-    """Of a box, and of a cylinder that may lie, along the x, y and z of the piece [m]; None for a disk."""
+    """Size of a box, or of a cylinder that may lie, along the piece's x, y and z [m]; None for a disk."""
     air_color: str = ""
-    """Of a piece in the air; empty: a darker `color`."""
+    """Color of a piece in the air; empty: a darker `color`."""
     edge_color: str = ""
-    """Of its outline; empty: half as bright as `color`."""
+    """Color of its outline; empty: half as bright as `color`."""
     shape: Shape | None = None
-    """Of what is drawn in three dimensions; None: a ball or a box."""
+    """Shape that is drawn in three dimensions; None: a ball or a box."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=FIELD_LENGTH, size=(FIELD_LENGTH,) * 3)
@@ -74,7 +74,7 @@ class PieceLook:
 
     @property
     def reach(self) -> float:
-        """Of the outline from its middle at most [m]."""
+        """Largest distance of the outline from its middle [m]."""
         return self.radius if self.radius is not None else 0.5 * math.hypot(*(self.size or ()))
 
     @property
@@ -92,41 +92,41 @@ class PieceLook:
 _ROUND = 0.05  # part of a body's reach that may differ around its axis: rings are made of segments
 
 PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
-"""Of a type that the scene does not know."""
+"""Look of a piece whose type the scene does not know."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLook:
-    """How one robot is drawn, and which telemetry is its own."""
+    """Look of one robot, and the keys of its telemetry."""
 
     bumpers: tuple[float, float]
     """Length and width over the bumpers [m]."""
     alliance: str = "blue"
     prefix: str = "Sim"
-    """Its keys begin so: `<prefix>/Robot/Pose3d`, `<prefix>/Debug/BatteryVoltage`."""
+    """Beginning of its keys: `<prefix>/Robot/Pose3d`, `<prefix>/Debug/BatteryVoltage`."""
     intakes: Sequence[FloatArray] = ()
     """Corners from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
     config: RobotConfig | None = None
-    """What it is built of; None where only its telemetry is left."""
+    """Config of the robot; None where only its telemetry is left."""
     models: Path | None = None
     """Folder whose first robot model has its body and components; None: it is drawn as boxes."""
     name: str = ""
-    """What a page calls it; empty: its number."""
+    """Name on a page; empty: its number."""
     team: str = ""
     """Number on its bumpers; empty: its number in the match."""
     role: str = ""
-    """Who plays it in a match, e.g. `collector:3`."""
+    """Player that drives it in a match, e.g. `collector:3`."""
     ink: str = ""
     """Name of its color; empty: that of its alliance."""
     score_key: str = ""
-    """Of its own score, where it stands for a run of its own."""
+    """Key of its own score, where it stands for a separate run."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
 
     @property
     def pose_key(self) -> str:
-        """Of its true pose."""
+        """Key of its true pose."""
         return f"{self.prefix}/Robot/Pose3d"
 
 
@@ -144,21 +144,21 @@ class LevelLook:
     """Places where pieces stay, and which are counted together."""
 
     name: str
-    """As in `Sim/Places/<name>`."""
+    """Name as in `Sim/Places/<name>`."""
     alliance: str = ""
-    """Whose they are; empty: nobody's."""
+    """Alliance that owns them; empty: none."""
     label: str
     """The rest of the name."""
     places: tuple[str, ...] = ()
-    """Of each place, what its name has beside the alliance and the label."""
+    """Name of each place without the alliance and the label."""
     is_single: bool = False
     """Whether one piece at most counts in each."""
     middle: tuple[float, float] | None = None
-    """Of all of them, from above [m]; None for zones of another shape than those of simcore."""
+    """Middle of all places, from above [m]; None for zones of another shape than those of simcore."""
 
     @property
     def key(self) -> str:
-        """Of the telemetry that says how many pieces are in each place."""
+        """Key of the number of pieces in each place."""
         return f"Sim/Places/{self.name}"
 
 
@@ -171,16 +171,16 @@ class Scene:
     field_outlines: Sequence[tuple[str, FloatArray]] = ()
     """Name and corners of each element from above [m], shape (n, 2); `blue...` and `red...` are tinted so."""
     field_elements: Sequence[FieldElement] = ()
-    """The same in three dimensions, drawn where there is no model of the field."""
+    """Elements in three dimensions, drawn where there is no model of the field."""
     hanging: Sequence[PieceLook] = ()
     """Bodies on chains and hinges, in the order of `Sim/Hanging`."""
     robots: Sequence[RobotLook] = ()
     pieces: Mapping[str, PieceLook] = field(default_factory=dict)
-    """By type name, as in `Sim/GamePieces/<Type>`."""
+    """Looks by type name, as in `Sim/GamePieces/<Type>`."""
     goals: Sequence[Goal] = ()
-    """What shots are aimed at."""
+    """Goals at which robots aim their shots."""
     levels: Sequence[LevelLook] = ()
-    """Of the places where pieces stay, as the game lists them."""
+    """Levels of the places where pieces stay, as the game lists them."""
     models: Path | None = None
     """Folder with the model of the field; None: its outlines are drawn."""
     tags: str | Path = ""
@@ -194,7 +194,7 @@ class Scene:
 
     @property
     def piece_names(self) -> str:
-        """What texts call the pieces.
+        """Names of the pieces in texts.
 
         >>> Scene(field_size=(1.0, 1.0), pieces={"Ball": PLAIN_PIECE, "Crate": PLAIN_PIECE}).piece_names
         'ball, crate'
@@ -202,7 +202,7 @@ class Scene:
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
 
     def label(self, number: int) -> str:
-        """What texts call a robot: its name, its team, or its number."""
+        """Return a robot's label in texts: its name, its team, or its number."""
         robot = self.robots[number] if number < len(self.robots) else None
         return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
@@ -213,17 +213,17 @@ class Scene:
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)
 
     def look(self, name: str) -> PieceLook:
-        """Of a type of piece; a plain one for a type that the scene does not know."""
+        """Return the look of a type of piece; a plain one for a type that the scene does not know."""
         return self.pieces.get(name, PLAIN_PIECE)
 
 
 def piece_look(kind: GamePieceConfig) -> PieceLook:
-    """How pieces of a kind are drawn."""
+    """Return the look of pieces of a kind."""
     return shape_look(kind.shape, kind.color)
 
 
 def shape_look(shape: Shape, color: str) -> PieceLook:
-    """How a body of a shape is drawn."""
+    """Return the look of a body of a shape."""
     if isinstance(shape, Sphere):
         return PieceLook(radius=shape.radius, color=color)
     low, high = bounding_box(shape)
@@ -232,12 +232,12 @@ def shape_look(shape: Shape, color: str) -> PieceLook:
 
 
 def bare_scene(game: Game) -> Scene:
-    """The field alone, for a run of which only the log is left."""
+    """Return the field alone, for a run of which only the log is left."""
     return _scene(game, game.field.load(), ())
 
 
 def scene_of(match: Match) -> Scene:
-    """The scene of a match, also after it was closed."""
+    """Return the scene of a match, also after it was closed."""
     from simcore.show.robot_outlines import intake_outlines  # brings all of a robot: a page of a log needs none
 
     robots, parts = [], [component.name for component in match.game.robot().components]
@@ -296,7 +296,7 @@ def _level(name: str, places: Sequence[RestingPlace]) -> LevelLook:
 
 
 def _middle(zone: Zone) -> tuple[float, float] | None:
-    """Of a zone from above [m]."""
+    """Return the middle of a zone from above [m]."""
     if isinstance(zone, CylinderZone):
         return zone.center
     if isinstance(zone, BoxZone):
@@ -307,7 +307,7 @@ def _middle(zone: Zone) -> tuple[float, float] | None:
 
 
 def _goals(scoring: ScoringZone) -> list[Goal]:
-    """Where a zone opens to pieces that fall into it; none for a region of another shape than those of simcore."""
+    """Return the opening of a zone for falling pieces; none for a zone of another shape than those of simcore."""
     zone, middle = scoring.zone, _middle(scoring.zone)
     if middle is None or not isinstance(zone, BoxZone | CylinderZone):
         return []

@@ -31,7 +31,7 @@ __all__ = ["HANGING", "RED", "add_arguments", "game_snapshot", "run", "scope_lay
 HANGING = "Hanging"
 """Name of the model of what hangs from the field and swings, `Sim/Hanging`, if the field has one."""
 RED = " (red)"
-"""What follows the name of a robot in that of its model with red bumpers, if there is one."""
+"""Suffix of the name of a robot's model with red bumpers, if there is one."""
 
 _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
@@ -44,11 +44,11 @@ _SWERVE = {"Sim/Robot/SwerveStates": "#0000ff", "Sim/Robot/SwerveSetpoints": "#f
 
 
 def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[str, Any]:  # noqa: B008  # frozen
-    """The whole file.
+    """Return the content of the layout file.
 
     Args:
-        snapshot: Whose keys are shown.
-        models: The field's and the robots' names; where there are none, AdvantageScope's own stand in.
+        snapshot: Snapshot whose keys are shown.
+        models: Names of the field and the robots; without them, AdvantageScope's own models.
     """
     debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}
     volts = _in_order(key for key in snapshot.doubles if key.endswith("/Debug/BatteryVoltage"))
@@ -90,10 +90,10 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
 
 
 def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
-    """What a match of a game publishes, with so many of its own robots; the first half is blue, as in whole matches.
+    """Return a snapshot of a game's match with its first `robots` robots; the first half is blue, as in whole matches.
 
     Raises:
-        ConfigError: The game has not so many robots.
+        ConfigError: The game has fewer robots.
     """
     if not 1 <= robots <= game.robots:
         raise ConfigError(f"--robots: a match of {game.name} has 1 to {game.robots} robots, got {robots}")
@@ -105,7 +105,7 @@ def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
+    """Add the options of the command."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
@@ -118,7 +118,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the file; returns 0.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: The command cannot do what was asked for.
     """
     log = None if options.log is None else read_log(options.log)
     game = find_game(options.game or (game_of_log(log) if log else None))
@@ -170,7 +170,7 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
 
 
 def _swerve_tab() -> dict[str, Any]:
-    """Of the first robot; its modules in CTRE's order, as AdvantageScope has them by itself."""
+    """Return the swerve tab of the first robot, its modules in CTRE's order, which is AdvantageScope's default."""
     order = "0,1,2,3"
     rows = [_thing("states", key, "SwerveModuleState[]", color=c, arrangement=order) for key, c in _SWERVE.items()]
     return _tab(_TAB_SWERVE, "Swerve", {"sources": rows, "maxSpeed": 5, "sizeX": 0.65, "sizeY": 0.65, "orientation": 1})
@@ -191,7 +191,7 @@ def _graph(
     *,
     discrete: Mapping[str, tuple[str, str]] | None = None,
 ) -> dict[str, Any]:
-    """A line graph with two axes, each as high as its values; `discrete` has type and color of stripes."""
+    """Return a line graph with two auto-scaled axes; `discrete` has type and color of stripes."""
     plain = {"autoTarget": None, "preset": None}
     stripes = [_thing("stripes", key, kind, color=color) for key, (kind, color) in (discrete or {}).items()]
     controller = {
@@ -209,7 +209,7 @@ def _graph(
 
 
 def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
-    """Period, whether robots may move, and what the game adds: what counts when."""
+    """Return the keys of the period, of whether robots may move, and of what the game adds."""
     keys = [key for key in snapshot.booleans if key.startswith("Sim/Match/")]
     states = {"Sim/Match/Period": ("String", _GOLD)}
     return states | {key: ("Boolean", _alliance_color(key)) for key in keys}
@@ -248,12 +248,12 @@ def _tab(kind: int, title: str, controller: Any, *, height: int = 200, renderer:
 
 
 def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any]:
-    """A row of a list of sources."""
+    """Return an entry of a list of sources."""
     return {"type": kind, "logKey": _key(name), "logType": log_type, "visible": True, "options": options}
 
 
 def _key(name: str) -> str:
-    """As AdvantageScope calls it, live and in our logs."""
+    """Return AdvantageScope's name of a key, live and in our logs."""
     return f"NT:/{name}"
 
 
@@ -262,7 +262,7 @@ def _present(values: Mapping[str, Any], *names: str) -> list[str]:
 
 
 def _in_order(keys: Iterable[str]) -> list[str]:
-    """Of the first robot, then of the others by their numbers."""
+    """Return the keys of the first robot, then those of the others by number."""
     return sorted(keys, key=lambda key: int((re.findall(r"Sim/Robots/(\d+)/", key) or [0])[0]))
 
 

@@ -1,4 +1,4 @@
-"""Where a shot would land if a piece left a shooter now, and whether it would score.
+"""Preview of a shot: where a piece would land if it left a shooter now, and whether it would score.
 
 The piece flies by the loop that moves the balls of the match, off all that stands on the field, until it scores or
 cannot any more. Robots and other pieces are not in its way.
@@ -30,7 +30,7 @@ _AT_ONCE = 40  # steps of a flight that are done in one step of work
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotPath:
-    """What a shot would do now."""
+    """Predicted path of a shot that leaves now."""
 
     robot: int
     """Number of the robot."""
@@ -44,7 +44,7 @@ class ShotPath:
     """Points that this brings now."""
 
     def __str__(self) -> str:
-        """One line."""
+        """Return the outcome in one line."""
         if self.zone:
             return f"scores in {self.zone}, {self.worth} point{'' if self.worth == 1 else 's'}"
         x, y, z = self.landing.tolist()
@@ -55,7 +55,7 @@ class ShotPreview:
     """Previews of all shooters of a match, worked out bit by bit beside the run.
 
     Args:
-        match: Which is played; it is only looked at.
+        match: Match that is played; the preview only reads it.
     """
 
     def __init__(self, match: Match) -> None:
@@ -127,7 +127,7 @@ class ShotPreview:
         )
 
     def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
-        """The kind of piece that the shooter has next, or would have."""
+        """Return the kind of piece that the shooter would fire next."""
         kinds = self._match.pieces.types
         held = robot.storage_of(shooter.config).in_turn
         if held:

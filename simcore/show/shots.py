@@ -26,41 +26,41 @@ _BEYOND = 0.3  # [m]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTrace:
-    """One shot piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
+    """Shot of one piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
 
     time: float
-    """When it left [s]."""
+    """Time at which it left [s]."""
     times: FloatArray
-    """Of what was kept of its flight [s], shape (n,), not empty."""
+    """Times of the kept part of its flight [s], shape (n,), not empty."""
     points: FloatArray
-    """Its center at these times, field frame [m], shape (n, 3)."""
+    """Center of the piece at these times, field frame [m], shape (n, 3)."""
     scored: bool
     is_over: bool = True
-    """False: the run ended while it flew."""
+    """Whether the flight ended before the run did."""
     robot: int = 0
     """Number of the robot that shot it."""
     piece: int = 0
-    """Its id."""
+    """Id of the piece."""
     is_pass: bool = False
     """Whether it left beyond the own goal, as seen from the own wall, and did not score: for another robot to take."""
     side: MissSide | None = None
-    """Of a miss, as its robot sees the goal; None without a goal."""
+    """Side of a miss, as its robot sees the goal; None without a goal."""
     distance: float = math.nan
-    """From where it left to the goal along the ground [m]; of a goal that nobody knows to where it touched."""
+    """Distance from its start to the goal along the ground [m]; to its first touch where the goal is unknown."""
 
     @property
     def result(self) -> ShotResult:
-        """What came of it."""
+        """Outcome of the shot."""
         return "hit" if self.scored else "flying" if not self.is_over else "pass" if self.is_pass else "miss"
 
     @property
     def seconds(self) -> float:
-        """Its flight until the first touch [s]."""
+        """Time of flight until the first touch [s]."""
         return float(self.times[-1] - self.time)
 
     @property
     def speed(self) -> float:
-        """With which it left, over the ground [m/s]: mean of its first tick, gravity taken back."""
+        """Launch speed relative to the ground [m/s]: mean of its first tick, corrected for gravity."""
         if len(self.times) < 2:
             return math.nan
         dt = float(self.times[1] - self.times[0])
@@ -75,7 +75,7 @@ class _Flight:
 
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
-    """The shots of a run, oldest first: each that the record of the run has, with as much of its flight as was kept."""
+    """Return all recorded shots of a run, oldest first, each with the part of its flight that was kept."""
     hits = {shot for _, (_, shot) in recording.events("Sim/NewestHits")}
     flights = _flights(recording)
     shots: list[ShotTrace] = []
@@ -99,14 +99,14 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
 
 
 def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
-    """Where a robot was at a time [s], field frame [m], shape (3,)."""
+    """Return the place of a robot at a time [s], field frame [m], shape (3,)."""
     times, rows = recording.poses(f"{robot_prefix(robot)}/Robot/Pose3d")
     place: FloatArray = rows[max(int(np.searchsorted(times, time + 1e-9)) - 1, 0), :3]
     return place
 
 
 def _flights(recording: Recording) -> dict[int, list[_Flight]]:
-    """Flights of each piece by its id, in order: it is in the air at all times of one, and between two it is not."""
+    """Return the flights of each piece by its id, in order: the piece is in the air during a flight, not between."""
     found: dict[int, list[_Flight]] = defaultdict(list)
     for key in recording.keys:
         if not key.startswith("Sim/InFlightIds/"):
@@ -149,7 +149,7 @@ def _trace(
 
 
 def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
-    """The goal of the robot's alliance that lies nearest to the shot's direction; the nearest one to a shot without."""
+    """Return the goal of the robot's alliance nearest to the shot's direction, or nearest to a shot without one."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
     ahead = points[-1, :2] - points[0, :2]
@@ -163,14 +163,14 @@ def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
 
 
 def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
-    """Whether a place is farther from the own wall than the own goal."""
+    """Return whether a place is farther from the own wall than the own goal."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     way = {"blue": x - goal.center[0], "red": goal.center[0] - x}.get(alliance, -1.0)
     return goal.alliance == alliance and way > _BEYOND
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
-    """On which side of the goal's middle a miss came down through its height, or touched something before."""
+    """Return the side of the goal's middle where a miss fell through its height, or touched something before."""
     ahead = goal[:2] - points[0, :2]
     ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
     place = points[-1, :2]
@@ -186,7 +186,7 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:
-    """The table of a run's shots: what each row counts, and its value for each robot."""
+    """Return the table of a run's shots: the label of each row, and its value for each robot."""
     of_each = [[shot for shot in shots if shot.robot == number] for number in range(robots)]
 
     def span(values: list[float], unit: str, digits: int) -> str:
@@ -217,7 +217,7 @@ def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[s
 
 
 def _tried(shots: Sequence[ShotTrace]) -> list[ShotTrace]:
-    """Those that were meant to score."""
+    """Return the shots that were meant to score."""
     return [shot for shot in shots if shot.result != "pass"]
 
 

@@ -1,4 +1,4 @@
-"""What the player draws in three dimensions, as triangles: models, or what shapes and configs say.
+"""Triangles that the player draws in three dimensions: of models, or of shapes and configs.
 
 Meshes of one color that move together are one solid: what a browser draws is counted by solids.
 """
@@ -67,7 +67,7 @@ class Solid:
     color: str
     opacity: float
     vertices: FloatArray
-    """In the frame of its owner [m], shape (n, 3)."""
+    """Vertices in the frame of the owner [m], shape (n, 3)."""
     faces: IntArray
     """Rows of `vertices`, shape (m, 3)."""
 
@@ -82,7 +82,7 @@ class RobotSolids:
 
 @functools.lru_cache(maxsize=128)
 def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
-    """The solids of a GLB file, read once for all robots that have it; a texture is seen as its mean color.
+    """Read the solids of a GLB file, once for all robots that have it; a texture becomes its mean color.
 
     Args:
         model: The file and its place.
@@ -95,7 +95,7 @@ def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]
 
 
 def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterable[str] = ()) -> Solid:
-    """A mesh of trimesh in one color; see `model_solids`."""
+    """Convert a trimesh mesh to a solid of one color; see `model_solids`."""
     known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
     material = getattr(mesh.visual, "material", None)
     color, opacity = _PLAIN, 1.0
@@ -109,12 +109,12 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """The solids of a robot: of its models if they are its own, else built by its config.
+    """Return the solids of a robot: from its own models, or else built from its config.
 
     Args:
         look: The robot.
-        models: Of a robot with as many parts and as long as this one; of another one only its parts are taken.
-        parts: How many component poses its telemetry has.
+        models: Models of a robot with as many parts and of the same length; of another robot, only its parts are taken.
+        parts: Number of component poses in its telemetry.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
     body: Sequence[Solid] = []
@@ -235,7 +235,7 @@ def _ball_points(radius: float) -> FloatArray:
 
 
 def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
-    """Each mesh of a file by its name, and where it is in the frame of the model's owner [m], shape (4, 4)."""
+    """Yield the name of each mesh of a file, the mesh, and its place in the frame of the model's owner [m], (4, 4)."""
     scene = _load(model.path)
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -244,7 +244,7 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
 
 
 def extents(path: Path) -> list[float]:
-    """Length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
+    """Return length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
 
     Raises:
         ModelError: The file cannot be read.
@@ -263,7 +263,7 @@ def _load(path: Path) -> Any:
 
 
 def _joined(solids: Sequence[Solid]) -> list[Solid]:
-    """Those of one name, color and opacity as one, as long as their vertices can be numbered."""
+    """Join solids of one name, color and opacity, as long as their vertices can be numbered."""
     groups: dict[tuple[str, str, float], list[Solid]] = {}
     found = []
     for solid in solids:
@@ -277,7 +277,7 @@ def _joined(solids: Sequence[Solid]) -> list[Solid]:
 
 
 def _split(solid: Solid) -> Iterator[Solid]:
-    """A solid with too many vertices as several."""
+    """Split a solid with too many vertices into several."""
     step = _MOST_VERTICES // 3
     if len(solid.vertices) <= _MOST_VERTICES:
         yield solid
@@ -294,7 +294,7 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
-    """The convex hull of some corners, every face with vertices of its own so that edges are sharp."""
+    """Return the convex hull of some corners; faces share no vertices, so that edges are sharp."""
     import trimesh  # takes half a second
 
     mesh = trimesh.convex.convex_hull(corners)
@@ -522,7 +522,7 @@ def _hook(climber: ClimberConfig) -> list[Solid]:
 
 
 def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str, Posed]]:
-    """Where the mechanisms of a robot stand at a snapshot."""
+    """Return a function of a snapshot that gives the positions of a robot's mechanisms."""
     known = []
     for name, mechanism in config.mechanisms.items():
         sim, key, unit = build_mechanism(mechanism), f"{prefix}{telemetry_name(name)}PositionRot", math.tau
@@ -543,7 +543,7 @@ def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str
 def _linked(
     posed: Callable[[Snapshot], Mapping[str, Posed]], joints: Sequence[Joint], deploy: tuple[str, Any] | None = None
 ) -> PartPose:
-    """Of what joints carry; with `deploy` a mechanism and its stop, without which it is not there."""
+    """Return the pose of what joints carry; with `deploy`, a mechanism and its stop, only while it is deployed."""
 
     def pose(snapshot: Snapshot) -> FloatArray | None:
         now = posed(snapshot)
@@ -556,7 +556,7 @@ def _linked(
 
 
 def _muzzle(posed: Callable[[Snapshot], Mapping[str, Posed]], shooter: ShooterConfig) -> PartPose:
-    """Of its first barrel, with x along the shot."""
+    """Return the pose of a shooter's first barrel, with x along the shot."""
 
     def pose(snapshot: Snapshot) -> FloatArray:
         now = posed(snapshot)

@@ -39,12 +39,12 @@ def write_page_of_two(
     """Write the page of two logs: the first robot of each, with a name and a color of its own.
 
     Args:
-        path: By custom a `.html` file.
+        path: Path of the file, by custom `.html`.
         old: A log, whose pieces lie on the field.
         new: Another one.
-        names: What the two are called.
-        title: In large letters.
-        subtitle: Beside it.
+        names: Names of the two runs.
+        title: Title in large letters.
+        subtitle: Text next to the title.
 
     Raises:
         LogError: One cannot be read, or there is no run in it.
@@ -60,10 +60,10 @@ def write_page_of_two(
 
 
 def merged(old: Recording, new: Recording) -> Recording:
-    """One recording of two runs, tick by tick, as long as the longer one.
+    """Merge two runs into one recording, tick by tick, as long as the longer one.
 
-    Pieces that lie are those of the old run. Of both there are the first robot, what it holds, and all shots; points
-    are those of that robot's alliance, as `Sim/Score/Old` and `Sim/Score/New`.
+    Pieces that lie are those of the old run. The recording has the first robot of both, the pieces that it holds, and
+    all shots; points are those of that robot's alliance, as `Sim/Score/Old` and `Sim/Score/New`.
     """
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
     last: list[Snapshot | None] = [None, None]
@@ -75,7 +75,7 @@ def merged(old: Recording, new: Recording) -> Recording:
 
 
 def _landed(end: Snapshot | None) -> Snapshot | None:
-    """The end of a run with no piece in the air: what flew then is not seen any more."""
+    """Return the end of a run without the pieces in flight, which are no longer shown."""
     if end is None:
         return None
     poses = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.pose_arrays.items()}
@@ -116,6 +116,6 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
 
 
 def _kept(old: Mapping[str, _Value], new: Mapping[str, _Value]) -> dict[str, _Value]:
-    """Of the old run its first robot, pieces and match; of the new one its first robot, as number 1."""
+    """Keep the first robot, pieces and match of the old run, and the first robot of the new one as number 1."""
     kept = {key: value for key, value in old.items() if not key.startswith(_OF_ONE)}
     return kept | {f"Sim/Robots/1/{key.removeprefix('Sim/')}": v for key, v in new.items() if key.startswith(_OWN)}

@@ -27,21 +27,21 @@ _STICKS = {
 _INTAKE, _SHIFT = "KeyF", ("ShiftLeft", "ShiftRight")
 _ACTIONS = {"Space": 0, "Digit1": 0, "Digit2": 1, "Digit3": 2, "Digit4": 3}
 KEYS = frozenset((*_STICKS, _INTAKE, *_SHIFT, *_ACTIONS))
-"""What counts, by `KeyboardEvent.code`: by place, so W A S D is Z Q S D on a French keyboard."""
+"""Keys that count, by `KeyboardEvent.code`: by place, so W A S D is Z Q S D on a French keyboard."""
 # Buttons of a gamepad of the standard mapping (W3C): A, B, X and Y; bumper and trigger of each hand.
 _FACES, _LEFT_HAND, _RIGHT_HAND = (0, 1, 2, 3), (4, 6), (5, 7)
 _PRESSED = 0.5  # of a trigger
 
 
 def read_input(message: object) -> tuple[int, DriverInput]:
-    """Which robot a message of a page is for, and what it asks for.
+    """Return the robot that a page's message is for, and the input that it asks for.
 
     Args:
         message: With `keys`, the codes of those that are down; with a gamepad or sticks on a screen also `axes` and
             `buttons`, -1 to 1; with several robots which `robot`.
 
     Raises:
-        ConfigError: It is no such message.
+        ConfigError: The message is invalid.
 
     >>> read_input({"keys": ["KeyW", "ShiftLeft"]})[1].ahead
     0.35
@@ -88,7 +88,7 @@ def _numbers(name: str, values: object) -> list[float]:
 
 
 def _beyond_dead_band(*stick: float) -> tuple[float, ...]:
-    """A stick's way beyond its dead band, so that it begins at 0 there and is 1 at its end."""
+    """Apply the dead band to a stick and rescale, so that it is 0 at the band's edge and 1 at full deflection."""
     size = math.hypot(*stick)
     share = max(0.0, min(1.0, size) - _DEAD_BAND) / (1.0 - _DEAD_BAND) / max(size, 1e-9)
     return tuple(share * value for value in stick)
@@ -98,11 +98,11 @@ class ViewDriving:
     """The persons at the pages who drive, each a robot of their own.
 
     Args:
-        actions: What people call the actions of the robots, in the order of their buttons.
-        robots: How many robots there are to drive.
+        actions: Names of the robots' actions, in the order of their buttons.
+        robots: Number of robots to drive.
         at_once: Whether a page drives as soon as it is open.
         is_free: Whether there is no match: the page shows no clock, and looks from behind the robot.
-        clock: Says the time [s].
+        clock: Function that returns the time [s].
     """
 
     def __init__(
@@ -122,18 +122,18 @@ class ViewDriving:
             "robots": list(range(robots)), "at_once": at_once, "keys": sorted(KEYS), "actions": list(actions),
             "free": is_free, "help": ", ".join(words),
         }  # fmt: skip
-        """What a page needs."""
+        """Settings that a page needs."""
 
     def input(self, robot: int = 0) -> DriverInput | None:
-        """What a person wants of a robot now; None while nobody drives it, and when the last message is too old."""
+        """Return the driver's input for a robot now; None while nobody drives it or the last message is too old."""
         _, at, wants = self._drivers.get(robot, (0, -math.inf, None))
         return None if self._clock() > at + _PATIENCE else wants
 
     def take(self, page: int, message: object) -> None:
-        """What a page wants; None: it lets go. A robot that another page drives is left to it.
+        """Take a page's input; None: the page stops driving. Ignore input for a robot that another page drives.
 
         Raises:
-            ConfigError: It is no such message.
+            ConfigError: The message is invalid.
         """
         if message is None:
             self._drivers = {robot: entry for robot, entry in self._drivers.items() if entry[0] != page}

@@ -36,7 +36,7 @@ class Model:
 
     path: Path
     transform: FloatArray
-    """From the file's frame to that of its owner [m], shape (4, 4)."""
+    """Transform from the file's frame to that of its owner [m], shape (4, 4)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,11 +47,11 @@ class FieldModels:
     size: tuple[float, float]
     """Length and width of the field [m]."""
     body: Model
-    """In the field frame: blue origin."""
+    """Model in the field frame: blue origin."""
     pieces: Mapping[str, Model]
-    """By name, as in `Sim/GamePieces/<name>`."""
+    """Models by name, as in `Sim/GamePieces/<name>`."""
     stations: tuple[tuple[float, float], ...] = ()
-    """Of the drivers, blue 1 to 3 and red 1 to 3, field frame [m]; empty if the model does not say."""
+    """Driver stations, blue 1 to 3 and red 1 to 3, field frame [m]; empty if the model has none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,12 +61,12 @@ class RobotModels:
     name: str
     body: Model
     parts: tuple[Model, ...]
-    """In the order of `ComponentPoses`."""
+    """Models in the order of `ComponentPoses`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewModels:
-    """What there is to draw; None and empty where a folder has nothing."""
+    """Models to draw; None and empty where a folder has nothing."""
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
@@ -76,7 +76,7 @@ def load_models(folder: str | Path) -> ViewModels:
     """Read the config files of all models in a folder.
 
     Raises:
-        ModelError: It is no folder, holds no `Field3d_*` or `Robot_*`, or one of them is broken.
+        ModelError: The folder is missing, holds no `Field3d_*` or `Robot_*`, or one of them is broken.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -89,10 +89,10 @@ def load_models(folder: str | Path) -> ViewModels:
 
 
 def read_config(folder: Path) -> dict[str, Any]:
-    """The `config.json` of one model folder.
+    """Read the `config.json` of one model folder.
 
     Raises:
-        ModelError: It is missing, not JSON, or no object.
+        ModelError: The file is missing, not JSON, or not an object.
     """
     path = folder / "config.json"
     try:
@@ -107,7 +107,7 @@ def read_config(folder: Path) -> dict[str, Any]:
 
 
 def _transform(folder: str, rotations: Any, position: Any) -> FloatArray:
-    """The rotations, one after the other, then the position, as a matrix.
+    """Return the matrix of the rotations, one after the other, then the translation, shape (4, 4).
 
     Raises:
         ModelError: They are not lists of `{"axis": "x", "degrees": 90}` and of three numbers.
@@ -144,10 +144,10 @@ def _model(folder: Path, file: str, matrix: FloatArray) -> Model:
 
 
 def read_field(folder: Path) -> FieldModels:
-    """The models of one `Field3d_*` folder.
+    """Read the models of one `Field3d_*` folder.
 
     Raises:
-        ModelError: It is broken; this is the first thing that is wrong.
+        ModelError: The folder is broken; the message names the first error.
     """
     config = read_config(folder)
     try:
@@ -170,7 +170,7 @@ def read_field(folder: Path) -> FieldModels:
 
 
 def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """The driver stations, which the file has from the middle of the field, blue's at +x."""
+    """Return the driver stations; the file gives them from the field's center, blue's at +x."""
     listed = config.get("driverStations", [])
     try:
         places = tuple((0.5 * size[0] - float(x), 0.5 * size[1] - float(y)) for x, y in listed)
@@ -182,10 +182,10 @@ def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]
 
 
 def read_robot(folder: Path) -> RobotModels:
-    """The models of one `Robot_*` folder.
+    """Read the models of one `Robot_*` folder.
 
     Raises:
-        ModelError: It is broken; this is the first thing that is wrong.
+        ModelError: The folder is broken; the message names the first error.
     """
     config = read_config(folder)
     own = _transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))

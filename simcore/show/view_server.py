@@ -45,18 +45,18 @@ _HEADERS = {
 
 
 class Headers(Protocol):
-    """Of a request."""
+    """Headers of a request."""
 
     def get_all(self, key: str) -> Sequence[str]:
-        """All values of a header, of any case."""
+        """Return all values of a header, of any case."""
         ...
 
 
 class Guard:
-    """Decides about each request.
+    """Filter that refuses the requests of other sites.
 
     Args:
-        host: Where the view listens. On another address than the loopback's, every name of this computer and every
+        host: Address of the view. If it is not the loopback's, every name of this computer and every
             numeric address will do: a site's own name is neither.
     """
 
@@ -68,11 +68,11 @@ class Guard:
             self._names |= {host.lower(), own, f"{own}.local"}
 
     def refusal(self, headers: Headers, port: int) -> str:
-        """Why a request is not answered; empty if it is.
+        """Return why a request is not answered; empty if it is.
 
         Args:
-            headers: Of the request.
-            port: At which it came in.
+            headers: Headers of the request.
+            port: Port at which it came in.
         """
         hosts = headers.get_all("Host")
         if len(hosts) != 1 or not self._is_own(hosts[0].lower(), port):
@@ -105,10 +105,10 @@ class ViewServer:
     """Serves a page and its socket from a thread of its own.
 
     Args:
-        host: Where to listen; `0.0.0.0` lets other computers look.
+        host: Address to listen at; `0.0.0.0` lets other computers look.
         port: 0 takes a free one.
         page: The page, HTML.
-        greet: What a page that has just come is sent.
+        greet: Message for a page that has just connected.
         take: Told what a page sends, its number and a JSON object, from the server's thread; None: the page has gone.
 
     Raises:

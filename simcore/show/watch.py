@@ -27,11 +27,11 @@ from simcore.telemetry.snapshot import TelemetrySink
 __all__ = ["Watch", "add_options"]
 
 _FIELD = "SmartDashboard/Field"
-"""Where `robotpy sim` has its `Field2d`, too."""
+"""Topic of the `Field2d`, as in `robotpy sim`."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of `simcore play` that are about watching."""
+    """Add the options of `simcore play` that are about watching."""
     group = parser.add_argument_group("watching, in real time")
     group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
@@ -50,15 +50,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 class Watch:
-    """Who looks on, if anybody.
+    """Live outputs of a run: the browser view and NetworkTables, each if an option asks for it.
 
     Args:
         options: Parsed from what `add_options` added; also `seed`.
-        game: Whose models are shown.
+        game: Game whose models are shown.
         driving: The person at the page; None: nobody can drive.
 
     Raises:
-        SimcoreError: What was asked for cannot be had.
+        SimcoreError: The options cannot be met.
     """
 
     def __init__(self, options: argparse.Namespace, game: Game, driving: ViewDriving | None = None) -> None:
@@ -80,7 +80,7 @@ class Watch:
         return self._view is not None and self._view.wants_restart
 
     def sinks(self) -> list[TelemetrySink]:
-        """Of one run."""
+        """Return the sinks of one run."""
         sinks: list[TelemetrySink] = []
         if self._view is not None:
             sinks.append(self._view.sink())
@@ -103,13 +103,13 @@ class Watch:
             self._pacer.wait(match.time, should_stop=should_stop)
 
     def wait(self, should_stop: Callable[[], bool]) -> None:
-        """Before the first run: wait until somebody looks at the page."""
+        """Wait before the first run until somebody looks at the page."""
         if self._view is not None and not self._view.has_viewers:
             _say("the run begins when the page is open; Ctrl-C leaves")
             self._view.wait_for_viewer(should_stop=should_stop)
 
     def next_seed(self, played: Recording, should_stop: Callable[[], bool]) -> int | None:
-        """After a run: the seed of the next one, or None for no other; waits for Ctrl-C."""
+        """Return the next run's seed after a run, or None for no other; wait for Ctrl-C."""
         if self._view is None and self._tables is None:
             return None
         if not self.wants_restart:
@@ -159,5 +159,5 @@ def _serve(port: int) -> Any:
 
 
 def _say(text: str) -> None:
-    """To stderr: stdout is the report's."""
+    """Print to stderr: stdout is the report's."""
     print(text, file=sys.stderr, flush=True)

@@ -38,7 +38,7 @@ class Table:
     """Keys of one type, each with its column.
 
     Args:
-        field: Of a snapshot, one of `FIELDS`.
+        field: Field of a snapshot, one of `FIELDS`.
         keys: Those that have columns from the beginning.
     """
 
@@ -46,7 +46,7 @@ class Table:
         self.field = field
         self.dtype, self.shape, self.gap = FIELDS[field]
         self.keys = list(keys)
-        """In the order of columns."""
+        """Keys in the order of columns."""
         self.places = {key: place for place, key in enumerate(self.keys)}
         """Column of each key."""
         self._other: tuple[Table | None, IntArray, bool] = (None, np.zeros(0, np.int64), False)

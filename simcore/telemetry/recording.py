@@ -45,7 +45,7 @@ class Recording:
         Args:
             period: Simulated time between two snapshots [s].
             bulk_period: The same for arrays of more than 64 rows [s].
-            seconds: At least so much of the newest is kept, and at most a quarter more [s].
+            seconds: Minimum length of the newest part that is kept, which is at most a quarter longer [s].
 
         Raises:
             ConfigError: One of them is not finite and > 0.
@@ -69,7 +69,7 @@ class Recording:
     # --- as a sink ------------------------------------------------------------------------------------------------
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -98,7 +98,7 @@ class Recording:
         """Keep a whole run at once, as `write` keeps it tick by tick.
 
         Args:
-            times: Of its ticks, rising [s], shape (n,).
+            times: Times of its ticks, rising [s], shape (n,).
             columns: Field of a snapshot, key, all values, and which of them each tick has, -1 for none, shape (n,).
         """
         self._forget_all()
@@ -129,17 +129,17 @@ class Recording:
 
     @property
     def times(self) -> FloatArray:
-        """Of all snapshots, rising [s], shape (n,)."""
+        """Times of all snapshots, rising [s], shape (n,)."""
         return np.array(self._times)
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Of everything kept."""
+        """Keys of everything kept."""
         numbers = [key for field in (*_NUMBERS, "poses") for key in self._kept(field)]
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
-        """Whether anything of that key was kept."""
+        """Return whether anything of that key was kept."""
         return (
             key in self._arrays
             or any(key in self._kept(field) for field in FIELDS)
@@ -150,7 +150,7 @@ class Recording:
         """Return all values of some keys, gaps too, by the field of a snapshot.
 
         Args:
-            field: Of numbers or poses, see `FIELDS`.
+            field: Field of numbers or poses, see `FIELDS`.
             keys: Those that were never published have gaps only.
 
         Returns:
@@ -164,7 +164,7 @@ class Recording:
         return found
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
+        """Return times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
 
         Raises:
             UnknownNameError: No snapshot had a number of that key.
@@ -177,7 +177,7 @@ class Recording:
         return self.times[is_there], values[is_there].astype(np.float64)
 
     def poses(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz` of one pose, shape (m, 7).
+        """Return times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz` of one pose, shape (m, 7).
 
         Raises:
             UnknownNameError: No snapshot had a pose of that key.
@@ -189,7 +189,7 @@ class Recording:
         return self.times[is_there], rows[is_there]
 
     def array_at(self, key: str, time: float) -> FloatArray:
-        """The newest array of that time [s] or before (the first one, if there is none), shape (n, 7).
+        """Return the newest array at or before a time [s] (the first one, if there is none), shape (n, 7).
 
         Of states of swerve modules, shape (n, 2).
 
@@ -200,7 +200,7 @@ class Recording:
         return rows
 
     def integers_at(self, key: str, time: float) -> IntArray:
-        """The newest array of integers of that time [s] or before (the first one, if there is none), shape (n,).
+        """Return the newest array of integers at or before a time [s] (the first one, if there is none), shape (n,).
 
         Raises:
             UnknownNameError: No snapshot had an array of that key.
@@ -208,19 +208,19 @@ class Recording:
         return self._kept_at(key, time).astype(np.int64, copy=False)
 
     def integers(self, key: str) -> list[tuple[float, IntArray]]:
-        """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
+        """Return all kept arrays of integers of one key, shape (n,), with times [s]; none where nothing was kept."""
         return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
     def events(self, key: str) -> list[tuple[float, list[int]]]:
-        """Rows of all events of a key of `EVENTS` since the last reset, each with the first time that shows it [s]."""
+        """Return all events of a key of `EVENTS` since the last reset, each with the first time that shows it [s]."""
         return _all_events(self.integers(key), EVENTS[key])
 
     def most_poses(self, key: str) -> int:
-        """Rows of the longest kept array of poses of one key."""
+        """Return the number of rows of the longest kept array of poses of one key."""
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
-        """Times [s], shape (m,), and the m texts of one key, as far as it was published.
+        """Return times [s], shape (m,), and the m texts of one key, as far as it was published.
 
         Raises:
             UnknownNameError: No snapshot had a text of that key.
@@ -232,7 +232,7 @@ class Recording:
         return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
     def path(self, key: str) -> FloatArray:
-        """One pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows where nothing was recorded."""
+        """Return one pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows if nothing was recorded."""
         if key not in self._kept("poses"):
             return np.empty((0, 3))
         _, rows = self.poses(key)
@@ -359,7 +359,7 @@ class Recording:
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
-    """Rows of the newest values, written at times `at` [s], at each of some times [s]; the first one's before it.
+    """Return rows of the newest values, written at times `at` [s], at each of some times [s]; the first before it.
 
     >>> newest_rows(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
     [0, 1, 1]
@@ -387,9 +387,9 @@ def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tu
 
 
 def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
-    """What is not older than a time [s]; an array that was last published before it keeps its newest value.
+    """Drop arrays older than a time [s]; a key last published before it keeps its newest array.
 
-    All events up to that time are in the first array of theirs.
+    Of a key of events, the first array keeps all events up to that time.
     """
     if key in EVENTS:
         before = ((time, rows.astype(np.int64, copy=False)) for time, rows in kept if time <= first)

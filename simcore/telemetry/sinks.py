@@ -18,11 +18,11 @@ class MemorySink:
 
     def __init__(self) -> None:
         self.snapshots: list[Snapshot] = []
-        """In order; still readable after `close`."""
+        """Snapshots in order; still readable after `close`."""
         self.closed = False
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
         return not self.closed
 
     def write(self, snapshot: Snapshot) -> None:
@@ -53,7 +53,7 @@ class Cadence:
         self._last: int | None = None
 
     def due(self, time: float) -> bool:
-        """Whether this simulated time [s] lies in a slot that was not taken yet."""
+        """Return whether this simulated time [s] lies in a slot that was not taken yet."""
         return self._slot(time) != self._last
 
     def take(self, time: float) -> bool:
@@ -81,11 +81,11 @@ class GuardedSink:
     def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
         self.sink = sink
         self.failure = ""
-        """What went wrong; empty while nothing has."""
+        """Error message of the failed sink; empty while it works."""
         self._on_failure = on_failure
 
     def due(self, time: float) -> bool:
-        """Whether the sink wants the snapshot of this simulated time [s]; never after it failed."""
+        """Return whether the sink wants the snapshot of this simulated time [s]; never after it failed."""
         return not self.failure and self.sink.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -109,7 +109,7 @@ class GuardedSink:
 
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
-    """What to raise when `path`, a log or a page, cannot be written."""
+    """Return the error to raise when `path`, a log or a page, cannot be written."""
     example = Path("out") / ("run.wpilog" if kind == "log" else "run.html")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
@@ -123,11 +123,11 @@ def require_writable(kind: str, path: str | Path) -> Path:
     Missing folders are made; an existing file keeps its content, a missing one is not left behind.
 
     Args:
-        kind: What it is, for the error: `log`, `page`.
+        kind: Kind of file, for the error: `log`, `page`.
         path: The file.
 
     Raises:
-        OutputError: It cannot be written, or would not be opened by its name.
+        OutputError: The file cannot be written, or would not be opened by its name.
     """
     path, end = Path(path), {"log": ".wpilog", "page": ".html"}.get(kind, "")
     if end and path.suffix.lower() != end:
@@ -150,12 +150,12 @@ def write_text(kind: str, path: Path, text: str) -> None:
     """Write a text file; missing folders are made.
 
     Args:
-        kind: What it is, for the error: `page`, `table`.
+        kind: Kind of file, for the error: `page`, `table`.
         path: The file.
         text: All of it.
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: The file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

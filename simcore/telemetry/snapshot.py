@@ -1,4 +1,4 @@
-"""What is published of one tick, the protocol of sinks that take it, and its encoding for WPILib's readers.
+"""Telemetry of one tick, the protocol of sinks that take it, and its encoding for WPILib's readers.
 
 Poses are written straight from arrays: a list of 400 Pose3d objects costs about a millisecond, the same bytes from an
 array cost 2 us.
@@ -82,7 +82,7 @@ class TelemetrySink(Protocol):
     """Takes snapshots; the runner calls `due` first, so that no snapshot is built without need."""
 
     def due(self, time: float) -> bool:
-        """Whether this sink wants the snapshot of this simulated time [s]."""
+        """Return whether this sink wants the snapshot of this simulated time [s]."""
         ...
 
     def write(self, snapshot: Snapshot) -> None:
@@ -95,7 +95,7 @@ class TelemetrySink(Protocol):
 
 
 def is_bulk(key: str, rows: int) -> bool:
-    """Whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
+    """Return whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
 
     Events (`EVENTS`) are kept in the tick in which they happen.
     """
@@ -103,12 +103,12 @@ def is_bulk(key: str, rows: int) -> bool:
 
 
 def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
-    """Bytes of an array of structs, empty for no rows.
+    """Return the bytes of an array of structs, empty for no rows.
 
     Args:
         type_name: `POSE_ARRAY_TYPE` or `STATE_ARRAY_TYPE`.
-        key: Named in the error.
-        rows: Of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
+        key: Key that the error names.
+        rows: Rows of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
 
     Raises:
         ConfigError: Another shape.
@@ -121,10 +121,10 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
 
 
 def checked_integers(key: str, values: IntArray) -> IntArray:
-    """The values of an int64[] as they are sent and logged.
+    """Return the values of an int64[] as they are sent and logged.
 
     Args:
-        key: Named in the error.
+        key: Key that the error names.
         values: Whole numbers, shape (n,).
 
     Raises:
@@ -137,7 +137,7 @@ def checked_integers(key: str, values: IntArray) -> IntArray:
 
 
 def key_in_words(name: str) -> str:
-    """A key's last part as people read it.
+    """Turn the last part of a key into words.
 
     >>> key_in_words("IntakeZoneActive")
     'intake zone active'
@@ -148,5 +148,5 @@ def key_in_words(name: str) -> str:
 
 
 def robot_prefix(number: int) -> str:
-    """What the keys of a robot begin with: the first has no number."""
+    """Return the prefix of a robot's keys; the first robot has no number."""
     return "Sim" if number == 0 else f"Sim/Robots/{number}"

@@ -85,7 +85,7 @@ class WpilogSink:
         """Create the file, its missing folders and the schemas; a file of that name is overwritten.
 
         Args:
-            path: Where the log goes, by custom `*.wpilog`; `*.wpilogxz` is compressed, an eighth in size.
+            path: Path of the log, by custom `*.wpilog`; `*.wpilogxz` is compressed, an eighth in size.
             period: Simulated time between two snapshots [s].
             bulk_period: The same for arrays of more than 64 rows [s].
             prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
@@ -127,7 +127,7 @@ class WpilogSink:
         return self._file is None
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
         return self._file is not None and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -316,24 +316,24 @@ _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogColumn:
-    """All values of one key, in the order of time."""
+    """Values of one key, in the order of time."""
 
     key: str
     type: str
-    """As WPILib names it: `double`, `int64`, `boolean`, `int64[]`, `string`, `struct:Pose3d[]`, ..."""
+    """WPILib's name of the type: `double`, `int64`, `boolean`, `int64[]`, `string`, `struct:Pose3d[]`, ..."""
     times: FloatArray
-    """When each value was written [s], shape (n,)."""
+    """Time of each value [s], shape (n,)."""
     _data: bytes
     _places: list[int]
     _sizes: list[int]
     metadata: str = ""
-    """As its entry began with it; of SysId's routine and AdvantageKit its unit, of others mostly JSON."""
+    """Metadata of the entry's start; the unit from SysId's routine and AdvantageKit, else mostly JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
 
     def payload(self, row: int) -> bytes:
-        """Bytes of one value."""
+        """Return the bytes of one value."""
         place = self._places[row]
         return self._data[place : place + self._sizes[row]]
 
@@ -369,7 +369,7 @@ class TelemetryLog:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From the first pose, if there is one, to the last value of all: poses at rest are logged no more [s]."""
+        """Times of the first pose, if there is one, and of the last value: poses at rest are not logged again [s]."""
         columns = [c for c in self.columns.values() if len(c)]
         if not columns:
             return 0.0, 0.0
@@ -377,21 +377,21 @@ class TelemetryLog:
         return min(float(c.times[0]) for c in moving), max(float(c.times[-1]) for c in columns)
 
     def column(self, key: str) -> LogColumn:
-        """The column of a key.
+        """Return the column of a key.
 
         Raises:
-            UnknownNameError: There is none.
+            UnknownNameError: The log has no such key.
         """
         if key not in self.columns:
             raise UnknownNameError("logged key", key, self.columns)
         return self.columns[key]
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Times [s] and values of a number.
+        """Return times [s] and values of a number.
 
         Raises:
-            UnknownNameError: It was not logged.
-            LogError: It is no number.
+            UnknownNameError: The number was not logged.
+            LogError: The key's values are not numbers.
         """
         column = self.column(key)
         if column.type not in _NUMBERS:

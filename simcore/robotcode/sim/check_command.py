@@ -214,7 +214,7 @@ def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
 
 
 def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
-    """What the survey took apart."""
+    """Rebuild the drivetrain from the survey's answer."""
     fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
