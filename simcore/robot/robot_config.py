@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, require_fields
+from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, Quantity, require, require_fields
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.chassis_config import (
     ChassisConfig,
@@ -168,6 +168,8 @@ class RobotConfig:
 
     def __post_init__(self) -> None:
         require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))
+        if self.team is not None:
+            require("RobotConfig", "team", self.team, Quantity("", 1, 99999, is_whole=True))
         body = self.body
         d = self.drivetrain
         if len(d.positions) != len(body.wheel_positions):

@@ -193,7 +193,7 @@ def test_hangs(sim):
 """
     )
     assert code == 1 and "exited with exit code 1" in said, said[-3000:]
-    assert "to its end in 4 s: the program is at test_robot.py:6 in <lambda>" in said, said[-3000:]
+    assert "no robot loop has finished in 4 s: the program is at test_robot.py:6 in <lambda>" in said, said[-3000:]
 
 
 def test_plain_pytest_names_the_command_for_robot_tests(project):

@@ -124,7 +124,7 @@ def test_a_command_is_answered_whatever_type_it_has(kind, caplog):
         assert table.read() == []
         assert response.get() == response_message(7, "unknown command type 5")
         request.set(b"\xff\xff")
-        assert table.read() == [] and b"breaks off" in response.get()
+        assert table.read() == [] and b"cut short or invalid" in response.get()
         request.set(
             bytes.fromhex(
                 "08011007522c0a2a0a1209000000000000084011000000000000f83f12140a1209333333333333e33f219a9999999999e93f"

@@ -113,7 +113,7 @@ def test_a_swerve_on_a_canivore_next_to_mechanisms_of_the_same_ids(project_of):
     [
         (
             {"shooter": 1, "partner": '"canivore:4"', "encoder": 21},
-            "TalonFX canivore:4 cannot follow TalonFX 1: it hears",
+            "TalonFX canivore:4 cannot follow TalonFX 1: it is on another CAN bus",
         ),
         (
             {"shooter": '"canivore:2"', "partner": '"canivore:3"', "encoder": 21},

@@ -123,4 +123,4 @@ def test_the_docs_page_states_the_fitted_values():
     assert f"take {a.min():.0f} to {a.max():.0f} ms longer" in page
     assert f"off by {math.sqrt(np.mean(c**2)):.0f} ms (rms)" in page and len(far) == 3
     assert f"Three rows are off by {far.min():.0f} to {far.max():.0f} ms" in page
-    assert f"{ROBOT_A.steeper_deg:g} and {ROBOT_C.steeper_deg:g} degrees fit" in page
+    assert f"{ROBOT_A.steeper_deg:g} and {ROBOT_C.steeper_deg:g} degrees), and the exit efficiency" in page

@@ -291,7 +291,7 @@ def test_a_robot_scraped_by_another_turns_like_one_under_the_same_force_and_torq
             lone.append(robot.chassis.pose[2])
     torque = max(torque for _, _, torque in pushes)
     assert 100.0 < torque < 160.0
-    assert max(turned) == pytest.approx(held_heading(torque), rel=0.1)
+    assert max(lone) == pytest.approx(held_heading(torque), rel=0.1)
     assert max(turned) == pytest.approx(max(lone), rel=0.15)
 
 
@@ -388,7 +388,7 @@ def test_a_robot_that_coasts_up_a_bump_comes_back_with_nearly_its_speed(speed):
 def test_a_wall_above_the_bumpers_stops_the_frame():
     """An arm at 0.4 m, over bumpers of 0.25 m and against a frame of 0.5 m: it leans back until its weight balances.
 
-    Its rear wheels then push with W tan b, b the angle from the arm's height to them: it leans by some 9 degrees.
+    Its rear wheels then push with W tan b, b the angle from the arm's height to them: it leans by some 12 degrees.
     """
     arm = FieldElement(name="arm", shape=Box((0.2, 6.0, 0.2)), position=np.array([4.0, 4.0, 0.4]), surface=WALL)
     with field((3.0, 4.0, 0.0), elements=[arm]) as match:
@@ -399,4 +399,4 @@ def test_a_wall_above_the_bumpers_stops_the_frame():
         lean = abs(robot.chassis.roll_pitch_yaw[1])
         frame = robot.chassis.pose[0] + 0.5 * 0.8 - robot.config.body.bumper_thickness
         assert frame - 0.4 * math.sin(lean) == pytest.approx(3.9, abs=0.02)
-        assert lean < math.radians(12.0)
+        assert math.radians(9.0) < lean < math.radians(13.0)

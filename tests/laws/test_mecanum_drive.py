@@ -14,7 +14,7 @@ from simcore.units import GRAVITY
 
 pytestmark = pytest.mark.engines("bullet")
 
-FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, efficiency=1.0)
+FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, efficiency=1.0, free_speed_share=1.0)
 """Without friction of its gears and wheels."""
 ARM = 0.56  # |x| + |y| of its wheels [m]
 

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import pytest
 from each_case import each
@@ -187,9 +188,10 @@ def test_wheel_turns_are_not_taken_as_meters(tmp_path):
 
 @pytest.mark.parametrize(("said", "lowered"), [({}, (1, 4)), ({"dropped_center": False}, ())])
 def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowered, tmp_path):
-    sides = tuple(
-        FoundWheel(name=name, place=(0.0, y), motors=(SPARK,)) for name, y in (("left", 0.3), ("right", -0.3))
-    )
+    hardware = MagicMock()  # asked where REVLib is imported
+    hardware.config_accessor.closed_loop.feed_forward.getk_s.return_value = 0.0
+    motors = (replace(SPARK, hardware=hardware),)
+    sides = tuple(FoundWheel(name=name, place=(0.0, y), motors=motors) for name, y in (("left", 0.3), ("right", -0.3)))
     found = FoundDrivetrain(kind="tank", wheels=sides, measures={"drive_motor": MOTORS["drive_motor"]})
     settings = RobotSettings(drivetrain=DrivetrainSettings(measures=said))
     config = drivetrain_config(complete_measures(found, settings, tmp_path), settings)
@@ -198,9 +200,10 @@ def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowere
 
 @pytest.mark.parametrize("said", [None, False, True])
 def test_forward_is_a_guess_unless_the_file_gives_it(said, tmp_path):
-    sides = tuple(
-        FoundWheel(name=name, place=(0.0, y), motors=(SPARK,)) for name, y in (("left", 0.3), ("right", -0.3))
-    )
+    hardware = MagicMock()  # asked where REVLib is imported
+    hardware.config_accessor.closed_loop.feed_forward.getk_s.return_value = 0.0
+    motors = (replace(SPARK, hardware=hardware),)
+    sides = tuple(FoundWheel(name=name, place=(0.0, y), motors=motors) for name, y in (("left", 0.3), ("right", -0.3)))
     found = FoundDrivetrain(kind="tank", wheels=sides, measures={"drive_motor": MOTORS["drive_motor"]})
     table = DrivetrainSettings(measures={} if said is None else {"reversed": said})
     done = complete_measures(found, RobotSettings(drivetrain=table), tmp_path)
