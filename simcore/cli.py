@@ -23,7 +23,7 @@ class Command(NamedTuple):
     """Subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
 
     A module whose arguments depend on others also has `add_further_arguments(parser, words)`; a module with
-    `takes_command` gets the words behind `--` as `args.behind`.
+    `takes_command` gets the words after `--` as `args.behind`.
     """
 
     module: str
@@ -56,18 +56,18 @@ COMMANDS = {
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml next to robot.py"),
 }
-"""Subcommands by name; a module may need extras, and is imported only for its command."""
+"""Subcommands by name; each module is imported only when its command is called, since it may need extras."""
 
 
 def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
-    """Run a subcommand; without one, list them.
+    """Run a subcommand; without one, print the list of subcommands.
 
     Args:
-        argv: Arguments without the program's name; None: those of the process.
-        program: Name of the program for messages: `simcore`, or all words up to the options of a subcommand.
+        argv: Arguments without the program's name; None: `sys.argv[1:]`.
+        program: Program name in messages: `simcore`, or the command line up to the options of a subcommand.
 
     Returns:
-        0 for success, 1 for an explained error, 2 for a wrong call, 130 after Ctrl-C.
+        0 for success, 1 for an explained error, 2 for a usage error, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
@@ -87,7 +87,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser that ends a wrong call with the mistake, without a list of all options."""
+    """Argument parser that reports a usage error in one line instead of printing all options."""
 
     def error(self, message: str) -> NoReturn:
         print_error(self.prog, f"{message} (`{self.prog} --help` lists what there is)")
@@ -119,7 +119,7 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
     """Parse the arguments; return None if help was printed instead.
 
     Raises:
-        SystemExit: If the call is wrong or help was printed.
+        SystemExit: If the arguments are invalid or help was printed.
         SimcoreError: If something that the arguments depend on cannot be found.
     """
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
@@ -153,7 +153,7 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
 
 @contextmanager
 def _modules_of_folder() -> Iterator[None]:
-    """Import from the working folder as well, last, as `python -m` does and a console script does not."""
+    """Add the working directory at the end of the import path; a console script, unlike `python -m`, leaves it out."""
     folder, before = os.getcwd(), list(sys.path)
     if folder not in before and "" not in before:
         sys.path.append(folder)

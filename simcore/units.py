@@ -44,10 +44,10 @@ def rpm(value: float) -> float:
 
 
 def plain_sum(values: Iterable[float]) -> float:
-    """Add from left to right, with a result equal to the last bit on every Python version.
+    """Add from left to right; the result is bit-identical on every Python version.
 
-    Since Python 3.12 the builtin `sum` of floats compensates rounding errors: a simulation that used it would differ
-    between versions.
+    Since Python 3.12 the builtin `sum` compensates rounding errors of floats, so a simulation that used it would give
+    different results on older versions.
 
     >>> plain_sum([0.1] * 10)
     0.9999999999999999

@@ -64,7 +64,7 @@ def test_a_git_address_and_a_file_of_the_network_are_named_as_they_were(installe
     assert installed(origin, "view") == f'`python -m pip install "{wanted}"`'
 
 
-def test_a_folder_and_a_file_are_named_while_they_are_there(installed, tmp_path):
+def test_the_command_names_the_source_folder_or_file_only_while_it_exists(installed, tmp_path):
     source, wheel = tmp_path / "the source", tmp_path / "simcore.whl"
     from_folder = {"url": source.as_uri(), "dir_info": {}}
     from_file = {"url": wheel.as_uri(), "archive_info": {}}
@@ -78,7 +78,7 @@ def test_a_folder_and_a_file_are_named_while_they_are_there(installed, tmp_path)
         assert installed(origin, "view") == somewhere
 
 
-def test_what_pip_took_from_an_index_is_named(tmp_path):
+def test_a_package_installed_from_an_index_is_named(tmp_path):
     package = tmp_path / "simcore"
     (tmp_path / "simcore-1.2.0.dist-info").mkdir(parents=True)
     assert install_command("view", package=package) == '`python -m pip install "simcore[view]"`'

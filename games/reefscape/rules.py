@@ -134,7 +134,7 @@ class ReefscapeRules(Rules):
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
-        """Return the number of algae that an alliance has brought through its processor."""
+        """Return the number of algae that an alliance has scored in its processor."""
         return self._processed[alliance]
 
     def breakdown(self) -> Mapping[str, int]:

@@ -56,9 +56,9 @@ class CameraRig:
         robots: All robots, at their starting places.
         draws: Scatter draws of the run.
         field_size: Length and width of the field [m].
-        tags: Layout of the field's AprilTags, see `tag_layout`; read with the first camera.
-        rng: Generator for all noise.
-        network: Network on which cameras publish; None: frames are read from `cameras` only.
+        tags: Layout of the field's AprilTags, see `tag_layout`; loaded when the first camera is added.
+        rng: Random generator for all noise.
+        network: Network on which cameras publish; None: frames are available from `cameras` only.
     """
 
     def __init__(

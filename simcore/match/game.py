@@ -1,4 +1,4 @@
-"""Definition of a year's game: a frozen description that `Match` plays. A game fills hooks; it has no loop."""
+"""Definition of a year's game: a frozen description that `Match` plays. A game implements hooks and has no loop."""
 
 from __future__ import annotations
 
@@ -71,17 +71,17 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldDefinition:
-    """Static field: a mesh or a table of elements, its materials, and the symmetry between blue and red."""
+    """Static field: a mesh or a list of elements, its materials, and the symmetry between blue and red."""
 
     size: tuple[float, float]
     """Length and width [m]."""
     symmetry: FieldSymmetry
     mesh: Path | None = None
-    """OBJ file; None: `elements` are the field."""
+    """OBJ file; None: the field consists of `elements`."""
     elements: tuple[FieldElement, ...] = ()
     """Elements of a field without a mesh."""
     materials: Mapping[str, TerrainSurface] = dataclasses.field(default_factory=dict)
-    """Surface by name pattern (`*`, `?`) of the mesh's elements; the last match wins."""
+    """Surfaces by name pattern (`*`, `?`) of mesh elements; the last matching pattern wins."""
     drivable: tuple[str, ...] = ()
     """Name patterns of elements that robots drive over."""
     tags: str | Path = ""
@@ -90,7 +90,7 @@ class FieldDefinition:
     rungs: tuple[Rung, ...] = ()
     """Rungs that climbers can hang on."""
     hanging: tuple[HangingConfig, ...] = ()
-    """Bodies that hang down and swing."""
+    """Hanging bodies that swing."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -107,8 +107,8 @@ class FieldDefinition:
         """Load the field as shapes with surfaces.
 
         Args:
-            mesh: OBJ file in place of the game's. Groups with names of the game's mesh get its materials, others the
-                material of `*`.
+            mesh: OBJ file to use instead of the game's. Groups are matched by name to the game's materials; any other
+                group gets the material of `*`.
 
         Raises:
             FieldMeshError: If the file is missing or broken.
@@ -136,15 +136,15 @@ class FieldDefinition:
 def _read_field(
     path: Path, written: int, materials: tuple[tuple[str, TerrainSurface], ...], symmetry: FieldSymmetry
 ) -> FieldGeometry:
-    """Read the shapes of a mesh, once for all matches while the file's time of writing stays [ns]."""
+    """Read the shapes of a mesh; cached for all matches until the file's modification time [ns] changes."""
     return FieldGeometry.load(path, surfaces=dict(materials), symmetry=symmetry)
 
 
 def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
-    """Return elements of the blue half as `blue_...`, and their images under the symmetry as `red_...`.
+    """Return the elements of the blue half, renamed `blue_...`, and their counterparts on the red half, `red_...`.
 
     Args:
-        elements: Axis-aligned boxes, upright cylinders and balls, which equal their mirror images, and hulls.
+        elements: Axis-aligned boxes, upright cylinders and balls, which are their own mirror images, and hulls.
         symmetry: Symmetry of the field.
 
     Raises:
@@ -167,7 +167,7 @@ def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry
 
 @dataclass(frozen=True, slots=True)
 class PieceSupply:
-    """A kind of piece with its number of pieces."""
+    """One kind of piece, and how many a match has."""
 
     kind: GamePieceConfig
     count: int
@@ -183,16 +183,16 @@ class StagedPieces:
     kind: str
     """Name of their kind."""
     positions: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
-    """Centers of those on the field, as blue sees it, field frame [m], shape (n, 3)."""
+    """Centers of the pieces on the field, in blue's field frame [m], shape (n, 3)."""
     attitudes: FloatArray | None = None
-    """Attitudes of those, unit quaternions x, y, z, w, as blue sees it, shape (n, 4); None: upright."""
+    """Attitudes of these pieces in the same frame, unit quaternions x, y, z, w, shape (n, 4); None: upright."""
     resting: bool = False
-    """Whether pieces above the carpet rest on earlier staged ones or on the field, asleep; otherwise they fall as the
-    match begins."""
+    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged before them; otherwise
+    they fall when the match begins."""
     lodged: float | None = None
-    """Force that frees wedged pieces [N]; None: they are not wedged."""
+    """Force that frees wedged pieces [N]; None: the pieces are not wedged."""
     off_field: int = 0
-    """Number of pieces that wait off the field, e.g. with a human player."""
+    """Number of pieces that start off the field, e.g. with a human player."""
 
     def __post_init__(self) -> None:
         owner = f"StagedPieces of {self.kind}"
@@ -218,8 +218,8 @@ class RobotEntry:
 
     alliance: Alliance = "blue"
     start: Pose | None = None
-    """Start as a blue robot, field frame [m, m, rad]; a red one starts at the corresponding place. None: the game's
-    start for the robot's place in the list."""
+    """Start pose as a blue robot, field frame [m, m, rad]; a red robot starts at the corresponding pose. None: the
+    game's start pose for the robot's position in the list."""
     preload: int | None = None
     """Preloaded pieces of the game's first kind; None: as many as the game allows."""
     config: RobotConfig | None = None
@@ -236,20 +236,20 @@ class GameOption:
     name: str
     help: str
     in_matches: bool = False
-    """Whether it is on by default in whole matches."""
+    """Whether the option is on by default in whole matches."""
 
     def __post_init__(self) -> None:
         require_fields(self)
 
 
 class PlayedMatch(Protocol):
-    """Match as its game sees it: rules, autos, players and scripts act on these parts of it."""
+    """Match as its game sees it: the parts that rules, autos, players and scripts use."""
 
     game: Game
     entries: tuple[RobotEntry, ...]
-    """Robots as the match was requested."""
+    """Robots as requested when the match was created."""
     options: frozenset[str]
-    """Names of the game's options that are on."""
+    """Names of the game options that are on."""
     practice: bool
     """Whether every piece counts, regardless of the clock."""
     field: FieldGeometry
@@ -258,27 +258,27 @@ class PlayedMatch(Protocol):
     robots: list[Robot]
     """Robots by number."""
     alliances: list[Alliance]
-    """Present alliance of each robot."""
+    """Current alliance of each robot."""
     contacts: RobotContacts
     """Contacts of this tick."""
     pieces: GamePieceManager
     tracker: ScoringTracker
-    """Points, and pieces that scored."""
+    """Tracker of points and of pieces that have scored."""
     timer: MatchTimer
     time: float
     """Simulated time since the start [s]."""
     rules: Rules
     rules_rng: np.random.Generator
-    """Generator for chance in the rules."""
+    """Random generator for the rules."""
     draws: ScatterDraws
     """Scatter draws of this run."""
     persons: dict[Alliance, dict[str, float]]
-    """Alliances whose human player a person plays, with the requested actions and until when [s]."""
+    """Requested actions, with the time at which each ends [s], of every human player that a user controls."""
     record: RunRecord
     """Record of the run so far."""
 
     def outline(self, number: int) -> FloatArray:
-        """Return the corners of a robot's bumpers, for a red one flipped to blue [m], shape (4, 2)."""
+        """Return the corners of a robot's bumpers [m], shape (4, 2); a red robot is flipped to the blue side."""
 
 
 @runtime_checkable
@@ -290,19 +290,19 @@ class Driving(Protocol):
         """Names of the actions, in the order of the buttons."""
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
-        """Make the controller that follows a driver, who is read once a tick."""
+        """Make the controller that follows a driver, whose inputs it reads once per tick."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Auto:
-    """Autonomous routine of a robot with its start."""
+    """Autonomous routine of a robot, with its start pose."""
 
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance], Controller]
     """Function of a match and an alliance that makes the robot's controller."""
     start: Pose
-    """Start as a blue robot, field frame [m, m, rad]."""
+    """Start pose as a blue robot, field frame [m, m, rad]."""
     preload: int | None = None
     """Preloaded pieces, as in `RobotEntry`."""
 
@@ -317,7 +317,7 @@ class Role:
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance, int], Controller]
-    """Function of a match, an alliance and a level of skill that makes the robot's controller."""
+    """Function of a match, an alliance and a skill level that makes the robot's controller."""
     config: Callable[[], RobotConfig] | None = None
     """Config of its robot; None: the game's robot."""
 
@@ -326,34 +326,34 @@ class Role:
 
 
 class Rules:
-    """Hooks of a game's rules in a match; the defaults do nothing. One object serves one match.
+    """Hooks through which a game applies its rules to one match; the defaults do nothing.
 
-    Hooks act on the match by its public parts: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
+    Hooks use the public parts of the match: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
 
     Args:
-        match: Match that is played. It is complete except for the pieces, which are staged when `start` is called.
+        match: Match being played, complete except for the pieces, which are staged when `start` is called.
     """
 
     channels: ClassVar[Sequence[Channel]] = ()
-    """Channels that the game adds to telemetry: each with its whole key and a function of the rules."""
+    """Channels that the game adds to telemetry: each has its full key and a function of the rules."""
 
     def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
     def start(self) -> None:
-        """Act as the match begins: pieces are staged, robots stand at their starts."""
+        """Act as the match begins: pieces are staged and robots are at their start poses."""
 
     def start_mode(self, mode: str) -> None:
         """Act after a driver station has enabled `auto` or `teleop`."""
 
     def before_tick(self) -> None:
-        """Act after robot code has commanded, before anything moves."""
+        """Act after robot code has given its commands, before anything moves."""
 
     def worth(self, zone: ScoringZone) -> int:
         """Return the points of a piece that would score in a zone now.
 
-        It must change nothing, and neither may `game_data`, `breakdown` and `channels`: pages and dashboards call them
-        at any time. Effects of a scoring piece belong in `scored`.
+        This method must not change anything, and neither may `game_data`, `breakdown` or `channels`: pages and
+        dashboards call them at any time. Effects of a scoring piece belong in `scored`.
         """
         return zone.points
 
@@ -364,7 +364,7 @@ class Rules:
         """Act after a piece has come to rest in a place where it counts."""
 
     def removed(self, event: PlaceEvent) -> None:
-        """Act after a piece has left such a place: it fell, or a robot took it."""
+        """Act after a placed piece has left its place: it fell, or a robot took it."""
 
     def after_tick(self) -> None:
         """Act after everything has moved and scored; telemetry comes next."""
@@ -373,7 +373,7 @@ class Rules:
         """Act after the last phase; called once."""
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions of human players; empty without any. The names are equal in all runs of a match."""
+        """Return the actions of human players; empty if the game has none. All runs of a match have the same names."""
         return ()
 
     def game_data(self) -> str:
@@ -386,7 +386,7 @@ class Rules:
 
 
 Staging: TypeAlias = Callable[[np.random.Generator, Sequence[RobotEntry]], Sequence[StagedPieces]]
-"""Function that gives the pieces at the start, as blue sees them, with these robots on the field; without preloads."""
+"""Function that returns the pieces staged for these robots, in blue's field frame, without preloads."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -402,7 +402,7 @@ class Game:
     pieces: tuple[PieceSupply, ...]
     clock: MatchClock
     assessment: float = 0.0
-    """Time after the clock has run out until a whole match's score is final [s]."""
+    """Time between the end of the clock and the final score of a whole match [s]."""
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
@@ -411,22 +411,22 @@ class Game:
     robot: Callable[[], RobotConfig]
     """Function that makes the default robot's config."""
     starts: tuple[Pose, ...]
-    """Starts of an alliance's robots, as blue ones [m, m, rad]."""
+    """Start poses of an alliance's robots, as blue robots [m, m, rad]."""
     preload: int = 0
-    """Most pieces that a robot may hold at the start."""
+    """Maximum number of pieces that a robot may hold at the start."""
     robots: int = 6
-    """Most robots of a match."""
+    """Maximum number of robots in a match."""
     autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
     """Autos by name; the first is the default."""
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
     """Roles of scripted players, by name."""
     driving: Driving | None = None
-    """Controls for a person who drives the game's robot; None: only driving and the intake."""
+    """Controls for a user who drives the game's robot; None: driving and the intake only."""
     practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
-    """Whole matches for a team's robot code, by name: line-ups of its partners and of its opponents."""
+    """Whole matches to run a team's robot code in, by name: roles of its partners and of its opponents."""
     options: tuple[GameOption, ...] = ()
     arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
-    """Function that changes the field for the options that are on; None: options change nothing of it."""
+    """Function that changes the field for the options that are on; None: options leave the field unchanged."""
     models: Path | None = None
     """Folder of models for AdvantageScope and the browser view."""
 
@@ -457,7 +457,7 @@ class Game:
         """Return the auto of a name; None: the first.
 
         Raises:
-            UnknownNameError: If there is none; it lists the nearest names.
+            UnknownNameError: If there is no such auto; the error lists the nearest names.
             ConfigError: If the game has no auto at all.
         """
         if name is None:
@@ -486,7 +486,7 @@ class Game:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive on.
-            pieces: Kinds of pieces; none is on the field until `match.pieces.spawn` puts it there.
+            pieces: Kinds of pieces; none are on the field until `match.pieces.spawn` puts them there.
             robot: The default robot; None: 55 kg on four swerve modules, without mechanisms.
             zones: Zones where pieces score.
             places: Places where pieces stay and count.

@@ -1,7 +1,7 @@
-"""Loop of a tick, written once, and its contacts: for a match, and for a world without one.
+"""Loop that advances one tick, and the contacts it records; a match and a bare world share it.
 
-`Motion.advance` is the loop. In steps of 5 ms, devices read and answer, then robots and balls move. If there are other
-bodies, the engine moves these in one step, or in several where pieces need it. Sensors come last.
+`Motion.advance` is the loop. In each 5 ms step it updates the devices, then moves robots and balls. If there are
+other bodies, the engine moves them in one step, or in several where pieces need it. Sensors are read last.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _AHEAD = 0.2  # [m]; margin within which contacts are read from the engine
 
 
 class RobotContacts:
-    """Contacts of a tick.
+    """Contacts of the robots during one tick.
 
     Args:
         world: World of the robots and pieces.
@@ -51,10 +51,10 @@ class RobotContacts:
         self.robots: set[tuple[int, int]] = set()
         """Pairs of robots that touched in this tick, each in both orders."""
         self.hanging: set[tuple[int, str]] = set()
-        """Numbers of robots with the names of the hanging bodies that they touched in this tick."""
+        """Pairs of a robot's number and the name of a hanging body that it touched in this tick."""
 
     def begin_tick(self) -> None:
-        """Clear the last tick, and list the bodies that could touch in this one."""
+        """Clear the contacts of the last tick, and list the bodies that could touch in this one."""
         self.robots.clear()
         self.hanging.clear()
         spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
@@ -78,23 +78,23 @@ class RobotContacts:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
 
     def touching_piece(self, slot: int) -> list[int]:
-        """Return numbers of the robots that a piece touched: a ball in this tick, others in the engine's last step."""
+        """Return the numbers of the robots that a piece touched: balls in this tick, others in the last engine step."""
         return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
 
     def touching(self, row: int) -> list[int]:
-        """Return numbers of the robots that a body of the world touched in the last sub-step."""
+        """Return the numbers of the robots that a body of the world touched in the last sub-step."""
         return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
-        """Return names of field elements that a robot touched in the last sub-step, and of rungs that it hangs on."""
+        """Return the names of field elements that a robot touched in the last sub-step, and of rungs it hangs on."""
         robot = self._robots[number]
         touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
         return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
 
 
 STEP = 0.005
-"""Step of devices and robot bodies [s]: a robot coasting up a bump at 1.5 m/s comes back at 1.37 m/s, with steps of
-20 ms at 1.13 m/s."""
+"""Time step of devices and robot bodies [s]. A robot that coasts up a bump at 1.5 m/s rolls back at 1.37 m/s; with
+20 ms steps it would return at only 1.13 m/s."""
 
 
 class Motion:
@@ -103,7 +103,7 @@ class Motion:
     Args:
         world: World in which they move.
         robots: All robots.
-        pieces: All pieces; None: none.
+        pieces: All pieces; None if there are none.
         hanging: Hanging bodies of the field.
         watchers: Contact lists that are updated after each step.
     """
@@ -124,11 +124,11 @@ class Motion:
         """Engine steps in this tick so far."""
 
     def begin_tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Begin a tick of dt [s]: wake sleepers that can be reached, and get the step that pieces need.
+        """Begin a tick of dt [s]: wake sleeping pieces within reach, and find the longest step that pieces allow.
 
         Args:
             dt: Length of the tick [s].
-            others: Further moving bodies: neither robots nor pieces, and not hanging.
+            others: Other moving bodies: not robots, pieces or hanging bodies.
         """
         movers = [*others, *(Footprint(*robot.chassis.footprint) for robot in self._robots)]
         movers += [Footprint(*body.footprint) for body in self._hanging if body.is_awake]
@@ -138,7 +138,7 @@ class Motion:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
-        """Advance by dt [s], a tick or a part of one."""
+        """Advance by dt [s]: a whole tick or part of one."""
         world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count
@@ -159,7 +159,7 @@ class Motion:
         self.substeps += count * parts
 
     def _step_engine(self, h: float, parts: int) -> None:
-        """Let the engine move its bodies by h [s], in a number of steps."""
+        """Advance the engine's bodies by h [s] in `parts` equal steps."""
         for number in range(parts):
             for body in self._hanging:
                 body.before_substep(h / parts)
@@ -173,13 +173,13 @@ class Motion:
         self._world.end_engine(h)
 
     def tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Run a whole tick of a world without a match; for `others` see `begin_tick`."""
+        """Run one whole tick in a world without a match; see `begin_tick` for `others`."""
         self.begin_tick(dt, others=others)
         self.advance(dt)
         self.end_tick(dt)
 
     def end_tick(self, dt: float = TICK) -> None:
-        """End a tick of dt [s]: read pieces, and put those to sleep that have been slow for a while."""
+        """End a tick of dt [s]: read the pieces, and put those that have been slow for a while to sleep."""
         if self._pieces is not None:
             self._pieces.gather(dt)
             self._pieces.settle(dt)

@@ -132,7 +132,7 @@ class ShotRecord:
     time: float
     """End of the tick in which it left [s]."""
     number: int
-    """Number of the shot, from 1; 0 for a throw of a human player."""
+    """Number of the shot, from 1; 0 for a throw by a human player."""
     slot: int
     robot: int
     points: list[tuple[float, float, float]]

@@ -57,14 +57,15 @@ class Scatter:
     Estimate, 2 to 5 % for foam balls, most of it from the balls: wheels throw balls of another density up to 2 m
     farther (vexforum.com/t/29718), used ones shorter than new ones (chiefdelphi.com/t/150445, /t/117361)."""
     elevation: float = degrees(1.0)
-    """Spread of the elevation, for each shot [rad]. Estimate: play of the hood, and where on it a piece leaves."""
+    """Spread of the elevation, for each shot [rad]. Estimate: play of the hood, and the point where a piece
+    leaves it."""
     azimuth: float = degrees(0.7)
-    """Spread of the azimuth, for each shot [rad]. Estimate: where across the wheels a piece lies."""
+    """Spread of the azimuth, for each shot [rad]. Estimate: lateral position of the piece on the wheels."""
     spin: float = 0.1
     """Spread of the spin, for each shot [-]. Estimate; it matters where pieces have lift, and after the first
     bounce."""
     feed_time: float = 0.02
-    """Spread of the time since the shot before, for each shot [s]. Estimate: pieces do not touch one another."""
+    """Spread of the time since the previous shot, for each shot [s]. Estimate: gaps between pieces vary."""
     piece_mass: float = 0.055
     """Spread of the mass, for each piece, uniform within plus and minus this [-]. The balls of the 2026 manual weigh
     0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
@@ -77,13 +78,14 @@ class Scatter:
     """Spread of the drag coefficient, for each piece [-]. Estimate: skins wear, and a ball that is not round
     tumbles."""
     tread_friction: float = 0.08
-    """Spread of the friction of the treads on this carpet, for each robot [-]. Estimate: one field's carpet holds,
-    another's is slippery (chiefdelphi.com/t/160925)."""
+    """Spread of the friction of the treads on this carpet, for each robot [-]. Estimate: some fields' carpet grips,
+    others' is slippery (chiefdelphi.com/t/160925)."""
     wheel_wear: float = 0.025
     """Spread of wear, for each wheel: reduction of its radius below robot code's value, uniform from 0 to this [-]. A
     tread of 3.75 in loses 0.05 in at an event (chiefdelphi.com/t/406728)."""
     battery_charge: float = 0.1
-    """Spread of missing charge at the start, for each battery, uniform from 0 to this [-]. Estimate: the queue."""
+    """Spread of missing charge at the start, for each battery, uniform from 0 to this [-]. Estimate:
+    time spent waiting in the queue."""
     battery_resistance: float = 0.12
     """Spread of the resistances, for each battery [-]. One team's batteries in use have 13 to 21 mohm inside
     (chiefdelphi.com/t/368572); with 5 mohm of cable that is 22 +- 2.5."""
@@ -94,22 +96,23 @@ class Scatter:
     """Spread of the resistance of winding and leads, for each motor [-]. Source as above, plus 10 K of copper at
     0.4 %/K."""
     encoder: float = degrees(0.5)
-    """Of each absolute encoder, on the azimuths of swerve modules, hoods and turrets: its zero [rad]. Estimate: wheels
-    are zeroed along a bar, hoods at a stop."""
+    """Spread of the zero of each absolute encoder on swerve azimuths, hoods and turrets [rad]. Estimate: wheels are
+    zeroed along a bar, hoods at a stop."""
     drive_friction: float = 0.47
-    """Of each tank and mecanum drive: its kS, a factor of 1.6 either way [-]. Constants of public tanks run from .13 to
-    1.31 V about .65."""
+    """Spread of kS, for each tank and mecanum drive: a factor of 1.6 either way [-]. Published kS of tank drives run
+    from 0.13 to 1.31 V, around 0.65 V."""
     swerve_friction: float = 0.18
-    """Of each swerve drive: the same, a factor of 1.2 either way [-]. Estimate: one team's two days agree, teams differ
-    by more."""
+    """Spread of kS, for each swerve drive: a factor of 1.2 either way [-]. Estimate: one team's values agree between
+    days, but teams differ by more."""
     drive_sides: float = 0.03
-    """Of each side of a tank and each wheel of others: efficiency of its gears, even from 0 to this below the config's
-    [-]. A kit chassis turned by .3 rad in 12 m on equal volts."""
+    """Spread of lost gear efficiency, for each side of a tank drive and each wheel of others: uniform from 0 to this
+    [-]. A kit chassis turned by 0.3 rad over 12 m at equal voltages."""
     gyro: float = degrees(0.01)
     """Spread of the yaw rate at rest, for each gyro [rad/s]. Estimate: 0.6 degrees a minute remain after the
     calibration at power-up, when the robot stands on a cart."""
     start_position: float = 0.015
-    """Spread of the starting position along x and along y, for each robot [m]. Estimate: by eye, along a mark."""
+    """Spread of the starting position along x and along y, for each robot [m]. Estimate: placed by eye at
+    a mark."""
     start_heading: float = degrees(1.0)
     """Spread of the starting heading, for each robot [rad]. Estimate: 14 mm at the end of a bumper."""
     camera_noise: float = 0.3
@@ -148,7 +151,7 @@ class Scatter:
 
     @classmethod
     def none(cls) -> Scatter:
-        """Return a scatter without any spread: the exact run."""
+        """Return a scatter without any spread, for a nominal run."""
         return cls(**dict.fromkeys(cls.names(), 0.0))
 
     @classmethod
@@ -192,7 +195,7 @@ class Scatter:
 
     @property
     def text(self) -> str:
-        """Line from which `parse` makes this scatter.
+        """Text that `parse` converts back to this scatter.
 
         >>> Scatter.parse(Scatter().text) == Scatter(), Scatter.none().text
         (True, '0')
@@ -348,7 +351,7 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
 def _fixed_wheels(
     config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
 ) -> tuple[TankConfig | MecanumConfig, ...]:
-    """Each wheel of a mecanum drive, or the sides of a tank: motors share a side's load, its wheels wear alike."""
+    """Draw the wheels of a mecanum drive or the sides of a tank; a side has its motors' mean factors and one wear."""
     tread, drag = draws.factor("tread_friction", robot), draws.factor("drive_friction", robot)
     is_tank = isinstance(config, TankConfig)
     sides: tuple[TankConfig | MecanumConfig, ...] = config.sides if isinstance(config, TankConfig) else (config,) * 4

@@ -92,11 +92,11 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
 
 
 def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatArray:
-    """Compute the acceleration by quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
+    """Compute the acceleration due to quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
 
     Args:
         velocity: Velocity through the air [m/s], shape (n, 3).
-        drag: k of all pieces, or of each, shape (n,) [1/m].
+        drag: k [1/m], one value for all pieces or one per piece, shape (n,).
     """
     result: FloatArray = velocity * (-drag * _lengths(velocity))[:, None]
     return result

@@ -1,4 +1,4 @@
-"""Storage of a robot: places of its pieces, and the order in which they leave."""
+"""Storage of a robot: the places of its pieces, and the order in which they leave."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from simcore.world.rotation import IDENTITY, Quaternion, Vector
 __all__ = ["Storage", "StorageConfig"]
 
 _Row = tuple[int, float]
-"""Number of balls in a row, and offset of its middle from the middle of the storage [m]."""
+"""Number of balls in a row, and offset of its center from the center of the storage [m]."""
 _Layer = tuple[_Row, _Row]
-"""Rows along x and along y."""
+"""Row along x and row along y of one layer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageConfig:
-    """Space for pieces inside of a robot."""
+    """Space for pieces inside a robot."""
 
     name: str = ""
-    """Name by which intakes and shooters refer to it, in a robot with several; empty for the only one."""
+    """Name by which intakes and shooters refer to this storage; empty if it is the robot's only one."""
     capacity: int = 1
     """Maximum number of pieces."""
     order: Literal["fifo", "lifo"] = "fifo"
     """Order in which pieces leave: first in, first out, or last in, first out."""
     low: Vector = (-0.25, -0.25, 0.25)
-    """Smallest corner of the storage, robot frame [m]."""
+    """Corner with the smallest x, y and z, robot frame [m]."""
     high: Vector = (0.15, 0.25, 0.50)
-    """Largest corner [m]."""
+    """Corner with the largest x, y and z, robot frame [m]."""
     attitude: Quaternion = IDENTITY
-    """Attitude of the pieces in it, robot frame, x, y, z, w. A shot turns them with the muzzle: a tube that lies along
-    x leaves along the muzzle, a ring that lies flat leaves edge on."""
+    """Attitude of stored pieces, robot frame, quaternion x, y, z, w. A shot turns them with the muzzle: a tube lying
+    along x leaves lengthwise, a ring that lies flat leaves edge-on."""
     hopper: HopperConfig | None = None
-    """Simulation of the pieces as balls that fall, roll and jam; None: they are a list. With it pieces leave in the
-    order in which they reach its outlet, and intakes take no more than fit at its inlet."""
+    """Simulation of the pieces as balls that fall, roll and jam; None: the storage is a plain queue. In a hopper,
+    pieces leave in the order in which they reach its outlet, and intakes add only what fits at its inlet."""
 
     def __post_init__(self) -> None:
         corner = (ROBOT_PLACE,) * 3
@@ -61,10 +61,10 @@ class StorageConfig:
                     raise ConfigError(f"StorageConfig: {'xyz'[axis]} of outlet_place must be {ends}, got {place:g}")
 
     def position(self, number: int, radius: float) -> Vector:
-        """Return the position of a piece: balls lie in layers, in the hollows of the layer below.
+        """Return the position of a piece: balls lie in layers, each in the hollows of the layer below.
 
-        Without a hopper pieces in a robot are not simulated individually. When there are more than fit, the layers
-        overlap: no piece is higher than the storage, or than one ball in a flat storage.
+        Without a hopper, pieces in a robot are not simulated individually. If more are stored than fit, the layers
+        overlap to stay within the storage's height; in a storage lower than one ball, all pieces are at one height.
 
         Args:
             number: Index in the order of arrival, from 0; all pieces beyond the capacity are at the last place.
@@ -74,7 +74,7 @@ class StorageConfig:
         return places[min(number, len(places) - 1)]
 
     def balls_that_fit(self, radius: float) -> int:
-        """Return how many balls of a radius [m] fit in the storage without overlapping layers."""
+        """Return how many balls of this radius [m] fit without overlapping layers."""
         layers, rise = _layers(self, radius)
         count = 1 + math.floor(max(0.0, self.high[2] - self.low[2] - 2.0 * radius) / rise + 1e-9)
         lower, upper = (columns * rows for (columns, _), (rows, _) in layers)
@@ -83,7 +83,7 @@ class StorageConfig:
 
 @functools.lru_cache(maxsize=64)
 def _places(config: StorageConfig, radius: float) -> list[Vector]:
-    """Return the places of as many pieces as the storage holds [m]."""
+    """Return a place for each piece up to the storage's capacity, robot frame [m]."""
     layers, rise = _layers(config, radius)
     (x0, y0, z0), (x1, y1, z1) = config.low, config.high
     cells: list[tuple[int, float, float]] = []  # index of the layer, x and y
@@ -102,14 +102,14 @@ def _places(config: StorageConfig, radius: float) -> list[Vector]:
 
 
 def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
-    """Return the lowest layer and the next, which alternate, and the rise from one to the next [m]."""
+    """Return the two alternating layers, lowest first, and the height from one layer to the next [m]."""
     sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
     staggered = sum(lower != upper for lower, upper in sides)
     return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
 
 
 def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
-    """Return the rows along one side in a layer and the next, which is shifted by half a ball if possible."""
+    """Return the rows along one side in two successive layers, the second shifted by half a ball if possible."""
     count = max(1, math.floor(0.5 * length / radius + 1e-9))
     if length - 2.0 * count * radius >= radius - 1e-9:
         return (count, -0.5 * radius), (count, 0.5 * radius)
@@ -128,26 +128,26 @@ class Storage:
     def __init__(self, config: StorageConfig) -> None:
         self.config = config
         self.pieces: list[int] = []
-        """Slots of the pieces, in the order of arrival."""
+        """Slots of the pieces in order of arrival."""
         self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
-        """Simulation of the pieces; None: they are a list."""
+        """Hopper simulation; None: `pieces` is a plain queue."""
         self._radii: list[float] = []  # radii of the pieces for which the places without a hopper were computed
         self._places: FloatArray = np.empty((0, 3))
 
     @property
     def room(self) -> int:
-        """Number of further pieces that fit."""
+        """Number of pieces that can still be added."""
         return self.config.capacity - len(self.pieces)
 
     def room_for(self, radius: float) -> int:
-        """Return how many further pieces of a radius [m] can enter now; for a hopper those that fit at its inlet."""
+        """Return how many more pieces of this radius [m] can enter now; in a hopper, as many as fit at its inlet."""
         if self.hopper is None:
             return self.room
         waiting = len(set(self.pieces).difference(self.hopper.slots))  # put there in this tick by another intake
         return min(self.room, max(0, self.hopper.room_at_inlet(radius) - waiting))
 
     def places(self, radii: FloatArray) -> FloatArray:
-        """Return positions of its pieces, in the order of `pieces`, robot frame [m], shape (n, 3).
+        """Return the positions of the pieces in the order of `pieces`, robot frame [m], shape (n, 3).
 
         Args:
             radii: Bounding radii of all pieces, by slot [m].
@@ -163,7 +163,7 @@ class Storage:
         return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
-        """Update the contents of the hopper with the pieces, of these radii [m]."""
+        """Update the hopper to hold `pieces`, which have these radii [m]."""
         if self.hopper is not None:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
@@ -171,7 +171,7 @@ class Storage:
         """Add pieces.
 
         Raises:
-            CapacityError: There is no room for all of them; nothing has changed.
+            CapacityError: There is no room for all of them; none is added.
         """
         if len(slots) > self.room:
             raise CapacityError(f"a storage of {self.config.capacity} has room for {self.room} more, got {len(slots)}")
@@ -179,13 +179,13 @@ class Storage:
 
     @property
     def in_turn(self) -> list[int]:
-        """Return slots of the pieces in the order in which they leave; for a hopper those at its outlet."""
+        """Slots of the pieces in the order in which they will leave; in a hopper, only those at its outlet."""
         if self.hopper is not None:
             return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
 
     def take(self) -> int:
-        """Remove the next piece to leave; return its slot.
+        """Remove the next piece to leave and return its slot.
 
         Raises:
             CapacityError: No piece can leave now.
@@ -205,5 +205,5 @@ class Storage:
         self.follow([])
 
     def discard(self, slot: int) -> None:
-        """Remove a piece that left in another way."""
+        """Remove a piece that left without `take`."""
         self.pieces = [piece for piece in self.pieces if piece != slot]

@@ -39,7 +39,7 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the gam
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FurtherRobot:
-    """Robot other than the team's own; fields are as the keys of `FURTHER_ROBOT`."""
+    """Robot other than the team's own; each field has the meaning of its key in `FURTHER_ROBOT`."""
 
     name: str
     role: str
@@ -53,7 +53,7 @@ class FurtherRobot:
     where: str = ""
     """Name of its table in messages."""
     folder: Path = Path()
-    """Folder with the module of its script."""
+    """Folder that contains the module of the robot's script."""
 
     def entry(self, game: Game) -> RobotEntry:
         """Return the robot's entry in a match.

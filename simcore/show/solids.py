@@ -1,6 +1,7 @@
-"""Triangles that the player draws in three dimensions: of models, or of shapes and configs.
+"""Triangle meshes for the 3D view of a page, from GLB models or built from shapes and robot configs.
 
-Meshes of one color that move together are one solid: what a browser draws is counted by solids.
+Meshes of one color that move together are merged into one solid, since drawing time in a browser grows with the
+number of solids.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ __all__ = [
 ]  # fmt: skip
 
 BUMPER = "bumper"
-"""Name of a solid that is painted in the color of the robot's alliance."""
+"""Name of solids that take the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
 _RAIL = 0.12  # [m]; from an elevator's middle to its rails
 _SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; of drawn shots and of what cameras see
@@ -55,26 +56,26 @@ _HALF_TIRE = 0.019  # [m]; half the width of a drawn wheel
 _MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
 
 PartPose = Callable[[Snapshot], "FloatArray | None"]
-"""Pose of a part in the robot frame at a snapshot, `x, y, z, qw, qx, qy, qz`, shape (7,); None: it is not there."""
+"""Function of a snapshot that returns a part's pose, robot frame, `x, y, z, qw, qx, qy, qz`; None: part not shown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
-    """Triangles in one color."""
+    """Triangle mesh of one color."""
 
     name: str
-    """`BUMPER`, a prefix that was asked for, or empty."""
+    """`BUMPER`, one of the requested name prefixes, or empty."""
     color: str
     opacity: float
     vertices: FloatArray
     """Vertices in the frame of the owner [m], shape (n, 3)."""
     faces: IntArray
-    """Rows of `vertices`, shape (m, 3)."""
+    """Indices into `vertices`, three per triangle, shape (m, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotSolids:
-    """A robot: what does not move in it, and its parts."""
+    """Solids of a robot: the fixed body, and each moving part with its pose."""
 
     body: Sequence[Solid]
     parts: Sequence[tuple[Sequence[Solid], PartPose]]
@@ -82,11 +83,12 @@ class RobotSolids:
 
 @functools.lru_cache(maxsize=128)
 def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
-    """Read the solids of a GLB file, once for all robots that have it; a texture becomes its mean color.
+    """Read the solids of a GLB file, cached per file; a texture becomes its mean color.
 
     Args:
-        model: The file and its place.
-        names: Meshes whose names begin so keep that name, those of bumpers theirs; all others have none.
+        model: The file, with the transform into the frame of the model's owner.
+        names: Prefixes: a mesh whose name begins with one is named after it. Bumpers are named `BUMPER`; all other
+            solids have no name.
 
     Raises:
         ModelError: The file cannot be read.
@@ -109,12 +111,13 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """Return the solids of a robot: from its own models, or else built from its config.
+    """Return the solids of a robot, from its own models or else built from its config.
 
     Args:
         look: The robot.
-        models: Models of a robot with as many parts and of the same length; of another robot, only its parts are taken.
-        parts: Number of component poses in its telemetry.
+        models: Models for the robot. They are used only if they have as many parts as `parts`; if their length differs
+            from the robot's, only the parts are used.
+        parts: Number of component poses in the robot's telemetry.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
     body: Sequence[Solid] = []
@@ -135,9 +138,9 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
 
 
 def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
-    """Return names and solids of a robot by its config, robot frame: intakes out, all else as it starts.
+    """Return named solids of a robot built from its config, robot frame: intakes deployed, all else at its start.
 
-    Beside the robot itself there is what its file says of it: zones of intakes and claws, shots, storages, cameras.
+    They include what the config describes besides the robot itself: intake and claw zones, shots, storages, cameras.
     """
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     stands = {name: Posed(one.position, one.stops) for name, one in mechanisms.items()}
@@ -180,7 +183,7 @@ def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
 
 
 def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1.0) -> list[Solid]:
-    """Return a collision shape as it is: a ring as a ring, a cone as a cone, in the frame of the shape."""
+    """Return the solids of a collision shape in its own frame; a ring or cone keeps its true shape."""
     if isinstance(shape, Mesh):
         return [Solid(name, color, opacity, shape.vertices, shape.faces)]
     found = []
@@ -192,13 +195,13 @@ def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1
 
 
 def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
-    """Return the elements of a field without a model, each in its own shape and in the color of its alliance.
+    """Return the elements of a field without a model, each in its own shape and its alliance's color.
 
-    Walls around the field are glass over a low board, so that one sees in.
+    Perimeter walls are drawn as glass above a low board, so that the inside of the field stays visible.
 
     Args:
-        scene: With the elements.
-        names: Elements whose names begin so keep that name.
+        scene: Scene with the field's elements.
+        names: Prefixes: an element whose name begins with one is named after it.
     """
     found: list[Solid] = []
     for element in scene.field_elements:
@@ -225,7 +228,7 @@ def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
 
 
 def _ball_points(radius: float) -> FloatArray:
-    """Return points around a ball, shape (n, 3)."""
+    """Return points on the surface of a ball, shape (n, 3)."""
     turn, up = np.meshgrid(np.arange(16) * math.tau / 16, np.linspace(-0.5 * math.pi, 0.5 * math.pi, 9))
     points = np.stack((np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)), axis=-1)
     return radius * points.reshape(-1, 3)
@@ -235,7 +238,7 @@ def _ball_points(radius: float) -> FloatArray:
 
 
 def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
-    """Yield the name of each mesh of a file, the mesh, and its place in the frame of the model's owner [m], (4, 4)."""
+    """Yield each mesh of a file: its name, the mesh, and its transform to the owner's frame [m], shape (4, 4)."""
     scene = _load(model.path)
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -244,7 +247,7 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
 
 
 def extents(path: Path) -> list[float]:
-    """Return length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
+    """Return length, width and height of the contents of a GLB file, as exported; zeros if it is empty.
 
     Raises:
         ModelError: The file cannot be read.
@@ -263,7 +266,7 @@ def _load(path: Path) -> Any:
 
 
 def _joined(solids: Sequence[Solid]) -> list[Solid]:
-    """Join solids of one name, color and opacity, as long as their vertices can be numbered."""
+    """Merge solids of the same name, color and opacity, up to `_MOST_VERTICES` each."""
     groups: dict[tuple[str, str, float], list[Solid]] = {}
     found = []
     for solid in solids:
@@ -277,7 +280,7 @@ def _joined(solids: Sequence[Solid]) -> list[Solid]:
 
 
 def _split(solid: Solid) -> Iterator[Solid]:
-    """Split a solid with too many vertices into several."""
+    """Split a solid with more than `_MOST_VERTICES` into several; yield others unchanged."""
     step = _MOST_VERTICES // 3
     if len(solid.vertices) <= _MOST_VERTICES:
         yield solid
@@ -294,7 +297,7 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
-    """Return the convex hull of some corners; faces share no vertices, so that edges are sharp."""
+    """Return the convex hull of points; triangles share no vertices, so that edges look sharp."""
     import trimesh  # takes half a second
 
     mesh = trimesh.convex.convex_hull(corners)
@@ -314,9 +317,9 @@ def _component(key: str, number: int) -> PartPose:
 
 
 def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
-    """Return bumpers, belly pan and modules of a robot by name: lower and upper corner [m], and color.
+    """Return boxes for bumpers, belly pan and modules by name: lower and upper corner [m], and color.
 
-    Bumpers have no color: it is that of the alliance.
+    The color of bumpers is empty: they take the color of the alliance.
     """
     length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
     low, high = body.clearance + 0.02, body.bumper_top
@@ -342,7 +345,7 @@ def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
 
 
 def _sketched_body(look: RobotLook) -> list[Solid]:
-    """Return bumpers, frame, drivetrain, electronics and hopper; a robot of which nothing is known has usual ones."""
+    """Return bumpers, frame, drivetrain, electronics and superstructure; without a config, those of a typical robot."""
     body = ChassisConfig() if look.config is None else look.config.body
     solids = []
     for name, (low, high, color) in chassis_boxes(body).items():
@@ -368,7 +371,7 @@ def _sketched_body(look: RobotLook) -> list[Solid]:
 
 
 def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Solid]:
-    """Return tubes around what a robot stores, or around its frame up to its height, and what carries its shooters."""
+    """Return tubes around the storages (else around the frame, up to the robot's height) and mounts of the shooters."""
     edge_x, edge_y = (0.5 * size - body.bumper_thickness - 0.03 for size in (body.bumper_length, body.bumper_width))
     rooms = [] if config is None or not (config.intakes or config.shooters) else [config.storage, *config.more_storages]
     spans = [(np.array(room.low), np.array(room.high)) for room in rooms]
@@ -396,7 +399,7 @@ def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Sol
 def _intake_place(
     intake: IntakeConfig, posed: Callable[[Snapshot], Mapping[str, Posed]]
 ) -> tuple[IntakeZone, PartPose]:
-    """Return the zone of an intake, and the pose of what carries it, which is there only while the intake is out."""
+    """Return the zone of an intake and the pose of its carrier, which is None while the intake is retracted."""
     joints, deploy = intake.joints, intake.deploy
     moves = joints or (() if intake.stretch is None else (intake.stretch,))
     zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
@@ -407,7 +410,7 @@ def _intake_place(
 def _carried(
     config: RobotConfig, posed: Callable[[Snapshot], Mapping[str, Posed]], *, has_models: bool
 ) -> Iterator[tuple[list[Solid], PartPose]]:
-    """Build what mechanisms carry, as far as there is no model of it: links, rails, claws, hooks, rollers, shooters."""
+    """Yield the moving parts that have no model, with their poses: links, rails, claws, hooks, rollers, shooters."""
     modelled = {component.joints for component in config.components} if has_models else set()
     ends: list[tuple[tuple[Joint, ...], Vector, list[Solid]]] = []
     ends += [(one.joints, one.offset, _hook(one)) for one in config.climbers if one.joints not in modelled]
@@ -444,7 +447,7 @@ def _carried(
 
 
 def _rollers(zone: IntakeZone) -> list[Solid]:
-    """Build an intake around its zone: two rollers along its longer side, the lower one outside, between two plates."""
+    """Build an intake around its zone: two rollers along the longer side, the outer one lower, between two plates."""
     corners = zone_corners(zone)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = high - low
@@ -471,7 +474,7 @@ def _rollers(zone: IntakeZone) -> list[Solid]:
 
 
 def _launcher(shooter: ShooterConfig) -> list[Solid]:
-    """Build wheels and hood of a shooter in the frame of its first muzzle, x along the shot."""
+    """Build the wheels and hood of a shooter in the frame of its first muzzle, x along the shot."""
     first, radius, gap = shooter.launch.barrels[0], shooter.wheel_radius, 0.07
     sides = [barrel - first for barrel in shooter.launch.barrels]
     middle, wide = 0.5 * (min(sides) + max(sides)), max(sides) - min(sides) + 0.14
@@ -513,7 +516,7 @@ def _gripper(zone: IntakeZone) -> list[Solid]:
 
 
 def _hook(climber: ClimberConfig) -> list[Solid]:
-    """Build a hook, open to below, around the place where a rung is caught."""
+    """Build a hook, open at the bottom, around the point where it catches a rung."""
     x, y, z = climber.offset
     reach = climber.reach
     top, color = z + reach, "#c9ccd1"
@@ -522,7 +525,7 @@ def _hook(climber: ClimberConfig) -> list[Solid]:
 
 
 def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str, Posed]]:
-    """Return a function of a snapshot that gives the positions of a robot's mechanisms."""
+    """Return a function that reads the positions of a robot's mechanisms from a snapshot."""
     known = []
     for name, mechanism in config.mechanisms.items():
         sim, key, unit = build_mechanism(mechanism), f"{prefix}{telemetry_name(name)}PositionRot", math.tau
@@ -543,7 +546,7 @@ def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str
 def _linked(
     posed: Callable[[Snapshot], Mapping[str, Posed]], joints: Sequence[Joint], deploy: tuple[str, Any] | None = None
 ) -> PartPose:
-    """Return the pose of what joints carry; with `deploy`, a mechanism and its stop, only while it is deployed."""
+    """Return the pose at the end of a chain of joints; with `deploy` (mechanism, stop), None unless it is deployed."""
 
     def pose(snapshot: Snapshot) -> FloatArray | None:
         now = posed(snapshot)
@@ -581,12 +584,12 @@ def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:
 
 
 def _bar(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray, half: float, color: str = "") -> Solid:
-    """Build a square tube from one place to another."""
+    """Build a square tube between two points."""
     return _hull("", color or "#70767f", 1.0, np.concatenate((_cube(start, half), _cube(end, half))))
 
 
 def _wheel(center: Sequence[float] | FloatArray, radius: float, width: float, axis: str, color: str) -> Solid:
-    """Build a wheel or a roller about an axis."""
+    """Build a wheel or roller: a cylinder along `axis`."""
     turns = np.linspace(0.0, math.tau, 20, endpoint=False)
     rim = radius * np.column_stack((np.cos(turns), np.sin(turns), np.zeros(20)))
     rim = np.roll(rim, "zxy".index(axis), axis=1)

@@ -1,7 +1,7 @@
-"""Store of rows in an SQLite file, written one by one, so that a sweep can be continued.
+"""SQLite file of a sweep's results, written run by run so that an interrupted sweep can resume.
 
-`PRAGMA user_version` has the version of the tables. `experiment` has the last experiment; `runs` has a row per run, by
-a key of everything that its result depends on.
+`PRAGMA user_version` holds the version of the tables. `experiment` holds the last experiment; `runs` holds one row per
+run, under a key made from everything that its result depends on.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ _BUSY = 30.0  # [s] to wait while another sweep writes to the file
 
 
 class RunStore:
-    """Rows by the keys of their runs, and the last experiment.
+    """Rows of runs by key, and the last experiment.
 
-    A full disk, or a file that becomes unwritable, stops no sweep: rows stay in memory and are tried again with each
-    new one, and a warning says so.
+    A full disk or an unwritable file does not stop a sweep: the store logs a warning, keeps the rows in memory and
+    retries them with each new row.
 
     Args:
-        folder: Folder of the file; made if missing.
-        must_exist: Whether to raise an error for a folder without the file.
+        folder: Folder of the file, created if missing.
+        must_exist: Whether to raise an error if the folder does not have the file.
 
     Raises:
-        OutputError: If it cannot be made or is not a store of this version.
+        OutputError: If the file cannot be created or is not a store of this version.
     """
 
     def __init__(self, folder: Path, *, must_exist: bool = False) -> None:
@@ -77,14 +77,14 @@ class RunStore:
             raise
 
     def close(self) -> None:
-        """Write the rows that could not be written before, and close."""
+        """Retry the rows that have not been written yet, then close the file."""
         self._write()
         self._base.close()
         if self._unsaved:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Store the experiment, in place of the last one."""
+        """Store the experiment, replacing the last one."""
         row = (json.dumps(experiment.to_json()),)
         try:
             self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", row)
@@ -92,11 +92,11 @@ class RunStore:
             raise self._unwritable(error) from error
 
     def experiment(self) -> Experiment:
-        """Return the last experiment; warn of programs outside the current folder that it loads or runs.
+        """Return the last experiment; warn if it loads or runs programs outside the current folder.
 
         Raises:
-            ConfigError: If there is none or it can no longer be played.
-            OutputError: If the file is damaged.
+            ConfigError: If it can no longer be played.
+            OutputError: If the file is damaged or has no experiment.
         """
         with self._reading():
             found = self._base.execute("SELECT description FROM experiment").fetchone()
@@ -108,12 +108,12 @@ class RunStore:
             return Experiment.from_json(data)
 
     def add(self, key: str, row: dict[str, Any]) -> None:
-        """Store the row of a run, in place of an earlier one of its key."""
+        """Store the row of a run, replacing any earlier row with the same key."""
         self._unsaved[key] = (row["error"], json.dumps(row))
         self._write()
 
     def rows(self, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """Return the stored rows of these runs that have not failed, by key.
+        """Return the stored rows of the successful runs among these, by key.
 
         Raises:
             OutputError: If the file is damaged.
@@ -145,7 +145,7 @@ class RunStore:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Convert errors of reading to one sentence about the file."""
+        """Convert read errors to a `ConfigError` or `OutputError` that names the file."""
         try:
             yield
         except (ConfigError, UnknownNameError) as error:  # before its second base, ValueError
@@ -179,10 +179,10 @@ class RunStore:
 
 
 def _checked(row: Any) -> dict[str, Any]:
-    """Return the row of a run if it has this version's format.
+    """Return the row of a run unchanged if it has this version's format.
 
     Raises:
-        ValueError: If it has not.
+        ValueError: If it does not.
     """
     if not isinstance(row, dict):
         raise ValueError("a run is no row")

@@ -57,7 +57,7 @@ class Cadence:
         return self._slot(time) != self._last
 
     def take(self, time: float) -> bool:
-        """Mark the slot of this time [s] as taken; whether it was still free."""
+        """Mark the slot of this time [s] as taken; return whether it was free before."""
         slot = self._slot(time)
         free = slot != self._last
         self._last = slot
@@ -69,13 +69,13 @@ class Cadence:
 
 
 class GuardedSink:
-    """Passes snapshots to another sink until that fails, e.g. on a full disk; then reports it once and stops.
+    """Sink that passes snapshots to another until that one fails, e.g. on a full disk; it reports the failure once.
 
     Errors in the program (a key of two types) still raise: only an `OutputError` of the sink is caught.
 
     Args:
-        sink: The one that may fail.
-        on_failure: Called with what went wrong, in one sentence.
+        sink: Sink that may fail.
+        on_failure: Function called with the error message, one sentence.
     """
 
     def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
@@ -89,7 +89,7 @@ class GuardedSink:
         return not self.failure and self.sink.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Hand over one snapshot."""
+        """Write one snapshot to the guarded sink; report a failure instead of raising it."""
         try:
             self.sink.write(snapshot)
         except OutputError as error:

@@ -69,11 +69,11 @@ class BumperPart:
     top: float
     """Height of the upper edge above the carpet [m]."""
     friction: float
-    """Friction factor, as of a surface [-]."""
+    """Friction factor, combined like that of a surface [-]."""
     restitution: float
-    """Restitution factor, as of a surface [-]."""
+    """Restitution factor, combined like that of a surface [-]."""
     stiffness: float
-    """Force per depth and per length of the touching side [N/m^2]."""
+    """Contact force per depth and per length of the touching side [N/m^2]."""
 
 
 _kick_and_drift: Callable[..., None] = kick_and_drift
@@ -325,7 +325,7 @@ class RobotDynamics:
         robot["is_put"] = 1
 
     def choose_outlines(self) -> None:
-        """Choose the outlines that bumpers may meet at the heights of the robots."""
+        """Select the field outlines that bumpers can hit at the robots' current heights."""
         if self._parts.count:
             heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts.taken["robot"]]
             if not np.abs(heights - self._heights).max() <= _LIFT:
@@ -333,7 +333,7 @@ class RobotDynamics:
                 self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Let batteries report new brown-outs and resets."""
+        """Make the batteries report new brown-outs and resets."""
         batteries = self._batteries.taken
         begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
         if begun != self._reported:
@@ -356,7 +356,7 @@ class RobotDynamics:
     # --- the engine's bodies ---------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Give the engine the robots' motion as the loop has computed it, so that it meets the engine's bodies.
+        """Give the engine the robots' motion as the loop computed it, so that the engine's bodies collide with them.
 
         Args:
             engine: Engine of all other bodies.
@@ -380,7 +380,7 @@ class RobotDynamics:
             _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
 
     def _slice_field(self) -> None:
-        """Set the outlines of the field at the heights of all parts."""
+        """Select the field outlines at the current heights of all parts."""
         parts = self._parts.taken
         for number, height in enumerate(self._heights.tolist()):
             low = float(parts["bottom"][number]) + height

@@ -60,7 +60,7 @@ def test_differences_between_program_and_file_are_wrong(project_of):
     assert blocks[0]["text"] == "4 wrong" and [row[0] for row in blocks[1]["rows"]].count("wrong") == 4
 
 
-def test_an_unread_program_and_an_invalid_file(tmp_path, monkeypatch, capsys):
+def test_check_reports_a_missing_program_and_an_invalid_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = (ROBOTS / "described" / "simcore.toml").read_text()
     Path("simcore.toml").write_text(text)

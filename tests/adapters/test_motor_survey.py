@@ -70,8 +70,8 @@ def test_devices_on_ports_are_found_with_their_class(project):
     } <= found
 
 
-def test_cameras_are_found_with_the_programs_mounting(project, capsys):
-    """Limelights and a headset by the tables that are asked for, PhotonCameras by their names."""
+def test_cameras_are_found_with_the_mounting_that_the_program_uses(project, capsys):
+    """Limelights and a headset are found by the tables that the program reads, PhotonCameras by their names."""
     shutil.copy(ROBOTS / "sighted" / "robot.py", project)
     shutil.copy(ROBOTS / "shared" / "questnav.py", project)
     assert main(["init", str(project)]) == 0

@@ -94,8 +94,8 @@ def test_the_command_says_where_the_extension_is(serve):
 
 
 @pytest.mark.slow
-def test_a_sweep_plays_a_program_with_seeds(compiled, tmp_path):
-    """Seeds differ by the scatter; one of them again is the same to the last bit."""
+def test_a_sweep_runs_a_program_once_per_seed(compiled, tmp_path):
+    """Seeds give different runs because of the scatter; repeating a seed gives a bit-identical run."""
     (tmp_path / "simcore.toml").write_text((TANK_FOLDER / "simcore.toml").read_text())
     words = ["--serve", "--seconds", "2", "--seeds", "2", "--csv", "-j", "1", "--", str(compiled("tank"))]
     rows = []

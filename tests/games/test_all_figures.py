@@ -164,7 +164,7 @@ def test_robots_are_the_same_everywhere(told):
         assert pose[:2] == pytest.approx(end.poses[f"{prefix}/Robot/Pose3d"][:2], abs=6e-4)
 
 
-def test_the_page_of_the_log_is_the_page_of_the_run(told):
+def test_the_page_made_from_the_log_equals_the_page_of_the_run(told):
     """Equal word for word, except for computing times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts

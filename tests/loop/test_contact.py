@@ -38,14 +38,14 @@ def test_the_slope_is_that_of_the_force_where_foam_is_dense_too():
         assert foam_slope(depth, *FUEL.foam) == pytest.approx(rise / 2e-7, rel=1e-4)
 
 
-def test_dense_foam_takes_three_hundred_joules_before_nine_tenths_of_the_radius():
+def test_dense_foam_absorbs_300_joules_within_nine_tenths_of_the_radius():
     depth = np.linspace(0.0, 0.9 * FUEL.bounding_radius, 2001)
     force = np.array([foam_force(d, *FUEL.foam) for d in depth])
     assert np.trapezoid(force, depth) > 300.0
 
 
 def test_the_energy_is_the_work_of_the_force_where_foam_is_dense_too():
-    """The rule of Simpson is exact for cubics, so the sum of two intervals is U up to rounding."""
+    """Simpson's rule is exact for cubics, so the sum over two intervals equals U up to rounding."""
     start = FUEL.foam[2]
     for low, high in ((0.0, start), (start, 0.065)):
         middle = 0.5 * (low + high)

@@ -65,7 +65,7 @@ def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_one(spe
     assert (drive.steer_angles[0] - before > 0.01) == turns
 
 
-def test_too_fast_a_command_is_scaled_down_in_its_direction():
+def test_a_command_beyond_top_speed_is_scaled_down_and_keeps_its_direction():
     drive = drive_of()
     robot = DriveBench(drive)
     drive.set_chassis_speeds(30.0, 30.0, 0.0)
@@ -178,7 +178,7 @@ def test_bad_commands_name_the_module_and_change_nothing(bad):
     assert hold(drive, 0.02, (0.0, 0.0, 0.0)) == hold(twin, 0.02, (0.0, 0.0, 0.0))
 
 
-def test_wrong_counts_say_how_many():
+def test_the_error_for_a_wrong_number_of_values_gives_both_numbers():
     drive = drive_of()
     with pytest.raises(ConfigError, match="4 modules, got 3"):
         drive.set_volts([1.0] * 3, [0.0] * 4)

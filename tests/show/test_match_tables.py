@@ -67,7 +67,7 @@ def test_shots_with_a_pause_are_cycles(recording):
     assert (blue.hits, blue.shots, blue.alliance, red.alliance) == (2, 3, "blue", "red")
 
 
-def test_each_second_goes_to_one_use(recording):
+def test_each_second_counts_toward_exactly_one_activity(recording):
     blue, red = robot_rows(RunTrack(recording, SCENE), SHOTS)
     for row in (blue, red):
         assert set(row.seconds) == set(USES) and sum(row.seconds.values()) == pytest.approx(10.0)

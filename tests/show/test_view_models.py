@@ -85,7 +85,7 @@ def test_a_field_model_has_its_origin_in_the_middle_and_red_at_minus_x(field: Pa
     assert list(models.pieces) == ["Ball"]
 
 
-def test_what_cannot_be_loaded_is_said(robot: Path, field: Path, tmp_path: Path) -> None:
+def test_models_that_cannot_be_loaded_are_reported(robot: Path, field: Path, tmp_path: Path) -> None:
     (robot / "model_1.glb").unlink()
     with pytest.raises(ModelError, match=r"Robot_Mine: model_1\.glb is missing"):
         load_models(tmp_path)
@@ -179,7 +179,7 @@ def test_a_file_of_a_hundred_megabytes_is_a_warning(robot: Path) -> None:
     assert any(line.startswith("warning") and "is 100 MB" in line for line in texts(robot))
 
 
-def test_configs_that_are_no_json_and_names_that_are_taken(robot: Path, tmp_path: Path) -> None:
+def test_invalid_json_configs_and_duplicate_names_are_reported(robot: Path, tmp_path: Path) -> None:
     other = tmp_path / "Robot_Zwei"
     other.mkdir()
     assert any("Robot_Zwei: cannot read config.json" in line for line in texts(tmp_path))

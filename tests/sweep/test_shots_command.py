@@ -99,7 +99,7 @@ def test_invalid_options_end_with_one_sentence(tmp_path, monkeypatch, capsys, wo
 
 
 def test_documented_commands_write_their_files(tmp_path, monkeypatch, capsys, whole) -> None:
-    """As written; without `--whole` of one distance."""
+    """Run the documented command as written; without `--whole`, for one distance only."""
     monkeypatch.chdir(tmp_path)
     lines = re.findall(r"^simcore shots .*$", (DOCS / "shots.md").read_text(encoding="utf-8"), re.MULTILINE)
     (line,) = lines

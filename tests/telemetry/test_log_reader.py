@@ -114,8 +114,8 @@ def test_garbage_in_the_middle_ends_the_log_there(path: Path, tmp_path: Path, sn
     assert 0 < len(log.column("Sim/Robot/Pose3d")) < len(snapshots)
 
 
-def test_short_records_foreign_types_and_times_out_of_order(tmp_path: Path) -> None:
-    """What AdvantageKit and merged logs look like: other names, short fields, an old record late, two entries a key."""
+def test_logs_with_short_records_foreign_types_and_unordered_times_are_read(tmp_path: Path) -> None:
+    """Logs of AdvantageKit and merged logs have other names, short fields, late records and two entries per key."""
     number = struct.Struct("<d").pack
     path = tmp_path / "foreign.wpilog"
     path.write_bytes(

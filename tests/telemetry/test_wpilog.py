@@ -189,7 +189,7 @@ def test_a_number_that_equals_one_of_another_type_is_refused(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("shape", [(3, 7), (3,)])
-def test_an_array_that_is_written_to_in_place_is_logged_anew(tmp_path: Path, shape: tuple[int, ...]) -> None:
+def test_an_array_changed_in_place_is_logged_again(tmp_path: Path, shape: tuple[int, ...]) -> None:
     rows = np.zeros(shape) if len(shape) == 2 else np.zeros(shape, dtype=np.int64)
     kind = "pose_arrays" if len(shape) == 2 else "integer_arrays"
     with WpilogSink(tmp_path / "run.wpilog") as sink:

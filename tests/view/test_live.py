@@ -69,7 +69,7 @@ def test_only_its_own_host_and_origin_are_answered(host, other_site, answered) -
     assert (refused(Guard("127.0.0.1"), Host=host, **other_site) == "") == answered
 
 
-def test_a_view_for_other_computers_answers_numeric_addresses_and_its_own_names() -> None:
+def test_a_shared_view_accepts_only_numeric_hosts_and_its_own_host_name() -> None:
     guard = Guard("0.0.0.0")
     own = socket.gethostname()
     for host in ("192.168.0.7:8080", "[fe80::1]:8080", f"{own}:8080", f"{own}.local:8080", "127.0.0.1:8080"):

@@ -100,8 +100,8 @@ def test_a_share_is_a_bar_of_its_length(browser, pages) -> None:
 
 
 @pytest.mark.slow
-def test_a_robot_is_drawn_with_its_measures(browser, pages) -> None:
-    """Bumpers as configured, the height of its highest corner, and no word about what is not the robot itself."""
+def test_a_robot_is_drawn_with_its_dimensions(browser, pages) -> None:
+    """The label gives bumpers as configured and the height of the highest corner, and leaves out zones and cameras."""
     page = browser(pages["check"].as_uri())
     page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.robot canvas')")
     (block,) = [one for one in report_blocks(pages["check"].read_text()) if one["kind"] == "robot"]

@@ -7,7 +7,7 @@ from simcore.vision.heading import AngleHistory, PoseHistory
 from simcore.world.rotation import from_yaw
 
 
-def test_outside_its_samples_a_history_holds_the_ends():
+def test_a_history_holds_its_end_values_outside_its_samples():
     history = PoseHistory()
     with pytest.raises(ConfigError, match="no pose"):
         history.at(0.0)

@@ -1,7 +1,7 @@
-"""Scripted robots that play a match with others: they see the field at intervals, find routes, collect and aim.
+"""Scripted players: robots that play a match by looking at the field, planning routes, collecting pieces and shooting.
 
-A player knows as much as a driver: the positions of robots and pieces at its last look, the clock, the game data, and
-the pieces in its own robot. Routes are on a grid of the carpet; defense keeps to the pinning rule.
+A player knows what a driver would: where robots and pieces were when it last looked, the match clock, the game data,
+and the pieces in its own robot. It plans routes on a grid over the carpet; its defense obeys the pinning rule.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ _DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, 
 
 
 class RouteMap:
-    """Cost map of a field, and routes over it.
+    """Cost map of a field, and the cheapest routes across it.
 
     Args:
-        field: Definition of the field, with its symmetry and drivable elements.
+        field: Definition of the field: its symmetry and drivable elements.
         elements: Elements of the loaded field.
-        height: Height of a robot [m]; higher elements do not stop it.
-        flipped: Whether to plan for red.
+        height: Height of a robot [m]; it passes under elements that are higher up.
+        flipped: Whether to plan for the red alliance.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class RouteMap:
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Return which fine points are blocked for a robot, and which are drivable elements."""
+        """Return two masks of the fine grid: points that block a robot, and points on drivable elements."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
         step = np.array(self._step) / _FINE
@@ -115,21 +115,21 @@ class RouteMap:
     # --- queries --------------------------------------------------------------------------------------------------
 
     def is_ramp(self, place: Place, within: float = 0.0) -> bool:
-        """Return whether a place is on a drivable element, or within a distance of one [m]."""
+        """Return whether a place is on a drivable element or within `within` meters of one."""
         return bool(self._to_ramp[self._cell(place)] <= within)
 
     def is_free(self, place: Place) -> bool:
-        """Return whether a robot's center can be there."""
+        """Return whether a robot's center fits at a place."""
         inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
         return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
 
     def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
-        """Return corners of the cheapest route from a place to another, without the first.
+        """Return the corners of the cheapest route between two places, without the start.
 
         Args:
-            start: Present place of the robot [m].
+            start: Current place of the robot [m].
             goal: Goal of the robot [m].
-            others: Centers of other robots [m]; one on the goal is no obstacle.
+            others: Centers of other robots [m]; a robot standing on the goal is not an obstacle.
         """
         cost = self._cost
         for x, y in others:
@@ -179,7 +179,7 @@ class RouteMap:
 
 @compiled
 def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
-    """Return the mean cost of the cells, of this size [m], at equal steps from one end to the other."""
+    """Return the mean cost of the cells, `step` in size [m], sampled evenly along a line."""
     total, x, y = 0.0, (ends[1, 0] - ends[0, 0]) / steps, (ends[1, 1] - ends[0, 1]) / steps
     for number in range(steps + 1):
         i, j = int((ends[0, 0] + number * x) / width), int((ends[0, 1] + number * y) / depth)
@@ -190,7 +190,7 @@ def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, s
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Return pairs of cells that touch at a side or a corner, each in both orders, sorted."""
+    """Return sorted pairs of cells that share a side or a corner; each pair appears in both orders."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     pairs = [
         (number[:-1, :], number[1:, :]),
@@ -225,26 +225,26 @@ _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on somethin
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """Skill of a player with the quality of its robot. Sources of the numbers: docs/whole_match.md."""
+    """Skill of a player, including the quality of its robot; docs/whole_match.md has the sources of the numbers."""
 
     speed: float
     """Cruising speed [m/s]."""
     collecting_speed: float
-    """Speed over pieces that are taken in [m/s]."""
+    """Driving speed while taking in pieces [m/s]."""
     aim: float
     """Standard deviation of the heading of a shot [rad]."""
     shot_speed: float
-    """Standard deviation of the speed of a shot, as a share of it [-]."""
+    """Relative standard deviation of the speed of a shot [-]."""
     load: int
     """Largest number of pieces that it collects before it goes to score."""
     shot_rate: float
-    """Average rate of shots while it shoots [1/s]."""
+    """Average rate of fire while shooting [1/s]."""
     reaction: float
-    """Time between two looks at the field [s]."""
+    """Interval between looks at the field [s]."""
     foresight: float
-    """Time before something opens at which the player prepares for it [s]; 0: never."""
+    """Lead time with which the player prepares for something that opens later [s]; 0: it does not prepare."""
     planning: float
-    """Weight of a cluster against a nearer single piece: 0 none, 1 by its number of pieces."""
+    """Exponent of a cluster's number of pieces when weighed against distance [-]: 0 ignores the number, 1 is linear."""
 
 
 SKILLS = (
@@ -253,7 +253,7 @@ SKILLS = (
     Skill(2.0, 1.0, degrees(3.0), 0.08, 12, 2.8, 0.4, 4.0, 0.7),
     Skill(2.6, 1.2, degrees(1.5), 0.04, 16, 4.0, 0.2, 6.0, 1.0),
 )
-"""Skills of levels 1 to 4: a first match, a usual one, a good one, the best."""
+"""Skills of levels 1 to 4: a first match, an average team, a good team, the best."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,7 +279,7 @@ class Player(ScriptedRobot):
         match: Match in which it plays.
         alliance: Alliance of the robot.
         skill: Skill of the player.
-        settings: Settings of how it handles the robot.
+        settings: Settings for handling the robot.
     """
 
     def __init__(
@@ -290,7 +290,7 @@ class Player(ScriptedRobot):
         self.others: list[SeenRobot] = []
         """Other robots as last seen, by number."""
         self.seen_pieces: dict[str | None, FloatArray] = {}
-        """Pieces on the carpet as last seen, blue frame [m], shape (n, 3), by kind; under None all of them."""
+        """Pieces on the carpet as last seen, blue frame [m], shape (n, 3), by kind; the key None has all kinds."""
         self._routes = RouteMap(
             match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
         )
@@ -300,7 +300,7 @@ class Player(ScriptedRobot):
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
-        """Begin the script with a robot and its own random generator."""
+        """Begin the script with a robot; the player has its own random generator."""
         self.rng = self.match.draws.generator("players", robot.number)
         self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
@@ -333,7 +333,7 @@ class Player(ScriptedRobot):
 
     @property
     def room(self) -> int:
-        """Number of pieces that it still takes in before it goes to score."""
+        """Number of pieces still to take in before going to score."""
         return max(0, min(self.robot.storage.room, self.skill.load - self.held))
 
     @property
@@ -343,7 +343,7 @@ class Player(ScriptedRobot):
 
     @property
     def is_beached(self) -> bool:
-        """Whether the robot stands on something other than carpet and ramps, such as a piece under its frame."""
+        """Whether the robot is off the carpet and not on a ramp, e.g. stuck on a piece under its frame."""
         chassis = self.robot.chassis
         roll, pitch, _ = chassis.roll_pitch_yaw
         leans = max(abs(roll), abs(pitch)) > _TILT or chassis.pos[2] > _RAISED
@@ -354,7 +354,7 @@ class Player(ScriptedRobot):
         return math.dist(self.pose[:2], place)
 
     def touches(self, number: int) -> bool:
-        """Return whether the robot is in contact with another one, by its number."""
+        """Return whether the robot is in contact with the robot of this number."""
         return (self.robot.number, number) in self.match.contacts.robots
 
     # --- commands of a script ---------------------------------------------------------------------------------------
@@ -375,14 +375,14 @@ class Player(ScriptedRobot):
         near: float = 0.12,
         ignored: tuple[int, ...] = (),
     ) -> Steps:
-        """Drive to a pose that may change with every look, until it is reached or there is none.
+        """Drive to a pose that may change with every look, until it is reached or the goal is None.
 
         Args:
-            goal: Function that returns the goal [m, m, rad]; None ends it.
-            speed: Cruising speed [m/s]; None: that of the skill.
+            goal: Function that returns the goal [m, m, rad]; None ends the pursuit.
+            speed: Cruising speed [m/s]; None: the skill's.
             timeout: Time after which it gives up [s].
             near: Distance that counts as reached [m]; 0: never.
-            ignored: Numbers of robots that are no obstacles, and that it may push.
+            ignored: Numbers of robots that it may push instead of driving around them.
         """
         aim: Pose | None = None
         way: list[Place] = []
@@ -420,12 +420,12 @@ class Player(ScriptedRobot):
         timeout: float = 10.0,
         kind: str | None = None,
     ) -> Steps:
-        """Take in pieces, from clusters or near ones, as the skill decides.
+        """Collect pieces, weighing clusters against nearer single pieces by the skill's `planning`.
 
         Args:
-            wanted: Function that returns from which of some places [m], shape (n, 2), to take pieces.
-            until: Function that is called at every look; True ends it. It also ends when the robot is full or nothing
-                is left.
+            wanted: Function of places [m], shape (n, 2), that returns a mask of those to collect from.
+            until: Function called at every look; True ends the collecting. A full robot or an empty field ends it
+                too.
             timeout: Time after which it gives up [s].
             kind: Kind of pieces; None: any.
         """
@@ -450,11 +450,11 @@ class Player(ScriptedRobot):
     def shoot(
         self, target: tuple[float, float, float], *, until: Callable[[], bool] = lambda: False, timeout: float = 6.0
     ) -> Steps:
-        """Shoot all pieces at a place, blue field frame [m], aiming again at intervals with the skill's errors.
+        """Shoot all pieces at a place, re-aiming at intervals with the skill's errors.
 
         Args:
-            target: Target of the shots.
-            until: Function that is called every tick; True ends it.
+            target: Target of the shots, blue field frame [m].
+            until: Function called every tick; True ends the shooting.
             timeout: Time after which it gives up [s].
         """
         yield from self.shake_off()
@@ -478,7 +478,7 @@ class Player(ScriptedRobot):
         yield
 
     def shake_off(self) -> Steps:
-        """Drive off a piece under the robot, toward the lower side: the piece lies under the other one.
+        """Drive off a piece stuck under the robot, toward the lower side: the piece is under the raised side.
 
         A piece under a robot rolls half as far as the robot moves, so moving by two robot lengths leaves it behind.
         """
@@ -498,14 +498,14 @@ class Player(ScriptedRobot):
     # --- inside -----------------------------------------------------------------------------------------------------
 
     def _is_ready(self, turn: float) -> bool:
-        """Return whether to feed: the shooter is ready, and enough time has passed for the skill's rate of shots."""
+        """Return whether to feed: the shooter is ready and the skill's rate of fire allows another shot."""
         shot, self._held_before = self._held_before - self.held, self.held
         if shot > 0:
             self._feeds_at = self.match.time + shot / self.skill.shot_rate
         return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
-        """Return the speed that the ground allows [m/s]."""
+        """Return `speed`, limited on ramps and just before them [m/s]."""
         x, y, _ = self.pose
         ahead = max(math.dist((x, y), toward), 1e-9)
         share = min(1.0, _AHEAD / ahead)
@@ -514,7 +514,7 @@ class Player(ScriptedRobot):
         return min(speed, _RAMP_SPEED) if is_steep else speed
 
     def _back_off(self, toward: Place) -> Steps:
-        """Drive away from the place where it got stuck, slightly to the side."""
+        """Drive away from `toward` for a moment, up to 1.2 rad to either side."""
         x, y, _ = self.pose
         way = math.atan2(y - toward[1], x - toward[0]) + self.rng.uniform(-1.2, 1.2)
         for _ in range(round(_BACK_OFF / TICK)):
@@ -522,7 +522,7 @@ class Player(ScriptedRobot):
             yield
 
     def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
-        """Return the best place with pieces to drive to [m]; None if there is none."""
+        """Return the center of the best cluster of pieces to drive to [m]; None if there are no pieces."""
         places = self.seen_pieces[kind][:, :2]
         places = places[wanted(places)]
         if not len(places):
@@ -539,7 +539,7 @@ class Player(ScriptedRobot):
 
 
 PlayScript: TypeAlias = Callable[[Player], Steps]
-"""Function of the player that makes its steps from the first tick to the last."""
+"""Function of the player that yields once per tick, from the first tick to the last."""
 
 
 _INTO = 0.3  # [m]; a robot with a goal this far short of another one's center pushes it
@@ -549,13 +549,13 @@ _LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends w
 def make_role(
     script: PlayScript, summary: str, settings: ScriptSettings, config: Callable[[], RobotConfig] | None = None
 ) -> Role:
-    """Make a role that is named after its script.
+    """Make a role named after its script.
 
     Args:
         script: Script of the role.
-        summary: Summary of the script, for people.
-        settings: Settings of how it handles the robot.
-        config: Function that makes its robot's config; None: the game's robot.
+        summary: One-line description of the script, shown to users.
+        settings: Settings for handling the robot.
+        config: Function that makes the robot's config; None: the game's robot.
     """
 
     def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
@@ -573,20 +573,20 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """Defense in a game: robots push opponents away from the place that these want to reach."""
+    """Defense in a game: a robot pushes opponents away from the place they want to reach."""
 
     goal: Place
-    """Place to which opponents bring pieces, as the defender sees it as blue [m]."""
+    """Place to which opponents bring pieces, in the frame in which the defender is blue [m]."""
     retreat: Place
-    """Place to which a defender goes that leaves an opponent alone or has none [m]."""
+    """Place to which the defender retreats when it has no opponent to block [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Function that returns whether an opponent at a place must not be touched."""
+    """Function that returns whether the rules protect an opponent at a place from contact."""
 
     def __post_init__(self) -> None:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
-        """Defend until the match ends, and release an opponent before a pin becomes a foul."""
+        """Defend until the match ends; release each opponent before a pin becomes a foul."""
         pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
@@ -595,7 +595,7 @@ class Defense:
             yield
 
     def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
-        """Push an opponent away from its goal for some seconds; release it before that is a foul."""
+        """Push an opponent away from its goal for up to 4 s; back off before a pin becomes a foul."""
         since = 0.0
 
         def place() -> Place | None:

@@ -173,7 +173,7 @@ class EmulatedCANdi(EmulatedDevice):
         self.send_frame()
 
     def configured(self) -> None:
-        """Apply directions, offsets and close states."""
+        """Apply the configured sensor directions, offsets and switch close states."""
         c = self.config
         self._signs = [
             -1.0 if c[spn.value] else 1.0

@@ -1,4 +1,4 @@
-"""Devices among the attributes of a robot object: the object that holds each motor, and its name."""
+"""Search of a robot object's attributes for devices: which object holds each motor, and under which name."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holder:
-    """An object of the program that holds devices."""
+    """Object of the program that holds devices."""
 
     made: Any
     name: str
-    """Attributes from the robot to it: `container.drive.front_left`."""
+    """Attribute path from the robot to the object: `container.drive.front_left`."""
     devices: dict[str, BuiltDevice]
-    """Devices by the attributes from here to them: `drive_motor`, `steer.motor`."""
+    """Devices by attribute path from the object: `drive_motor`, `steer.motor`."""
 
 
 class ObjectGraph:
-    """Objects that a robot object reaches by attributes, lists, tuples and dictionaries.
+    """Objects reachable from a robot object through attributes, lists, tuples and dictionaries.
 
     Args:
         robot: The robot object.
@@ -74,7 +74,7 @@ class ObjectGraph:
         return ((self._names[key], made) for key, made in self._objects.items())
 
     def built(self, kind: str, name: str) -> list[Built]:
-        """Return objects of WPILib's classes that the program has built, those that it keeps first.
+        """Return the WPILib objects that the program has built, starting with those it still refers to.
 
         Args:
             kind: Kind as in `Built.kind`.
@@ -94,7 +94,7 @@ class ObjectGraph:
         return kept + list(seen.values())
 
     def name_of(self, device: BuiltDevice) -> str:
-        """Return the attributes from the robot to a device; empty: none lead to it."""
+        """Return the attribute path from the robot to a device; empty if there is none."""
         return next((self._names[k] for k, made in self._objects.items() if self._same(made, device)), "")
 
     # --- internals ------------------------------------------------------------------------------------------------
@@ -138,7 +138,7 @@ class ObjectGraph:
         return found is not None and found.key == device.key
 
     def _held(self, made: Any) -> dict[str, BuiltDevice]:
-        """Return devices below an object, not through the object that holds it."""
+        """Return the devices reachable from an object, excluding paths through the object that holds it."""
         above = set()
         key = id(made)
         while key:
@@ -231,7 +231,7 @@ def _modules(folder: Path | None) -> list[types.ModuleType]:
 
 
 def _globals(module: types.ModuleType) -> list[tuple[str, Any]]:
-    """Yield globals of a module that may hold devices, and its classes."""
+    """Return the classes of a module, and its other globals that may hold devices."""
     names = [(n, v) for n, v in list(vars(module).items()) if not n.startswith("__")]
     classes = [(n, v) for n, v in names if isinstance(v, type) and v.__module__ == module.__name__]
     return [(n, v) for n, v in names if not isinstance(v, _PLAIN)] + classes

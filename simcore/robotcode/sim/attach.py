@@ -1,16 +1,16 @@
 """Attach simcore to a robot program: under `robotpy sim --simcore`, in robot tests and in sweeps of a project.
 
-Three steps, each before the program's next one:
+Three steps, each ahead of the corresponding step of the program:
 
 1. `watch_program`, before robot.py is imported, records what the program builds. Programs keep devices at the top of
    robot.py, in class bodies and in other modules.
-2. `attach`, before the robot is built, gives its class a `PhysicsHook`.
-3. The hook builds physics in the robot's simulationInit and calls it in each simulationPeriodic. WPILib's order of a
-   loop is: robotPeriodic, the callbacks before, simulationPeriodic, the callbacks after. TimedRobot, MagicBot and
-   PyKit's LoggedRobot call these hooks; `attach` refuses a loop that does not.
+2. `attach`, before the robot is built, adds a `PhysicsHook` to its class.
+3. The hook builds the physics in the robot's simulationInit and advances it in each simulationPeriodic. A WPILib loop
+   calls robotPeriodic, the before-callbacks, simulationPeriodic and the after-callbacks, in this order. TimedRobot,
+   MagicBot and PyKit's LoggedRobot call these hooks; `attach` rejects a robot class whose loop does not.
 
-RobotPy loads this module for every `robotpy` command, as its extension `simcore`, and skips an extension that does
-not import. So it imports only the standard library before it sees the flag.
+RobotPy loads this module for every `robotpy` command, as its extension `simcore`, and silently skips an extension that
+fails to import. So the module imports only the standard library until it sees the flag.
 """
 
 from __future__ import annotations
@@ -45,15 +45,15 @@ _log = logging.getLogger(__name__)
 
 _PROGRAM = "robotpy sim"
 _COMMANDS = ("PyFrcSim", "RobotSim")
-"""Classes of `robotpy sim`: pyfrc's, and since 2027 WPILib's."""
+"""Classes that implement `robotpy sim`: pyfrc's, and WPILib's since 2027."""
 _FLAGS = {
     "--game": "the game to play, where several are installed",
     "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
     "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
 }
-"""Flags next to `--simcore`, each with a value, and their meanings."""
+"""Flags that go with `--simcore`, each taking a value, with their help texts."""
 _chosen: dict[str, str] = {}
-"""Values of these flags."""
+"""Values given for `_FLAGS`."""
 _SHORTEST = 0.010  # [s]; minimum time between two calls of an engine, as in pyfrc
 _NETWORKTABLES = 5810  # port of the NT4 server
 
@@ -65,7 +65,7 @@ _robots = 0  # built by tests in this process
 
 
 def watch_program(*, simulated: bool = False) -> Ownership:
-    """Record from now on what a program builds, and which devices its own simulation writes.
+    """Start recording what a program builds, and which devices its own simulation writes.
 
     Args:
         simulated: Whether Phoenix 6 runs in simulated time from now on.
@@ -98,9 +98,9 @@ def watch_program(*, simulated: bool = False) -> Ownership:
 
 
 def begin_robot() -> None:
-    """Prepare for the next robot that a test builds: each but the first of a process starts without devices.
+    """Prepare for the next robot that a test builds: clear the devices of the robot before it.
 
-    The first one keeps the devices that its modules have built.
+    The first robot of a process keeps the devices that its modules built on import.
     """
     global _robots
     _robots += 1
@@ -143,13 +143,13 @@ def attach(
     Args:
         robot_class: Robot class of the program.
         folder: Folder of robot.py.
-        physics: Project's own physics.py; None: there is none.
-        joins: Whether simcore joins a physics.py that does not use it.
-        needs_field: Whether a missing drivetrain is an error; else the program runs without a field.
-        guard: Context around the building of physics, which reports errors there.
+        physics: Project's own physics.py; None if it has none.
+        joins: Whether simcore also runs next to a physics.py that does not use it.
+        needs_field: Whether a missing drivetrain is an error; otherwise the program runs without a field.
+        guard: Context manager around the building of physics that reports errors.
 
     Returns:
-        Hook, and robot class to use from now on.
+        The hook, and the robot class to use from now on.
 
     Raises:
         ConfigError: The program has a loop without simulation hooks.
@@ -183,7 +183,7 @@ def attach(
 
 
 def load_physics(folder: Path) -> types.ModuleType | None:
-    """Import the physics.py of a project; None: it has none.
+    """Import the physics.py of a project; return None if it has none.
 
     Raises:
         ConfigError: It cannot be imported, or has no class PhysicsEngine.
@@ -207,7 +207,7 @@ def load_physics(folder: Path) -> types.ModuleType | None:
 
 
 def is_ours(physics: types.ModuleType) -> bool:
-    """Return whether the PhysicsEngine of a physics.py runs a match of simcore."""
+    """Return whether the PhysicsEngine of a physics.py is a simcore `RobotPhysics`."""
     from simcore.robotcode.sim.robot_physics import RobotPhysics
 
     engine = physics.PhysicsEngine
@@ -215,7 +215,7 @@ def is_ours(physics: types.ModuleType) -> bool:
 
 
 def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) -> Any:
-    """Return the robot class with physics after its own simulation hooks."""
+    """Return a subclass of the robot class whose simulation hooks run the program's code, then physics."""
 
     def begin(self: Any) -> None:
         getattr(super(physics_robot, self), init, lambda: None)()
@@ -237,18 +237,18 @@ def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) ->
 
 
 class PhysicsHook:
-    """Engines of a program, built at its start; their `update_sim` runs in each robot loop.
+    """Physics engines of a program, built when it starts; their `update_sim` runs in each robot loop.
 
     Args:
-        builders: `PhysicsEngine` classes, as in a physics.py, or functions, which may return None for no engine.
-        guard: Context around the building.
+        builders: `PhysicsEngine` classes, as in a physics.py, or functions that return an engine or None.
+        guard: Context manager around the building.
     """
 
     def __init__(self, builders: list[Callable[..., Any]], guard: Callable[[], AbstractContextManager[None]]) -> None:
         self.engine: list[Any] | None = None
-        """Engines of the running program; None: not built yet."""
+        """Engines of the running program; None before they are built."""
         self.last_loop: float | None = None
-        """FPGA time of the robot's latest loop [s]; None: no loop yet."""
+        """FPGA time of the robot's latest loop [s]; None before the first."""
         self._builders = builders
         self._guard = guard
         self._last: float | None = None
@@ -292,17 +292,17 @@ class PhysicsHook:
 
 
 def loadExtension() -> None:
-    """Do nothing: RobotPy calls it where the flag is given, and the command's `run` has already attached the robot."""
+    """Do nothing: RobotPy calls this if the flag is given, but the wrapped `run` has already attached the robot."""
 
 
 load_extension = loadExtension
-"""Its name since 2027."""
+"""Name of `loadExtension` since 2027."""
 
 
 def is_port_taken(port: int = _NETWORKTABLES) -> bool:
-    """Return whether another program holds a port of this machine, so that dashboards would still show that one.
+    """Return whether another program uses a port of this computer; dashboards would connect to that program.
 
-    Call it before the robot program starts its own server, whose failure is one log line among many.
+    Call this before the robot program starts its own server, whose failure is easily missed among its log lines.
     """
     try:
         socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
@@ -312,17 +312,17 @@ def is_port_taken(port: int = _NETWORKTABLES) -> bool:
 
 
 class _Choose(argparse.Action):
-    """Action of argparse that keeps a value until physics is built: RobotPy hands extensions no options."""
+    """Argparse action that stores a value until physics is built: RobotPy passes no option values to extensions."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
         _chosen[self.dest] = values
 
 
 def _add_flags() -> None:
-    """Add `--game NAME`, `--engine NAME` and `--match NAME` next to `--simcore`, and attach before the command runs.
+    """Add `--game NAME`, `--engine NAME` and `--match NAME`, and make the command attach the robot before it runs.
 
-    RobotPy makes only a flag without a value of each extension while it loads them. So this function takes the parser
-    from the caller that imports this module for that purpose.
+    RobotPy gives each extension only a flag without a value. So this function finds the argument parser in the stack
+    frame of the RobotPy code that is importing this module.
     """
     frame: types.FrameType | None = sys._getframe()
     while frame is not None:
@@ -337,7 +337,7 @@ def _add_flags() -> None:
 
 
 def _watch_command_line() -> None:
-    """Watch the program before robot.py is imported, where a field is wanted or tests may run here."""
+    """Call `watch_program` before robot.py is imported, if the command line asks for a field or for tests."""
     has_flag = any(len(word) > 2 and "--simcore".startswith(word) for word in sys.argv)
     if "sim" in sys.argv and (has_flag or _mentions_simcore(Path())):
         with _leaving(Path()):
@@ -347,7 +347,7 @@ def _watch_command_line() -> None:
 
 
 def _mentions_simcore(project: Path) -> bool:
-    """Return whether a project's own physics.py uses simcore, without the flag."""
+    """Return whether a project's own physics.py uses simcore, which then needs no `--simcore` flag."""
     try:
         return "simcore" in (project / "physics.py").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -356,9 +356,9 @@ def _mentions_simcore(project: Path) -> bool:
 
 @contextmanager
 def _leaving(folder: Path) -> Iterator[None]:
-    """End the program with one sentence if the body of the context fails.
+    """Exit with a one-sentence message if the body of the context fails.
 
-    The process exits at once: vendors' threads may crash during Python's shutdown.
+    The process exits at once, because vendors' threads may crash during Python's shutdown.
     """
     try:
         yield
@@ -369,7 +369,7 @@ def _leaving(folder: Path) -> Iterator[None]:
 
 
 def _run_attached(command: Any) -> None:
-    """Make `robotpy sim` attach the robot before it runs, and exit with status 1 where the program failed."""
+    """Make `robotpy sim` attach the robot before it runs, and exit with status 1 if the program failed."""
     run = command.run
 
     @functools.wraps(run)  # RobotPy asks for the names of its arguments
@@ -393,7 +393,7 @@ def _run_attached(command: Any) -> None:
 
 
 def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
-    """Return a robot class on its field, by the command line's flags; pyfrc attaches nothing of its own."""
+    """Return a robot class with physics attached as the flags say; pyfrc's own physics is disabled."""
     if joins:
         from simcore.robotcode.sim.attached_physics import AttachedPhysics, choose
 
@@ -407,7 +407,7 @@ def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
 
 
 def _silence_joysticks() -> None:
-    """Switch off WPILib's repeated warning of missing joysticks; a window or another program provides them."""
+    """Switch off WPILib's repeated warning about missing joysticks, which a run without a window does not have."""
     from simcore import season
 
     season.silence_joystick_warnings()
@@ -415,7 +415,7 @@ def _silence_joysticks() -> None:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Drop pyfrc's traceback of Ctrl-C in physics with all local variables; a later line reports the interrupt."""
+    """Filter out pyfrc's long traceback of Ctrl-C in physics; a later line reports the interrupt."""
     return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 

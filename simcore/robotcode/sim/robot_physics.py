@@ -60,49 +60,49 @@ _AT_START = 2.0  # [s]; every computer is late while a program starts, and nothi
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhysicsTimes:
-    """Cost of the physics and its lag."""
+    """Computing time of the physics, and how far it lags behind."""
 
     ticks: int
     median_ms: float
-    """Work per 20 ms tick, wall time [ms]."""
+    """Median computing time per 20 ms tick, wall time [ms]."""
     p99_ms: float
     max_ms: float
     late_parts: int
-    """Number of parts of a tick late enough to be made up in one go."""
+    """Number of parts of a tick that were late by at least a whole part, and so ran back to back."""
     skipped: float
     """Time skipped because the robot program stalled too long [s]."""
     late_loops: int
-    """Number of robot loops half a period late, whatever the cause."""
+    """Number of robot loops that started more than half a period late, whatever the cause."""
     lateness_ms: float
-    """Lateness of parts in a test on the wall clock, 99th percentile [ms]: the age of rotor readings."""
+    """Lateness of parts in a test on the wall clock, 99th percentile [ms]; rotor readings are this old."""
 
 
 class RobotPhysics:
-    """A match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
+    """Match driven by a robot program: base class of the `PhysicsEngine` in a team's physics.py.
 
     All work runs on the robot's thread, in parts of 5 ms: read volts from the devices, advance the match,
-    write sensors. A TimedRobot of any period runs the parts through `addPeriodic`; a robot with its own loop,
-    such as a MagicRobot, runs all due parts once a loop in `_simulationPeriodic`.
+    write sensors. A TimedRobot of any period calls the parts through `addPeriodic`; a robot with its own loop,
+    such as a MagicRobot, runs all parts that are due once per loop, in `_simulationPeriodic`.
 
     Args:
-        physics_controller: Holds the `field` of the simulation's window.
+        physics_controller: Object whose `field` is the Field2d of the simulation window.
         robot: Robot object.
         match: Match with the robot on its field, closed when the program ends.
         number: Index of the robot that this program drives.
         drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
-        parts: Number of parts of a tick; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
-            20 ms, whose controllers are then read in the middle of it. There parts become as short as the fastest
-            Notifier, `addPeriodic` or loop of the program, down to 1 ms.
-        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 runs on the
-            wall clock: keep to it, so that its loops behave as on the robot. False runs as fast as possible.
-            In simulated time, which is the default in tests, nothing waits for a clock.
-        auto_starts: Starts of autos by their names on the dashboard, as a blue robot, field frame [m, m, rad]. An
-            auto that is not among them starts at the pose that it sets in its first loops.
+        parts: Number of parts per tick; None: 4 of 5 ms on the wall clock. In simulated time None means 1 part for a
+            robot with a 20 ms loop, read in the middle of the loop, and more if a Notifier, an `addPeriodic` or the
+            loop itself is faster, down to 1 ms per part.
+        pace_tests: Whether tests with CTRE's own simulation (`--phoenix=real`) keep to the wall clock, on which Phoenix
+            6 runs, so that its loops behave as on the robot; False runs as fast as possible. In simulated time, the
+            default in tests, nothing waits for a clock.
+        auto_starts: Start poses of autos by dashboard name, as a blue robot, field frame [m, m, rad]. Any other auto
+            starts at the pose that it sets in its first loops.
 
     Raises:
-        ConfigError: Two devices share one simulation, one is no device, `parts` is not a whole number from 1 to 20, or
-            the match has no such robot.
+        ConfigError: Two devices share one simulation, an object is not a device, `parts` is not a whole number from 1
+            to 20, or the match has no robot of this number.
     """
 
     def __init__(
@@ -149,10 +149,10 @@ class RobotPhysics:
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
-        """Start of the robot as autonomous begins."""
+        """Placement of the robot at its start pose when autonomous begins."""
         program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
         self.belief = BeliefWatch(self.robot_sim, sees=self._has_cameras, why_still=program_odometry.why_still)
-        """Check of the program's odometry."""
+        """Comparison of the program's odometry with the simulated pose."""
         getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
         network = ntcore.NetworkTableInstance.get_default()
@@ -176,19 +176,19 @@ class RobotPhysics:
 
     @property
     def control(self) -> FieldControl:
-        """Control of the field: resets it, adds pieces, places robots, from the next tick on."""
+        """Field control: resets the field, adds pieces and places robots, effective from the next tick."""
         return self.match.control
 
     @property
     def part(self) -> float:
-        """How long the parts are in which a tick is done [s]."""
+        """Length of one part of a tick [s]."""
         return self._h
 
     def after_tick(self) -> None:
-        """Run after each tick of 20 ms; subclasses override it, e.g. to log or to feed cameras."""
+        """Do nothing; called after each 20 ms tick for subclasses to override, e.g. to log or to feed cameras."""
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Advance once a robot loop, but never within 10 ms; a robot without `addPeriodic` runs its parts here."""
+        """Count late loops, and run the parts that are due if the robot has no `addPeriodic`; call once per loop."""
         if not hasattr(self, "_has_periodic"):
             raise ConfigError(
                 f"{type(self).__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
@@ -199,7 +199,7 @@ class RobotPhysics:
             self.do_due()
 
     def add_motor(self, motor: MotorDevices) -> None:
-        """Connect a further motor, from the next part on."""
+        """Connect another motor, effective from the next part."""
         self._devices.add(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
@@ -208,7 +208,7 @@ class RobotPhysics:
 
     @property
     def times(self) -> PhysicsTimes:
-        """Times of the last two minutes."""
+        """Timing statistics of the last two minutes."""
         work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
         return PhysicsTimes(
             ticks=self._ticks,
@@ -222,7 +222,7 @@ class RobotPhysics:
         )
 
     def do_due(self) -> None:
-        """Run all parts that are due by now."""
+        """Run all parts that are due."""
         now = Timer.get_monotonic_timestamp()
         if self._start is None:
             self._start = now - self._h
@@ -255,7 +255,7 @@ class RobotPhysics:
                 self._end_tick()
 
     def _set_parts(self, parts: int) -> None:
-        """Divide ticks into another number of parts, at the end of one."""
+        """Change the number of parts per tick; valid only between ticks."""
         if self._start is not None:
             self._start += self._done * self._h
         self._done = 0
@@ -263,7 +263,7 @@ class RobotPhysics:
         self._most_owed = round(_MOST_OWED / self._h)
 
     def _follow_loops(self) -> bool:
-        """Divide ticks as finely as the program's fastest loop; return whether that is finer than before."""
+        """Make parts as short as the program's fastest loop; return whether they became shorter."""
         fastest = min(fastest_period(), self._period) if self._may_follow else math.inf
         if fastest > self._h - 1e-6 or self._parts == _FINEST[-1]:
             return False
@@ -323,7 +323,7 @@ class RobotPhysics:
 
 
 class LatenessReport:
-    """Report of skipped time, at most every ten seconds of wall time.
+    """Rate-limited log of skipped time: by default at most one line per ten seconds of wall time.
 
     Args:
         every: Wall time between two reports [s].
@@ -343,7 +343,7 @@ class LatenessReport:
 
         Args:
             seconds: Skipped time [s].
-            tick_ms: Time that a tick of physics alone takes, of its 20 ms [ms].
+            tick_ms: Computing time of a 20 ms tick without the robot program [ms].
         """
         now = time.monotonic()
         if self._is_first and now - self._since < self._start:
@@ -368,21 +368,21 @@ _latest: weakref.ref[RobotPhysics] | None = None
 
 
 def latest_physics() -> RobotPhysics | None:
-    """Return the latest physics in this process, if it still exists; for test fixtures."""
+    """Return the latest physics of this process if it still exists; for test fixtures."""
     return None if _latest is None else _latest()
 
 
 def field_control() -> FieldControl | None:
-    """Return the control of the running simulation's field; None: there is none, or its physics is not built yet.
+    """Return the field control of the running simulation; None without a simulation or before its physics is built.
 
-    For robot code; it is built after `robotInit`.
+    Robot code may call it after `robotInit`, when the physics exists.
     """
     physics = latest_physics()
     return None if physics is None else physics.control
 
 
 def _period_of(robot: Any) -> float:
-    """Return the period of the robot's loop [s]; where unknown, one short enough for any."""
+    """Return the period of the robot's loop [s]; if unknown, a period shorter than any usual loop."""
     if isinstance(robot, IterativeRobotBase):
         return float(robot.get_period())
     if isinstance(robot, season.loop_classes()):
@@ -398,6 +398,6 @@ def _has_wpilib_loop(robot_class: type) -> bool:
 
 
 def _phoenix_time() -> PhoenixTime | None:
-    """Return the clock of simulated Phoenix 6 devices, if installed; never load phoenix6 itself."""
+    """Return the clock of simulated Phoenix 6 devices, or None without them; this never imports phoenix6."""
     module = sys.modules.get("simcore.robotcode.sim.simulated_phoenix")
     return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]

@@ -37,7 +37,7 @@ def _address(spark: Any) -> DeviceAddress:
 
 
 def key_of(spark: Any) -> DeviceKey:
-    """Return model and address of an object of robot code."""
+    """Return the model and address of a controller object of robot code."""
     return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), _address(spark)
 
 
