@@ -8,7 +8,7 @@ from simcore.calibrate.described import described
 from simcore.errors import ConfigError
 from simcore.robot.fixed_wheel_config import TankConfig
 
-pytest.importorskip("wpilib", reason='needs wpilib: pip install -e ".[robotpy]"')
+pytest.importorskip("pyfrc", reason="needs RobotPy: pip install -e .[robotpy]")
 ROBOTS = Path(__file__).with_name("robots")
 
 
