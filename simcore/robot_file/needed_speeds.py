@@ -17,38 +17,38 @@ from simcore.robot.shooter import ShooterConfig
 __all__ = ["NeededSpeed", "elevations", "goal_of", "needed_speeds"]
 
 DISTANCES = (2.0, 3.0, 4.0, 5.0)
-"""For which needed speeds are shown [m]."""
+"""Distances for which `check` shows needed speeds [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class NeededSpeed:
-    """What a shot into a goal takes."""
+    """Speeds that a shot into a goal needs."""
 
     distance: float
-    """From the robot's center [m]."""
+    """Distance from the robot's center [m]."""
     elevation: float
-    """[rad]"""
+    """Elevation of the shot [rad]."""
     speed: float
-    """Of the piece, relative to the muzzle [m/s]."""
+    """Speed of the piece relative to the muzzle [m/s]."""
     wheel_rps: float
-    """Of the wheels, at the exit efficiency of the shooter [turns/s]."""
+    """Speed of the wheels at the exit efficiency of the shooter [turns/s]."""
 
 
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
-    """Return the first zone with an opening that takes what the shooter throws; None: the game has none."""
+    """Return the first zone with an opening that accepts the shooter's pieces; None: the game has none."""
     takes = [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
     return next((zone for zone in takes if zone.opening is not None), None)
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
-    """Lowest and highest elevation that the hood gives [rad]."""
+    """Return the lowest and highest elevation that the hood gives [rad]."""
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)
 
 
 def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> list[NeededSpeed]:
-    """Wheel speeds for shots into the goal from `DISTANCES`, each at the elevation that needs the least."""
+    """Compute wheel speeds for shots into the goal from `DISTANCES`, each at the elevation that needs the least."""
     low, high = elevations(shooter, config)
     steps = np.linspace(low, high, 1 if low == high else 31)
     found = []
@@ -61,7 +61,7 @@ def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> li
 
 
 def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
-    """Speed of the shot that meets the middle of the goal [m/s]; infinite where none does."""
+    """Solve for the speed of the shot that meets the middle of the goal [m/s]; infinite where none does."""
     if not abs(elevation) < 0.5 * math.pi:
         return math.inf
     goal = goal_of(shooter, game)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from each_case import each
+from shooter_file import SHOOTING
 
 from games.rebuilt import REBUILT
 from simcore.calibrate.shot_fit import Shot, fit_shots, read_shots
@@ -69,22 +70,6 @@ def test_what_shots_cannot_say_is_refused():
         fit_shots(ShotTask(REBUILT), [Shot(distance=3.0, rps=40.0)])
     with pytest.raises(ConfigError, match="no exit efficiency brings them there"):
         fit_shots(TASK, [Shot(distance=3.0, rps=40.0, elevation_deg=5.0)])
-
-
-SHOOTING = """
-game = "rebuilt"
-[[mechanism]]
-name = "wheels"
-kind = "flywheel"
-leader = 20
-gearing = 1.0
-inertia = 0.004
-
-[[shooter]]
-wheels = "wheels"
-height = 0.5
-elevation_deg = 65
-"""
 
 
 def test_the_command_writes_the_key_and_takes_a_table(tmp_path, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -161,11 +162,12 @@ def test_a_piece_at_rest_that_is_taken_in_slows_the_robot():
         assert one.chassis.vel[0] == pytest.approx(MASS / (MASS + 2.0), rel=1e-3)
 
 
-def test_a_shot_gives_the_robot_its_recoil():
-    """Robot and piece have no momentum together, as before."""
+@contextmanager
+def shot_from_rest(launch: LaunchParameters):
+    """Let a robot at rest shoot its only ball; yield the robot a tick later, and the ball's speed along x [m/s]."""
     shooter = ShooterConfig(
         wheels=("wheels",), wheel_radius=0.1, exit_efficiency=0.5, elevation=0.5, shot_rate=4.0, min_wheel_speed=50.0,
-        launch=LaunchParameters(height=0.6),
+        launch=launch,
     )  # fmt: skip
     config = robot(SLIDING, shooters=(shooter,), storage=StorageConfig(capacity=1))
     with Match.bare(config, pieces=(PieceSupply(BALL, 1),)) as match:
@@ -180,6 +182,12 @@ def test_a_shot_gives_the_robot_its_recoil():
             match.tick()
         speed = float(match.pieces.state.vel[slots[0], 0])
         match.tick()
+        yield one, speed
+
+
+def test_a_shot_gives_the_robot_its_recoil():
+    """Robot and piece have no momentum together, as before."""
+    with shot_from_rest(LaunchParameters(height=0.6)) as (one, speed):
         assert speed > 4.0
         assert MASS * one.chassis.vel[0] == pytest.approx(-2.0 * speed, rel=0.01)
 
@@ -190,23 +198,7 @@ def test_an_off_center_shot_turns_the_robot(aside):
 
     The ball of 2 kg was held in the middle and leaves at the muzzle: what is left has its center 9 mm beside.
     """
-    shooter = ShooterConfig(
-        wheels=("wheels",), wheel_radius=0.1, exit_efficiency=0.5, elevation=0.5, shot_rate=4.0, min_wheel_speed=50.0,
-        launch=LaunchParameters(height=0.6, pivot_y=aside),
-    )  # fmt: skip
-    config = robot(SLIDING, shooters=(shooter,), storage=StorageConfig(capacity=1))
-    with Match.bare(config, pieces=(PieceSupply(BALL, 1),)) as match:
-        one = match.robots[0]
-        match.pieces.spawn("Ball", (8.0, 2.0, 0.1))
-        slots = match.pieces.on_field("Ball")
-        match.pieces.hold(slots, 0)
-        one.storage.add(slots.tolist())
-        match.play(0.1)
-        one.mechanisms["wheels"].velocity = 120.0
-        while one.held:
-            match.tick()
-        speed = float(match.pieces.state.vel[slots[0], 0])
-        match.tick()
+    with shot_from_rest(LaunchParameters(height=0.6, pivot_y=aside)) as (one, speed):
         inertia = one.chassis.distribution.inertia[2]
         assert inertia * one.chassis.robot_rate[2] == pytest.approx(aside * 2.0 * speed, rel=0.08)
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from shooter_file import SHOOTING
 
 from games.rebuilt import REBUILT
 from simcore.cli import main
@@ -34,22 +35,6 @@ def test_farther_goals_need_more_and_a_hood_needs_less():
     hooded = needed_speeds(SHOOTER, ROBOT, REBUILT)  # whose hood goes to straight up
     assert all(45.0 <= math.degrees(need.elevation) < 80.0 for need in hooded)
     assert all(need.speed <= speed + 1e-9 for need, speed in zip(hooded, speeds, strict=True))
-
-
-SHOOTING = """
-game = "rebuilt"
-[[mechanism]]
-name = "wheels"
-kind = "flywheel"
-leader = 20
-gearing = 1.0
-inertia = 0.004
-
-[[shooter]]
-wheels = "wheels"
-height = 0.5
-elevation_deg = 65
-"""
 
 
 def test_check_states_what_the_goal_needs(tmp_path, capsys):
