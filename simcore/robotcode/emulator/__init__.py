@@ -1,15 +1,14 @@
 """Phoenix 6 in simulated time: an emulation of CTRE's native libraries behind the unchanged Python API.
 
-From the outside to the inside:
+The modules, from the outermost to the innermost:
 
-- `installation` replaces the libraries by the functions of `emulated_native`.
+- `installation` replaces the libraries with the functions in `emulated_native`.
 - `emulator` holds all devices and steps them.
-- `emulated_talon` and `emulated_peripherals` are the devices, `emulated_device` is
-  their base.
+- `emulated_talon` and `emulated_peripherals` implement the devices; `emulated_device` holds their base class.
 - `control_laws` and `output_stage` compute the output of a motor controller.
-- `emulated_drivetrain` is the swerve drivetrain: measured on Phoenix 6 26.3.0
-  (`tests/adapters/swerve_reference.json`), with WPILib's published algorithms; plain floats throughout, because it runs
-  250 times a simulated second.
+- `emulated_drivetrain` implements the swerve drivetrain with WPILib's published algorithms, fitted to measurements of
+  Phoenix 6 26.3.0 (`tests/adapters/swerve_reference.json`). It uses plain floats because it runs 250 times per
+  simulated second.
 """
 
 from simcore.robotcode.emulator.emulated_device import EnableDelays

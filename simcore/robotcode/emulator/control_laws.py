@@ -1,12 +1,13 @@
-"""Control laws and profiles: the output of a controller to its bridge, and the plan of a kind of request.
+"""Control laws and motion profiles of a motor controller.
 
-A law is a closure over the gains of one slot. It is built when request kind, slot or configuration changes, and called
-each step; setpoints are attributes of the controller, so a new number costs nothing. CTRE's simulation computes its
-loops when physics writes a sensor, and holds their output between two writes; so here one call covers all loops
-since the last write: a profile advances by its closed form, an integral uses the present error for all of them.
+A law is a closure over the gains of one slot. `build_plan` creates a law when the request kind, slot or configuration
+changes, and the controller calls the law each step. Setpoints are attributes of the controller, so changing a setpoint
+does not rebuild the law. CTRE's simulation computes its loops when physics writes a sensor and holds the output
+between two writes. Here, one call therefore covers all loops since the last write: a profile advances in closed form,
+and an integral applies the present error to all of those loops.
 
-The setpoint of a profile moves every 10 ms and holds in between, as measured; here 5, 15, 25 ms after a request, the
-mean of the possible phases of CTRE's ticks.
+Measurements of CTRE's simulation show that a profile's setpoint moves every 10 ms and holds in between. Here, the
+setpoint moves 5, 15, 25 ms after a request, the mean of the possible phases of CTRE's ticks.
 """
 
 from __future__ import annotations
@@ -38,20 +39,20 @@ __all__ = [
 ]
 
 _FULL_VOLTS = 12.0
-"""Voltage that Motion Magic Expo assumes, whatever the battery has [V]."""
+"""Voltage that Motion Magic Expo assumes, regardless of the battery voltage [V]."""
 _Segment = tuple[float, float, float, float, float]
-"""Segment: start time [s]; position, velocity and acceleration there; jerk from there on."""
+"""Profile segment: start time [s]; position, velocity and acceleration at the start; constant jerk."""
 
 
 def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tuple[float, float, float]]:
-    """Return pieces from (v0, a0) to (v1, 0): (duration, acceleration at their start, jerk).
+    """Return constant-jerk pieces from (v0, a0) to (v1, 0) as (duration, initial acceleration, jerk).
 
     Args:
         v0: Velocity at the start.
         a0: Acceleration at the start.
         v1: Velocity at the end.
         limit: Largest acceleration, > 0.
-        jerk: Largest jerk; 0 for no limit, so that the acceleration jumps.
+        jerk: Largest jerk; 0 for no limit, which lets the acceleration jump.
     """
     if jerk <= 0.0:
         return [(abs(v1 - v0) / limit, math.copysign(limit, v1 - v0), 0.0)] if v1 != v0 else []
@@ -63,7 +64,7 @@ def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tu
 
 
 def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[float, float]:
-    """Return distance and final velocity of the pieces."""
+    """Return the distance travelled over the pieces and the final velocity."""
     p, v = 0.0, v0
     for t, a, j in pieces:
         p += t * (v + t * (0.5 * a + t * j / 6.0))
@@ -72,7 +73,7 @@ def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[floa
 
 
 class Profile:
-    """Base of all profiles: the state of the setpoint, and the plan as pieces of constant jerk."""
+    """Base class of all profiles: the state of the setpoint, and a plan of constant-jerk segments."""
 
     __slots__ = ("_key", "_pieces", "_t", "acc", "done", "p", "v")
 
@@ -85,12 +86,12 @@ class Profile:
         self._t = 0.0
 
     def start(self, position: float, velocity: float) -> None:
-        """Restart from this state."""
+        """Restart the profile from a position and velocity, with zero acceleration."""
         self.p, self.v, self.acc = position, velocity, 0.0
         self._key = None
 
     def _set_plan(self, pieces: list[tuple[float, float, float]]) -> None:
-        """Keep a plan that begins at the present state."""
+        """Store a plan that begins at the present state."""
         t, p, v = 0.0, self.p, self.v
         self._pieces = []
         for duration, a, j in pieces:
@@ -103,7 +104,7 @@ class Profile:
         self._t = 0.0
 
     def _follow(self, dt: float) -> None:
-        """Move along the plan."""
+        """Move the setpoint along the plan by dt [s]."""
         pieces = self._pieces
         t = self._t = self._t + dt
         while len(pieces) > 1 and pieces[1][0] <= t:
@@ -117,7 +118,7 @@ class Profile:
 
 
 class SCurve(Profile):
-    """Reference that moves to a goal at rest with limited velocity, acceleration and jerk, from any state."""
+    """Profile from any state to rest at a goal, with limited velocity, acceleration and jerk."""
 
     __slots__ = ()
 
@@ -125,7 +126,7 @@ class SCurve(Profile):
         """Advance by dt [s] towards the goal.
 
         Args:
-            goal: Position to come to rest at.
+            goal: Final position, at rest.
             cruise: Largest velocity; 0 for no limit.
             acceleration: Largest acceleration; 0 holds the setpoint.
             jerk: Largest jerk; 0 for a trapezoid.
@@ -152,7 +153,7 @@ class SCurve(Profile):
 
         way = goal - self.p
         sign = 1.0 if way >= through(0.0)[0] else -1.0
-        # A velocity that surely suffices: all the distance at full acceleration, from the present velocity.
+        # Upper bound of the peak velocity: full acceleration over the whole distance, from the present velocity.
         reach = abs(v0) + abs(a0) * limit / jerk if jerk else abs(v0)
         high = sign * min(cruise, reach + math.sqrt(4.0 * limit * abs(way) + 4.0 * reach * reach) + 1e-9)
         far, up, down = through(high)
@@ -173,12 +174,12 @@ class SCurve(Profile):
 
 
 class VelocityRamp(Profile):
-    """Reference velocity that moves to a goal with limited acceleration and jerk; `p` is unused."""
+    """Profile of velocity towards a goal with limited acceleration and jerk; `p` is unused."""
 
     __slots__ = ()
 
     def advance(self, goal: float, acceleration: float, jerk: float, dt: float) -> None:
-        """Advance by dt [s] towards the goal velocity; acceleration 0 holds it."""
+        """Advance by dt [s] towards the goal velocity; an acceleration of 0 holds the present velocity."""
         key = (goal, acceleration, jerk)
         if key != self._key:
             limit = abs(acceleration)
@@ -191,7 +192,7 @@ class VelocityRamp(Profile):
 
 
 class Expo(Profile):
-    """Reference of a motor with 12 V: v' = (u - kV v) / kA with u = 12 V first and -12 V to brake."""
+    """Profile of an ideal motor at 12 V: v' = (u - kV v) / kA with u = 12 V at first and -12 V to brake."""
 
     __slots__ = ("_legs",)
 
@@ -203,10 +204,10 @@ class Expo(Profile):
         """Advance by dt [s] towards the goal.
 
         Args:
-            goal: Position to come to rest at.
-            kv: Volts per velocity.
-            ka: Volts per acceleration; with both 0 the setpoint holds.
-            cruise: Largest velocity; 0 for the motor's limit alone.
+            goal: Final position, at rest.
+            kv: Voltage per unit of velocity.
+            ka: Voltage per unit of acceleration.
+            cruise: Largest velocity; 0 for no limit except the motor's.
             dt: Step [s].
         """
         key = (goal, kv, ka, cruise)
@@ -222,7 +223,7 @@ class Expo(Profile):
             self.p, self.v, self.acc = goal, 0.0, 0.0
             return
         end, p1, v1, final, tau = legs[0]
-        # Backwards from the end of the leg, where position and velocity are known exactly.
+        # Integrate backwards from the end of the leg, where position and velocity are known exactly.
         s = t - end
         if math.isinf(tau):
             self.acc = final
@@ -240,7 +241,7 @@ class Expo(Profile):
         cruise = min(cruise, final * (1.0 - 1e-9))
 
         def leg(v0: float, v1: float, end: float) -> tuple[float, float]:
-            """Return time and distance from v0 to v1 while the motor accelerates towards the velocity `end`."""
+            """Return the time and distance from v0 to v1 for a motor whose velocity tends to `end`."""
             t = tau * math.log((v0 - end) / (v1 - end))
             return t, end * t + tau * (v0 - v1)
 
@@ -288,7 +289,7 @@ _OFFSET = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gains:
-    """Gains of one slot, in the unit of the request (volts, duty cycle or amperes) per rotation and its rates."""
+    """Gains of one slot, in output units (volts, duty cycle or amperes) per rotation and its time derivatives."""
 
     kp: float = 0.0
     ki: float = 0.0
@@ -298,11 +299,11 @@ class Gains:
     ka: float = 0.0
     kg: float = 0.0
     arm: bool = False
-    """Whether kG is multiplied by the cosine of the position (an arm) instead of being constant (an elevator)."""
+    """Whether kG is multiplied by the cosine of the position (arm) instead of being constant (elevator)."""
     sign_of_error: bool = False
-    """Whether kS has the sign of the closed-loop error instead of that of the setpoint velocity."""
+    """Whether kS takes the sign of the closed-loop error instead of the sign of the setpoint velocity."""
     kg_offset: float = 0.0
-    """Offset of the position before its cosine is taken [rotations]."""
+    """Offset added to the position before the cosine [rotations]."""
 
 
 def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
@@ -324,53 +325,53 @@ def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
 
 
 PROFILE_LOOPS = 10
-"""Control loops from one move of a profile's reference to the next."""
+"""Number of control loops between two moves of a profile's setpoint."""
 Law = Callable[[int], float]
-"""Output of the law after this many control loops [V, duty cycle or A]."""
+"""Function from a number of control loops to the output after them [V, duty cycle or A]."""
 
 
 @dataclass(slots=True)
 class LoopState:
-    """State of the control loop of a motor controller; numbers have robot code's signs."""
+    """State of a motor controller's control loop, with the signs that robot code uses."""
 
     pos: float = 0.0
     """Position of the configured sensor [mechanism rotations]."""
     vel: float = 0.0
-    """Velocity of that sensor [1/s]."""
+    """Velocity of the configured sensor [mechanism rotations/s]."""
     acc: float = 0.0
-    """Acceleration of that sensor [1/s^2]."""
+    """Acceleration of the configured sensor [mechanism rotations/s^2]."""
     output: float = 0.0
-    """Output of an open loop, in the unit of the request."""
+    """Output of an open-loop request, in the unit of the request."""
     goal_p: float = 0.0
-    """Setpoint of the position [mechanism rotations]."""
+    """Position setpoint [mechanism rotations]."""
     goal_v: float = 0.0
-    """Setpoint of the velocity [1/s]."""
+    """Velocity setpoint [mechanism rotations/s]."""
     goal_a: float = 0.0
-    """Setpoint of the acceleration [1/s^2]."""
+    """Acceleration setpoint [mechanism rotations/s^2]."""
     feed_forward: float = 0.0
     """Feed-forward, in the unit of the output."""
     limits: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
     integral: float = 0.0
-    """Integral part of the output."""
+    """Integral term of the output."""
     pid_out: float = 0.0
-    """Output of the law."""
+    """Output of the control law."""
     err: float = 0.0
-    """Error of the loop."""
+    """Closed-loop error."""
     derr: float = 0.0
-    """Rate of the error."""
+    """Rate of change of the closed-loop error."""
     ref: float = 0.0
-    """Reference that the loop follows."""
+    """Closed-loop reference."""
     slope: float = 0.0
-    """Rate of the reference."""
+    """Rate of change of the closed-loop reference."""
     scurve: SCurve = field(default_factory=SCurve)
     expo: Expo = field(default_factory=Expo)
     velocity_ramp: VelocityRamp = field(default_factory=VelocityRamp)
     profile_loops: int = 0
-    """Control loops since the profile's reference last moved."""
+    """Number of control loops since the profile's setpoint last moved."""
 
     def start(self) -> None:
-        """Reset integral and profiles: a new request starts from the present state."""
+        """Reset the integral and restart all profiles from the present state, for a new request."""
         self.integral = self.pid_out = 0.0
         self.profile_loops = PROFILE_LOOPS // 2
         self.scurve.start(self.pos, self.vel)
@@ -384,7 +385,7 @@ def _sign(value: float) -> float:
 
 
 def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
-    """Return the sum of feedback and feed-forward; kS can follow the error only in position control."""
+    """Return a function that sums feedback and feed-forward; kS may follow the error only in position control."""
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
     arm, offset = g.arm, g.kg_offset
     on_error = g.sign_of_error and on_position
@@ -399,7 +400,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
             return out
         if ki:
             step = ki * error * loops * LOOP
-            # Anti-windup: beyond the largest output the integral may only decrease.
+            # Anti-windup: outside the output range the integral may only shrink.
             if low < out + m.integral < high or step * m.integral < 0.0:
                 m.integral = min(max(m.integral + step, low), high)
             out += m.integral
@@ -413,7 +414,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
 
 
 def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
-    """Return the law of position control; with `wrap` the shorter way."""
+    """Return the law of position control, which takes the shorter way round with `wrap`."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -440,7 +441,7 @@ def velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float]) -> Law:
 
 
 def _follow_profile(m: LoopState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
-    """Return the feedback towards the setpoint of a position profile."""
+    """Return the output that tracks the setpoint of a position profile."""
     m.ref = profile.p
     m.slope = v = profile.v
     error = profile.p - m.pos
@@ -450,14 +451,14 @@ def _follow_profile(m: LoopState, pid: Callable[..., float], profile: SCurve | E
 
 
 def _elapsed(m: LoopState, loops: int) -> float:
-    """Return the time by which a profile's setpoint advances now; 0 where it holds [s]."""
+    """Return the time by which a profile's setpoint advances in this call [s]; 0 if the setpoint holds."""
     elapsed = m.profile_loops + loops
     moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
     return moves * (PROFILE_LOOPS * LOOP)
 
 
 def _shift_to_nearest(profile: SCurve | Expo, goal: float) -> None:
-    """Move the setpoint by whole turns to the one nearest to the goal."""
+    """Shift the setpoint by whole turns to within half a turn of the goal."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
         profile.start(profile.p + turns, profile.v)
@@ -471,7 +472,7 @@ def _profiled(
     profile: SCurve | Expo,
     advance: Callable[[float], None],
 ) -> Law:
-    """Return the law of position control along a profile, which `advance` advances by a time [s]."""
+    """Return the law of position control along a profile; `advance` moves the profile on by a time [s]."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -496,7 +497,7 @@ def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wra
 
 
 def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
-    """Return the law of position control along the profile of a motor with 12 V."""
+    """Return the law of position control along the profile of an ideal motor at 12 V."""
 
     def advance(dt: float) -> None:
         cruise, kv, ka = m.limits
@@ -525,28 +526,28 @@ REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
     int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
     for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
 )
-"""States of a bridge, as `get_bridge_output` reads them."""
+"""Bridge states as reported by `get_bridge_output`."""
 
 
 @dataclass(frozen=True, slots=True)
 class ControlPlan:
-    """Law and output stage of a request, and their values in status frames."""
+    """Control law and output stage of a request, and the values that status frames report for the request."""
 
     law: Law | None
-    """Law; None: the bridge coasts, brakes or follows."""
+    """Control law; None if the bridge coasts, brakes or follows."""
     stage: Stage | None
-    """Output stage of the law."""
+    """Output stage for the control law; None without a law."""
     gains: Gains
     profile: Profile | None
-    """Profile of Motion Magic."""
+    """Motion Magic profile; None for other requests."""
     mode: int
-    """Mode: a `ControlModeValue`."""
+    """Reported control mode (`ControlModeValue`)."""
     drives: int
-    """State (`BridgeOutputValue`) of a bridge that is not neutral."""
+    """Bridge state (`BridgeOutputValue`) outside neutral."""
     unit_number: int
-    """Number of the unit of the loop's output after that of the duty cycle, 0 to 2."""
+    """Unit of the closed-loop output: 0 duty cycle, 1 volts, 2 amperes."""
     on_velocity: bool
-    """Whether a velocity is controlled."""
+    """Whether the loop controls velocity."""
 
 
 _OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
@@ -555,10 +556,10 @@ _OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.
 def build_plan(
     loop: LoopState, bridge: Bridge, config: Mapping[int, Setting], kind: RequestKind, slot: int, foc: bool
 ) -> ControlPlan:
-    """Build law, output stage and status of a request.
+    """Build the control law, output stage and status values of a request.
 
     Raises:
-        NotImplementedError: The slot schedules its gains.
+        NotImplementedError: The slot uses gain scheduling.
     """
     law, stage, gains = _law_and_stage(loop, bridge, config, kind, slot, foc)
     torque = kind.unit is Unit.AMPERES
@@ -605,7 +606,7 @@ def _law_and_stage(
 
 
 def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return the limits of a request's profile, from the request itself (Dynamic) or from the configuration."""
+    """Return the limits of a request's profile, from a Dynamic request itself or else from the configuration."""
     c = config
     field = kind.slots
     dynamic = kind.name.startswith("Dynamic")

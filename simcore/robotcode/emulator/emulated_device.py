@@ -1,4 +1,4 @@
-"""Base of all emulated devices: time, the enable signal, configuration, status frame, faults, requests."""
+"""Base class of emulated devices: configuration, status frames, faults, requests, clock and enable signal."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ class Unit(enum.Enum):
     DUTY = "DC"
     AMPERES = "A"
 
-    __hash__ = object.__hash__  # members are singletons; hashing their names took 0.06 ms of a tick
+    __hash__ = object.__hash__  # hashing members by name instead of identity took 0.06 ms per tick
 
 
 class Axis(enum.Enum):
-    """Controlled quantity."""
+    """Quantity or neutral behavior that a request controls."""
 
     OPEN = "open loop"
     VELOCITY = "velocity"
@@ -90,19 +90,19 @@ _AMPERE_TAIL = ("override_coast_dur_neutral", *_VOLT_TAIL[1:])
 
 @dataclass(frozen=True, eq=False)
 class RequestKind:
-    """One kind of request."""
+    """One kind of control request."""
 
     name: str
-    """Name of Phoenix 6's class, `VoltageOut`."""
+    """Name of the Phoenix 6 class, for example `VoltageOut`."""
     axis: Axis
-    """Controlled quantity."""
+    """Controlled quantity or neutral behavior."""
     unit: Unit
     """Unit of the output."""
     fields: tuple[str, ...]
-    """Arguments of the native function after network and device, by their Python names."""
+    """Python names of the native function's arguments after network and device."""
 
     def mode(self, foc: bool) -> str:
-        """Return the name of the `ControlModeValue` that a device reports during this request."""
+        """Return the name of the `ControlModeValue` that the device reports during this request."""
         if self.axis in _MODES:
             return _MODES[self.axis]
         words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", self.name.removeprefix("Dynamic")).upper()
@@ -112,7 +112,7 @@ class RequestKind:
 
     @cached_property
     def slots(self) -> dict[str, int]:
-        """Index of each field."""
+        """Index of each field in `fields`, by name."""
         return {name: k for k, name in enumerate(self.fields)}
 
 
@@ -150,41 +150,41 @@ def _kinds() -> list[RequestKind]:
 
 
 REQUESTS: dict[str, RequestKind] = {kind.name: kind for kind in _kinds()}
-"""Modelled requests, by name."""
+"""Modelled control requests, by name."""
 
 
 Setting = float | int
-"""A number (kind f) or an integer, enum or boolean (kinds s and b)."""
+"""Configuration value: a float (kind f), an integer or enum (kind s), or a boolean (kind b)."""
 
 _FLOAT = struct.Struct("<f")
 _INT = struct.Struct("<i")
 
 
 def single(value: float) -> float:
-    """Return the value in single precision, as a device keeps it."""
+    """Return the value rounded to single precision, the precision of a device."""
     return float(_FLOAT.unpack(_FLOAT.pack(value))[0])
 
 
 def bits_of(value: float) -> int:
-    """Return the 32 bits of a single-precision number, as a signed integer."""
+    """Return the 32 bits of a single-precision float as a signed integer."""
     return int(_INT.unpack(_FLOAT.pack(value))[0])
 
 
 def number_of(bits: int) -> float:
-    """Return the single-precision number with these 32 bits."""
+    """Return the single-precision float encoded by 32 bits."""
     return float(_FLOAT.unpack(_INT.pack(bits))[0])
 
 
 def config_line(spn: int, kind: str, value: float | int) -> str:
-    """Return a configuration line as the library sends it: `1877,f_0.5` (f: number, s: integer, enum; b: boolean)."""
+    """Return one configuration line in the library's format, `1877,f_0.5` (f: float; s: integer, enum; b: boolean)."""
     return f"{spn},{kind}_{value:.9g}\n" if kind == "f" else f"{spn},{kind}_{int(value)}\n"
 
 
 def parse_config(text: str) -> dict[int, Setting]:
-    """Parse settings by number; a number is a float, everything else an int.
+    """Parse configuration lines into settings by number; kind f becomes a float, all other kinds an int.
 
     Raises:
-        ValueError: A line does not have the form `number,kind_value`.
+        ValueError: A line is not of the form `number,kind_value`.
     """
     settings: dict[int, Setting] = {}
     for line in text.split():
@@ -203,7 +203,7 @@ def parse_config(text: str) -> dict[int, Setting]:
 
 
 def config_answer(settings: Mapping[int, Setting]) -> str:
-    """Return a device's answer to a read of its configuration: each kind as `s_` and the value's 32 bits."""
+    """Return a device's reply to a configuration read: every setting as `s_` with the 32 bits of the value."""
     return "".join(
         f"{spn},s_{bits_of(value) if isinstance(value, float) else value}\n" for spn, value in settings.items()
     )
@@ -216,44 +216,44 @@ LOOP = 1e-3
 
 
 class SimulatedClock:
-    """Time since the devices were switched on; `phoenix6.utils.get_current_time_seconds()` reads it.
+    """Simulated time since the devices were switched on, as `phoenix6.utils.get_current_time_seconds()` returns it.
 
-    It counts whole nanoseconds, so that it never drifts, with a control loop each millisecond.
+    The clock counts whole nanoseconds and therefore never drifts. Devices run a control loop every millisecond.
     """
 
     __slots__ = ("loop_ns", "next_frame_ns", "ns")
 
     def __init__(self) -> None:
         self.ns = 0
-        """Time [ns]."""
+        """Simulated time [ns]."""
         self.loop_ns = 0
-        """Time of the last control loop [ns]."""
+        """Simulated time of the last control loop [ns]."""
         self.next_frame_ns = 0
-        """Time before which no device has a status frame to send [ns]; 0 where devices or rates have changed."""
+        """Earliest time at which a device may send a status frame [ns]; 0 after a change of devices or rates."""
 
     def reset(self, start: float = 0.0) -> None:
-        """Restart at `start` [s]."""
+        """Set the clock to `start` [s]."""
         self.ns = self.loop_ns = round(start * 1e9)
         self.next_frame_ns = 0
 
     @property
     def now(self) -> float:
-        """Time [s]."""
+        """Simulated time [s]."""
         return self.ns * 1e-9
 
 
 _PERIOD_NS = 10_000_000
-"""Period of the feed [ns]."""
+"""Period of the enable feed [ns]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnableDelays:
-    """Delays from the enable feed to the devices."""
+    """Delays from the enable feed to its effect on the devices."""
 
     enable: float = 0.045
-    """Delay from first feed to first volts [s]; measured 49 ms from the driver station, of which 4 are the feed."""
+    """Delay from first feed to first volts [s]; measured 49 ms from the driver station, including 4 ms to the feed."""
     disable: float = 0.080
-    """Delay from a feed of zero to no output [s]; measured 86 ms from the driver station."""
+    """Delay from a feed of 0 ms to zero output [s]; measured 86 ms from the driver station."""
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.enable < 1.0 and 0.0 <= self.disable < 1.0):
@@ -261,14 +261,14 @@ class EnableDelays:
 
 
 class EnableState:
-    """Enable signal of all devices, which reaches them with a delay after its feed.
+    """Enable signal of all devices, delayed from the feed to the devices.
 
-    On the wall clock a device of CTRE's simulation drives 49 ms after the driver station enables, and stops 86 ms after
-    it disables; most of that is the period of the enable frame.
+    In CTRE's simulation, on the wall clock, a device starts driving 49 ms after the driver station enables the robot
+    and stops 86 ms after the driver station disables it. Most of each delay is the period of the enable frame.
 
     Args:
         clock: Clock of simulated time.
-        delays: Delays from feed to effect.
+        delays: Delays from the feed to its effect.
     """
 
     __slots__ = ("_clock", "_fed_until", "_since", "_until", "delays")
@@ -276,15 +276,15 @@ class EnableState:
     def __init__(self, clock: SimulatedClock, delays: EnableDelays) -> None:
         self._clock = clock
         self.delays = delays
-        """Delays from feed to effect."""
+        """Delays from the feed to its effect."""
         self._fed_until = -1
         self._since = 0
         self._until = -1
 
     def feed(self, milliseconds: int) -> None:
-        """Enable for this long from now [ms]; 0 disables."""
-        # The feed runs on its own thread. If it coincides with a step of the physics either may come first; rounded up
-        # to the feed's period both orders give the same time.
+        """Enable the devices for a duration from now [ms]; 0 disables the devices."""
+        # The feed runs on its own thread. When a feed coincides with a physics step, either may run first. Rounding the
+        # time up to the feed's period gives the same result in both orders.
         now = -(-self._clock.ns // _PERIOD_NS) * _PERIOD_NS
         if milliseconds <= 0:
             if self.is_fed:
@@ -292,29 +292,29 @@ class EnableState:
                 self._until = now + round(self.delays.disable * 1e9)
             return
         if not self.is_fed:
-            # A device that still drives continues.
+            # Devices that are still driving continue without a delay.
             self._since = now if self.is_enabled else now + round(self.delays.enable * 1e9)
         self._fed_until = self._until = now + milliseconds * 1_000_000
 
     @property
     def is_fed(self) -> bool:
-        """Whether the library's feed is active."""
+        """Whether the library's enable feed is active."""
         return self._fed_until > self._clock.ns
 
     @property
     def is_enabled(self) -> bool:
-        """Whether devices drive."""
+        """Whether the devices are enabled."""
         return self._since <= self._clock.ns < self._until
 
 
 _CLEAR_ALL = SpnValue.SPN_CLEAR_STICKY_FAULTS.value
-"""Setting that clears every sticky fault."""
+"""Number of the setting that clears every sticky fault."""
 FAULTS: dict[str, int] = {
     name.removeprefix("FAULT_"): member.value
     for name, member in SpnValue.__members__.items()
     if name.startswith("FAULT_")
 }
-"""Number of each fault, by its name in `SpnValue` without `FAULT_`."""
+"""Signal number of each fault, by the `SpnValue` name without `FAULT_`."""
 _MEMBERS = SpnValue.__members__
 _STICKY = {_MEMBERS[f"STICKY_FAULT_{name}"].value: spn for name, spn in FAULTS.items()}
 _CLEAR = {
@@ -325,7 +325,7 @@ _CLEAR = {
 
 
 class FaultFlags:
-    """Faults of one device."""
+    """Active and sticky faults of one device."""
 
     __slots__ = ("_active", "_sticky")
 
@@ -334,13 +334,13 @@ class FaultFlags:
         self._sticky: set[int] = set()
 
     def set_active(self, active: Set[int]) -> None:
-        """Set the active faults, which become sticky."""
+        """Set the active faults and add them to the sticky faults."""
         self._active = active
         if active:
             self._sticky |= active
 
     def clear(self, setting: int) -> bool:
-        """Clear the faults that this setting clears; return False for another kind of setting."""
+        """Clear the sticky faults addressed by a setting; return False if the setting clears no fault."""
         if setting == _CLEAR_ALL:
             self._sticky.clear()
             return True
@@ -351,7 +351,7 @@ class FaultFlags:
         return True
 
     def read(self, spn: int) -> float | None:
-        """Return 1 or 0 for a fault or a sticky fault, None for any other signal."""
+        """Return 1 or 0 for a fault, a count for the totals of faults, or None for any other signal."""
         if spn in _STICKY:
             return float(_STICKY[spn] in self._sticky)
         if spn in _ALL:
@@ -367,9 +367,9 @@ _ALL = frozenset(FAULTS.values())
 
 
 COMPLIANCY = 19
-"""Level of the interface between library and firmware, in 26.x."""
+"""API compliancy level between library and firmware in 26.x."""
 VERSION = (26, 3, 0, 0)
-"""Firmware version that the devices report."""
+"""Firmware version reported by the devices."""
 _CONSTANTS = {
     SpnValue.COMPLIANCY_VERSION.value: COMPLIANCY,
     SpnValue.VERSION_MAJOR.value: VERSION[0],
@@ -382,21 +382,21 @@ _CONSTANTS = {
 _RESET_FLAGS = SpnValue.STARTUP_RESET_FLAGS.value
 
 DEFAULT_HZ = 100.0
-"""Rate of every device's status frame unless robot code sets another; every simulated bus is CAN FD [Hz]."""
+"""Default status frame rate of every device [Hz]; every simulated bus is CAN FD."""
 
 
 def period_of(hz: float) -> int:
-    """Return the period of a device for a rate: whole milliseconds, at most 250 [ms]; 0 for never."""
+    """Return the frame period for a rate: whole milliseconds from 1 to 250 [ms]; 0 for a rate of 0."""
     return 0 if hz <= 0.0 else min(max(int(1000.0 / hz), 1), 250)
 
 
 class EmulatedDevice:
-    """One emulated device; robot code reads its last status frame.
+    """One emulated device, whose last status frame robot code reads.
 
     Args:
         address: CAN id and bus.
         clock: Clock of simulated time.
-        defaults: Factory configuration, by number.
+        defaults: Factory configuration, by setting number.
     """
 
     __slots__ = (
@@ -404,11 +404,11 @@ class EmulatedDevice:
         *("_asked", "period_ms", "supply"),
     )
     model: ClassVar[str] = ""
-    """Name in the library, "talon fx"."""
+    """Device name in the library, for example "talon fx"."""
     type_number: ClassVar[int] = -1
-    """Number of `phoenix6.sim.device_type.DeviceType`."""
+    """Device type number (`phoenix6.sim.device_type.DeviceType`)."""
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {}
-    """Reading of each signal from a frame, by its number."""
+    """Function that reads a signal from a status frame, by signal number."""
 
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         self.address = address
@@ -430,7 +430,7 @@ class EmulatedDevice:
     # ---- configuration
 
     def configure(self, settings: Mapping[int, Setting], *, reset_others: bool = False) -> None:
-        """Apply settings; with `reset_others` return the others to their factory defaults."""
+        """Apply settings; with `reset_others`, reset all other settings to their factory defaults."""
         known = {spn: value for spn, value in settings.items() if spn in self.defaults}
         for spn, value in settings.items():
             if spn not in self.defaults and not self.fault_flags.clear(spn):
@@ -443,33 +443,33 @@ class EmulatedDevice:
         self.configured()
 
     def configured(self) -> None:
-        """Apply the configuration after a change."""
+        """Apply the changed configuration."""
 
     def command(self, spn: int, value: float) -> None:
-        """Carry out a setting that is a command instead of a stored value, such as a new position.
+        """Execute a setting that is a command rather than a stored value, for example a new position.
 
         Raises:
-            NotImplementedError: It is not modelled.
+            NotImplementedError: The command is not modelled.
         """
         raise NotImplementedError(f"{self!r}: setting {spn} (value {value}) is not modelled in simulated time")
 
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Receive a control request of robot code.
+        """Receive a control request from robot code.
 
         Raises:
-            NotImplementedError: The device does not know it.
+            NotImplementedError: The device does not support the request.
         """
         raise NotImplementedError(f"{self!r}: control request {kind.name} is not modelled in simulated time")
 
     # ---- physics
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a quantity that physics writes through `sim_state`; here the supply, which all devices have.
+        """Set a `sim_state` input from physics; this base class accepts the supply voltage.
 
         Raises:
-            NotImplementedError: This input is not modelled.
+            NotImplementedError: The input is not modelled.
         """
         if name == "SupplyVoltage":
             self.supply = max(value, 4.0)
@@ -477,68 +477,68 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that `sim_state` reads; None where a device has no such value."""
+        """Return the value that `sim_state` reads by a name; None if the device has no value of that name."""
         return None
 
     # ---- status
 
     def sample(self) -> Any:
-        """Return a new frame with the present state."""
+        """Return a new status frame with the present state."""
         raise NotImplementedError
 
     def send_frame(self) -> None:
-        """Send a status frame: robot code reads the present state from now on."""
+        """Send a status frame, so that robot code reads the present state."""
         self.frame = self.sample()
         self.frame_ns = self.clock.ns
 
     def units_of(self, spn: int) -> int:
-        """Return the number of the signal whose units this one has in the last frame."""
+        """Return the number of the signal that defines the units of signal `spn` in the last frame."""
         return spn
 
     def read(self, spn: int) -> tuple[float, float, int] | None:
-        """Return value of a signal, its time [s] and the signal with its units; None for an unmodelled signal."""
+        """Return (value, time [s], number of the signal that defines the units); None if `spn` is not modelled."""
         signal = self.signals.get(spn)
         if signal is not None:
             return signal(self.frame), self.frame_ns * 1e-9, self.units_of(spn)
         if spn in _CONSTANTS:
             return _CONSTANTS[spn], self.clock.now, spn
         if spn == _RESET_FLAGS:
-            return 0.0, 0.0, spn  # a device without a reset since it was switched on never sends them
+            return 0.0, 0.0, spn  # a device that has not reset since power-up never sends these flags
         fault = self.fault_flags.read(spn)
         return None if fault is None else (fault, self.frame_ns * 1e-9, spn)
 
     def set_rate(self, hz: float) -> None:
-        """Set the rate of the status frame [Hz]; 0 turns it off."""
+        """Set the rate of the status frame [Hz]; 0 turns the frame off."""
         self.period_ms = period_of(hz)
         self.clock.next_frame_ns = 0
         period = self.period_ms * 1_000_000
         if period:
-            # Frames of one rate leave together, half a period after its multiples: the value that robot code reads at a
-            # multiple of the period is half a period old, the average age on the wall clock.
+            # All frames of one rate are sent together, half a period after each multiple of the period. Robot code that
+            # reads at a multiple of the period gets a value half a period old, the average age on the wall clock.
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:
-        """Set the rate of one signal; the status frame has the fastest rate of all signals."""
+        """Set the rate of one signal [Hz]; the status frame uses the fastest rate of all signals."""
         if spn not in self.signals:
-            return  # versions, faults and constants have their own frames, whose rate has no effect
+            return  # versions, faults and constants are in other frames, whose rate has no effect here
         self._asked[spn] = hz
         self.set_rate(max(self._asked.values()))
 
     def optimize_rate(self, hz: float) -> None:
-        """Set the rate where robot code has set none."""
+        """Set the rate [Hz] unless robot code has set the rate of a signal."""
         if not self._asked:
             self.set_rate(hz)
 
     def reset_rate(self) -> None:
-        """Return to the default rate."""
+        """Reset to the default rate."""
         self._asked.clear()
         self.set_rate(DEFAULT_HZ)
 
     @property
     def rate(self) -> float:
-        """Rate in use [Hz]."""
+        """Actual rate of the status frame [Hz]; 0 if the frame is off."""
         return 1000.0 / self.period_ms if self.period_ms else 0.0
 
 
 Devices: TypeAlias = Mapping[tuple[int, int], EmulatedDevice]
-"""Devices of one bus by (`DeviceType` number, CAN id)."""
+"""Devices on one bus, by (`DeviceType` number, CAN id)."""

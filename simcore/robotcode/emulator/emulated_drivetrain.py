@@ -1,7 +1,7 @@
-"""Drivetrain behind `SwerveDrivetrain`: odometry, estimate and control, once a period of simulated time.
+"""Emulation of `SwerveDrivetrain`: odometry, pose estimate and control, once per period of simulated time.
 
-It has poses and kinematics in plain floats (WPILib's Pose2d and SwerveDriveKinematics without objects), the pose
-estimator, a module with its devices, the drivetrain's own requests, and the drivetrain.
+The module contains poses and kinematics in plain floats (WPILib's Pose2d and SwerveDriveKinematics without objects),
+the pose estimator, the swerve module and its devices, the swerve requests, and the drivetrain.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ Pose: TypeAlias = tuple[float, float, float]
 
 
 def wrap(angle: float) -> float:
-    """Return the same direction within -pi..pi [rad]."""
+    """Return the equivalent angle within -pi..pi [rad]."""
     return math.remainder(angle, math.tau)
 
 
@@ -79,26 +79,26 @@ def between(start: Pose, end: Pose) -> Pose:
 
 
 def then(start: Pose, way: Pose) -> Pose:
-    """Return the pose at `way`, given in the frame of `start`."""
+    """Return the field-frame pose at `way`, a pose in the frame of `start`."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return start[0] + cos * way[0] - sin * way[1], start[1] + sin * way[0] + cos * way[1], start[2] + way[2]
 
 
 def interpolate(start: Pose, end: Pose, part: float) -> Pose:
-    """Return a pose on the arc from `start` (0) to `end` (1), as WPILib's Pose2d.Interpolate."""
+    """Return the pose at fraction `part` of the arc from `start` to `end`, as WPILib's Pose2d.Interpolate does."""
     x, y, turn = between(start, end)
     half = 0.5 * turn
-    # the inverse of `exp`: half the turn over its tangent
+    # inverse of `exp`: half the turn divided by the tangent of half the turn
     stretch = half * math.cos(half) / math.sin(half) if abs(half) > 1e-9 else 1.0 - half * half / 3.0
     dx, dy = x * stretch + y * half, y * stretch - x * half
     return exp(start, dx * part, dy * part, turn * part)
 
 
 class Kinematics:
-    """Geometry of a swerve drive.
+    """Kinematics of a swerve drive.
 
     Args:
-        positions: Module positions from the robot's center [m].
+        positions: Module positions (x, y) relative to the robot's center [m].
     """
 
     def __init__(self, positions: Sequence[tuple[float, float]]) -> None:
@@ -114,16 +114,16 @@ class Kinematics:
     def states(
         self, vx: float, vy: float, omega: float, center_x: float = 0.0, center_y: float = 0.0
     ) -> list[tuple[float, float]]:
-        """Return speed [m/s] and direction [rad] of every module for a chassis velocity, robot frame.
+        """Return the speed [m/s] and direction [rad] of every module for a robot-frame chassis velocity.
 
-        A zero velocity keeps the directions of the last call, as in WPILib.
+        A zero chassis velocity keeps the directions of the last call, as in WPILib.
 
         Args:
             vx: Forward velocity [m/s].
-            vy: Velocity to the left [m/s].
-            omega: Yaw rate [rad/s].
-            center_x: Center of rotation, forward of the robot's center [m].
-            center_y: Center of rotation, left of the robot's center [m].
+            vy: Leftward velocity [m/s].
+            omega: Yaw rate, counter-clockwise positive [rad/s].
+            center_x: Distance of the center of rotation forward of the robot's center [m].
+            center_y: Distance of the center of rotation to the left of the robot's center [m].
         """
         if vx == 0.0 and vy == 0.0 and omega == 0.0:
             return [(0.0, heading) for heading in self._headings]
@@ -138,13 +138,13 @@ class Kinematics:
         return result
 
     def chassis(self, moves: Sequence[tuple[float, float]]) -> tuple[float, float, float]:
-        """Return the rigid motion that best fits the modules' moves (least squares).
+        """Return the rigid motion that best fits the modules' motions (least squares).
 
         Args:
-            moves: Velocity or travel of each module, robot frame, x and y.
+            moves: Velocity or travel (x, y) of each module, robot frame.
 
         Returns:
-            Motion of the robot's center: x, y and rotation.
+            Motion of the robot's center: x, y, rotation.
         """
         sx = sy = turn = 0.0
         for (mx, my), (ax, ay) in zip(moves, self._arms, strict=True):
@@ -156,7 +156,7 @@ class Kinematics:
 
 
 def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[float, float]]:
-    """Scale all speeds by one factor, so that the fastest module keeps to `limit` [m/s]."""
+    """Scale all speeds by one factor that reduces the fastest to `limit` [m/s]."""
     fastest = max(abs(speed) for speed, _ in states)
     if fastest <= limit:
         return states
@@ -164,7 +164,7 @@ def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[fl
 
 
 def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float, float, float]:
-    """Return the constant robot-frame velocity that ends, after a period of turning, where a field-frame one would.
+    """Return the constant robot-frame velocity that, while turning, reaches the end pose of a field-frame velocity.
 
     Source: WPILib's ChassisSpeeds.Discretize.
     """
@@ -174,19 +174,19 @@ def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float
 
 
 HISTORY = 1.5
-"""Time for which past poses are kept [s]."""
+"""Length of the pose history [s]."""
 
 
 class PoseEstimator:
-    """Pose from wheels and gyro, corrected by delayed vision: WPILib's pose estimator as CTRE ships it.
+    """WPILib's pose estimator as shipped by CTRE: wheel and gyro odometry, corrected by delayed vision.
 
-    Each axis of a correction, in the robot frame at the time of the measurement, counts with
-    the gain q / (q + sqrt(q r)) of a Kalman filter in steady state, q and r being the variances of odometry and
-    vision. Measured against 26.3.0 to the last printed digit.
+    Each axis of a correction is weighted in the robot frame at the time of the measurement, with the gain
+    q / (q + sqrt(q r)) of a steady-state Kalman filter, where q and r are the variances of odometry and vision.
+    The results match Phoenix 6 26.3.0 to the last printed digit.
 
     Args:
-        state_std_devs: Standard deviations of odometry: x, y [m], heading [rad].
-        vision_std_devs: Standard deviations of a vision measurement.
+        state_std_devs: Standard deviations of odometry: x [m], y [m], heading [rad].
+        vision_std_devs: Standard deviations of a vision measurement: x [m], y [m], heading [rad].
     """
 
     def __init__(
@@ -202,18 +202,18 @@ class PoseEstimator:
         self._odometry: Pose = (0.0, 0.0, 0.0)
         self._offset = 0.0
         self.pose: Pose = (0.0, 0.0, 0.0)
-        """Estimate, field frame [m, m, rad]."""
+        """Estimated pose, field frame [m, m, rad]."""
 
     def set_state_std_devs(self, std_devs: Sequence[float]) -> None:
-        """Set the standard deviations of odometry from now on."""
+        """Set the standard deviations of odometry for all later measurements."""
         self._state_std_devs = [float(s) for s in std_devs]
 
     def set_vision_std_devs(self, std_devs: Sequence[float]) -> None:
-        """Set the standard deviations of vision from now on."""
+        """Set the standard deviations of vision for all later measurements."""
         self._vision_std_devs = [float(s) for s in std_devs]
 
     def reset(self, pose: Pose, gyro_yaw: float) -> None:
-        """Set the pose and clear the history, at the gyro reading `gyro_yaw` [rad]."""
+        """Set the pose at the present gyro reading [rad] and clear the history."""
         self._offset = pose[2] - gyro_yaw
         self._odometry = self.pose = pose
         self._times.clear()
@@ -221,13 +221,13 @@ class PoseEstimator:
         self._updates.clear()
 
     def update(self, time: float, dx: float, dy: float, gyro_yaw: float) -> None:
-        """Add the travel of one period.
+        """Update odometry and the estimate with the travel of one period.
 
         Args:
             time: Time of the sample [s].
             dx: Forward travel [m].
-            dy: Travel to the left [m].
-            gyro_yaw: Gyro reading, continuous [rad].
+            dy: Leftward travel [m].
+            gyro_yaw: Continuous yaw of the gyro [rad].
         """
         old = self._odometry
         new = exp(old, dx, dy, gyro_yaw + self._offset - old[2])
@@ -242,7 +242,7 @@ class PoseEstimator:
         self.pose = self._corrected(new) if self._updates else new
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
-        """Correct the estimate by a camera's pose at `time` [s]; `std_devs` apply to the next ones too."""
+        """Correct the estimate with a camera's pose at `time` [s]; `std_devs` also apply to later measurements."""
         if std_devs is not None:
             self.set_vision_std_devs(std_devs)
         if not self._times or time < self._times[0] - HISTORY:
@@ -254,14 +254,14 @@ class PoseEstimator:
         corrected = then(believed, (way[0] * gains[0], way[1] * gains[1], way[2] * gains[2]))
         oldest = self._times[0]
         kept = [u for u in self._updates if u[0] < time]
-        # of corrections from before the history only the last still counts
+        # of all corrections older than the history, only the latest still matters
         while len(kept) > 1 and kept[1][0] < oldest:
             kept.pop(0)
         self._updates = [*kept, (time, corrected, odometry)]
         self.pose = self._corrected(self._odometry)
 
     def sample(self, time: float) -> Pose | None:
-        """Return the estimate at a time within the last 1.5 s [s]; None before the first update."""
+        """Return the estimated pose at a time in the last 1.5 s [s]; None before the first update."""
         if not self._times:
             return None
         return self._believed(time, self._sample(time))
@@ -269,7 +269,7 @@ class PoseEstimator:
     # --- internals ----------------------------------------------------------------------------------------------
 
     def _sample(self, time: float) -> Pose:
-        """Return odometry's pose at a time; before the history its oldest, after it its newest."""
+        """Return the odometry pose at a time, clamped to the oldest and newest poses of the history."""
         times, poses = self._times, self._poses
         k = bisect_left(times, time)
         if k == 0:
@@ -291,7 +291,7 @@ class PoseEstimator:
 
 
 def _gain(state: float, vision: float) -> float:
-    """Return the steady-state gain for one axis, from standard deviations [-]."""
+    """Return the steady-state gain of one axis from the two standard deviations [-]."""
     if state == 0.0:
         return 0.0
     if not math.isfinite(vision):
@@ -304,7 +304,7 @@ _FEEDBACK = (
     *("FUSED_CANDI_PWM1", "FUSED_CANDI_PWM2", "SYNC_CANDI_PWM1", "SYNC_CANDI_PWM2"),
     *("REMOTE_CANDI_PWM1", "REMOTE_CANDI_PWM2", "TALON_FXS_PULSE_WIDTH"),
 )
-_CANCODERS = 3  # those that read a CANcoder
+_CANCODERS = 3  # number of leading feedback sources that use a CANcoder
 
 
 @dataclass(frozen=True, slots=True)
@@ -315,26 +315,26 @@ class ModuleConstants:
     drive_motor_id: int
     encoder_id: int
     encoder_offset: float
-    """Encoder offset [rotations]."""
+    """Offset of the steer encoder [rotations]."""
     x: float
-    """Position forward of the robot's center [m]."""
+    """Distance forward of the robot's center [m]."""
     y: float
     drive_inverted: bool
     steer_inverted: bool
     encoder_inverted: bool
     drive_gearing: float
-    """Rotor turns per turn of the wheel."""
+    """Drive rotor turns per wheel turn [-]."""
     steer_gearing: float
     coupling: float
-    """Rotor turns of the drive motor per turn of the azimuth."""
+    """Drive rotor turns per turn of the module's steering axis [-]."""
     wheel_radius: float
-    """Radius of the wheel [m]."""
+    """Wheel radius [m]."""
     steer_output: int
     drive_output: int
     slip_current: float
-    """Slip current [A]."""
+    """Stator current at which the wheel slips [A]."""
     speed_at_12_volts: float
-    """Speed at 12 V [m/s]."""
+    """Robot speed at 12 V [m/s]."""
     drive_motor_type: int
     steer_motor_type: int
     feedback_source: int
@@ -364,7 +364,7 @@ class ModuleConstants:
 
     @property
     def rotations_per_meter(self) -> float:
-        """Rotor turns of the drive motor per meter on the carpet."""
+        """Drive rotor turns per meter of travel on the carpet [1/m]."""
         return self.drive_gearing / (math.tau * self.wheel_radius)
 
 
@@ -372,20 +372,20 @@ _TORQUE_CURRENT = 1  # of `phoenix6.swerve.ClosedLoopOutputType`
 _NEUTRAL_MODE = SpnValue.CONFIG_NEUTRAL_MODE.value
 _VOLTS = REQUESTS["VoltageOut"]
 _TORQUE_PER_AMPERE = 0.0198
-"""Torque constant that a TalonFX reports for a Kraken X60 under field-oriented control [N m/A]."""
+"""Torque constant reported by a TalonFX for a Kraken X60 with FOC [N m/A]."""
 
 
 class ModuleDevices:
-    """Two emulated TalonFX of a module; closed loops drive with volts or amperes, by the module's constants.
+    """Drive and steer TalonFX of a module, with closed loops in volts or amperes as the module's constants select.
 
-    Physics writes rotors once a step, and they hold in between: the present reading is the latency-compensated
-    one. A request with new numbers only changes its setpoints: eight requests 250 times a second took
-    0.13 ms of a tick, now 0.04.
+    Physics writes the rotors once per step and the values hold in between, so the present reading is also the
+    latency-compensated reading. A repeated request changes only the setpoints, which reduced the time of eight requests
+    at 250 Hz from 0.13 to 0.04 ms per tick.
 
     Args:
-        emulator: All devices.
-        constants: Constants with ids and output types.
-        bus: Name of their bus.
+        emulator: Emulator that holds the devices.
+        constants: Module constants, including CAN ids and output types.
+        bus: Name of the CAN bus of both motors.
     """
 
     def __init__(self, emulator: Emulator, constants: ModuleConstants, bus: str) -> None:
@@ -399,10 +399,10 @@ class ModuleDevices:
         self._position = REQUESTS["PositionTorqueCurrentFOC" if steers_torque else "PositionVoltage"]
 
     def sample(self) -> tuple[float, float, float, float]:
-        """Return drive rotor and azimuth as robot code reads them.
+        """Return the motor positions and velocities that robot code reads.
 
         Returns:
-            Drive position [rotor rotations], drive velocity [1/s], azimuth [rotations], its velocity [1/s].
+            Drive position [rotor rotations], drive velocity [1/s], steer position [rotations], steer velocity [1/s].
         """
         drive, steer = self._drive, self._steer
         drive.measure()
@@ -410,14 +410,14 @@ class ModuleDevices:
         return drive.loop.pos, drive.loop.vel, steer.loop.pos, steer.loop.vel
 
     def drive_volts(self, volts: float, foc: bool) -> None:
-        """Drive in open loop [V]."""
+        """Drive in open loop at a voltage [V]."""
         if self._drive.renew(_VOLTS, foc):
             self._drive.loop.output = volts
         else:
             self._drive.apply(_VOLTS.name, update_freq_hz=0.0, output=volts, enable_foc=foc)
 
     def drive_velocity(self, rps: float, amperes: float, volts: float, foc: bool) -> None:
-        """Drive at a velocity [rotor rotations/s], with a feed-forward in the unit of the loop's output."""
+        """Drive at a velocity [rotor rotations/s], with feed-forward in amperes or volts to match the loop's output."""
         drive = self._drive
         if drive.renew(self._velocity, foc):
             drive.loop.goal_v = rps
@@ -434,7 +434,7 @@ class ModuleDevices:
             drive.apply(self._velocity.name, update_freq_hz=0.0, velocity=rps, feed_forward=volts, enable_foc=foc)
 
     def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
-        """Steer to a position in closed loop, the shorter way."""
+        """Steer to a position [rotations] the shorter way, with velocity feed-forward [rotations/s]."""
         steer = self._steer
         if steer.renew(self._position, foc):
             steer.loop.goal_p = rotations
@@ -445,51 +445,51 @@ class ModuleDevices:
             steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps, enable_foc=foc)
 
     def steer_profiled(self, rotations: float, foc: bool) -> None:
-        """Steer to a position under Motion Magic Expo, the shorter way."""
+        """Steer to a position [rotations] the shorter way under Motion Magic Expo."""
         if self._steer_torque:
             self._steer.apply("MotionMagicExpoTorqueCurrentFOC", update_freq_hz=0.0, position=rotations)
         else:
             self._steer.apply("MotionMagicExpoVoltage", update_freq_hz=0.0, position=rotations, enable_foc=foc)
 
     def zero_drive(self) -> None:
-        """Set the drive motor's position to 0 here."""
+        """Set the drive motor's present position to 0."""
         self._drive.set_position(0.0)
 
     def set_neutral(self, brake: bool) -> int:
-        """Set the drive motor to brake or coast in neutral; return a status code, 0 for OK."""
+        """Set the drive motor's neutral mode; return a status code, 0 for OK."""
         self._drive.configure({_NEUTRAL_MODE: int(brake)})
         return 0
 
     def torque_constants(self) -> tuple[float, float]:
-        """Return constants of the drive motor: torque per current [N m/A], winding resistance [ohm]."""
+        """Return the drive motor's torque constant [N m/A] and winding resistance [ohm]."""
         return _TORQUE_PER_AMPERE, KRAKEN_X60.model.resistance
 
 
 _COUPLING_GAIN = 1.0 - math.exp(-0.004 / 0.05)
-"""Share of a new azimuth rate in the smoothed one, per call: a single pole of 50 ms at 250 Hz, used at any rate."""
+"""Gain of the low-pass filter of the steer rate: a 50 ms pole at 250 Hz, applied per call at every frequency."""
 
 
 class EmulatedModule:
-    """State and control of one module, by rules measured at the outputs of Phoenix 6 26.3.0.
+    """State and control of one module, with rules derived from the measured outputs of Phoenix 6 26.3.0.
 
     Args:
-        constants: Constants of the module.
-        devices: Motors and encoder.
+        constants: Module constants.
+        devices: Motors of the module.
     """
 
     def __init__(self, constants: ModuleConstants, devices: ModuleDevices) -> None:
         self.constants = constants
         self.devices = devices
         self.distance = 0.0
-        """Travel of the wheel on the carpet, without the part caused by steering alone [m]."""
+        """Travel of the wheel, without the drive rotation that steering causes [m]."""
         self.angle = 0.0
-        """Azimuth, continuous [rad]."""
+        """Continuous steer angle [rad]."""
         self.cos, self.sin = 1.0, 0.0
-        """Cosine and sine of the azimuth."""
+        """Cosine and sine of the steer angle."""
         self.speed = 0.0
-        """Speed from the drive motor alone, steering included, as in `SwerveModuleState` [m/s]."""
+        """Speed of the drive motor, including the part caused by steering, as in `SwerveModuleState` [m/s]."""
         self.target = (0.0, 0.0)
-        """Last target speed [m/s] and direction [rad], the shorter way."""
+        """Last target speed [m/s] and direction [rad], after optimization for the shorter way."""
         self._per_meter = constants.rotations_per_meter
         self._coupling = constants.coupling
         self._volts_per_rps = 12.0 / (self._per_meter * constants.speed_at_12_volts)
@@ -508,12 +508,12 @@ class EmulatedModule:
         return self.distance - before
 
     def present_position(self) -> tuple[float, float]:
-        """Return present travel [m] and azimuth [rad], without effect on odometry."""
+        """Return the present travel [m] and steer angle [rad] without changing odometry."""
         drive, _, azimuth, _ = self.devices.sample()
         return (drive - azimuth * self._coupling) / self._per_meter, azimuth * math.tau
 
     def zero(self) -> None:
-        """Set the drive motor's position to 0 here; odometry does not count it as travel."""
+        """Set the drive motor's present position to 0, without adding travel to odometry."""
         self.devices.zero_drive()
         self.distance = self.present_position()[0]
 
@@ -529,20 +529,20 @@ class EmulatedModule:
         force_y: float = 0.0,
         foc: bool = True,
     ) -> None:
-        """Drive at `speed` [m/s] in the direction `angle` [rad], with the wheel reversed where that is shorter.
+        """Drive at `speed` [m/s] in the direction `angle` [rad], reversing the wheel to shorten the steer move.
 
-        The drive speed is multiplied by the cosine of the azimuth's error, and corrected for the coupling of steer and
-        drive gears.
+        The module scales the drive speed by the cosine of the steer error and compensates the drive speed for the
+        coupling of the steer and drive gears.
 
         Args:
             speed: Speed [m/s].
             angle: Direction, robot frame [rad].
-            closed_loop: Whether to control velocity instead of proportional volts.
-            profiled: Whether to steer under Motion Magic Expo.
-            period: Time since the last call, for the azimuth's feed-forward; 0 for none [s].
-            force_x: Force of the wheel on the carpet beyond friction, robot frame [N].
-            force_y: Force to the left [N].
-            foc: Whether to use field-oriented commutation where the output is a voltage.
+            closed_loop: Whether to control velocity instead of applying a proportional voltage.
+            profiled: Whether to steer with Motion Magic Expo.
+            period: Time since the last call, for the steer feed-forward [s]; 0 for no feed-forward.
+            force_x: Forward force of the wheel on the carpet as feed-forward, robot frame [N].
+            force_y: Leftward force of the wheel on the carpet as feed-forward, robot frame [N].
+            foc: Whether to use FOC for voltage outputs.
         """
         lack = wrap(angle - self.angle)
         if abs(lack) > 0.5 * math.pi:
@@ -576,7 +576,7 @@ _OPERATOR = 0  # of ForwardPerspectiveValue
 
 
 class DrivetrainRequest(Protocol):
-    """Request to a drivetrain, which drives its modules once a period."""
+    """Swerve request that drives a drivetrain's modules once per period."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
         """Send requests to the motors."""
@@ -585,7 +585,7 @@ class DrivetrainRequest(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Idle:
-    """Request without output; the motors' last requests time out."""
+    """Request that sends nothing, so the motors' last requests time out."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
         """Send nothing."""
@@ -593,7 +593,7 @@ class Idle:
 
 @dataclass(frozen=True, slots=True)
 class Brake:
-    """Request that points the wheels to the center, as an X."""
+    """Request that turns the wheels into an X."""
 
     drive: int
     steer: int
@@ -605,7 +605,7 @@ class Brake:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Request that points all wheels in one direction, without speed."""
+    """Request that points all wheels in one direction at zero speed."""
 
     angle: float
     """Direction, robot frame [rad]."""
@@ -613,13 +613,13 @@ class Point:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn the wheels."""
+        """Turn every wheel to the requested direction."""
         _send(self, drivetrain, [(0.0, self.angle)] * len(drivetrain.modules))
 
 
 @dataclass(frozen=True, slots=True)
 class Speeds:
-    """ApplyRobotSpeeds (`is_field` False) and ApplyFieldSpeeds, with wheel force feed-forwards in the same frame."""
+    """ApplyRobotSpeeds (`is_field` False) or ApplyFieldSpeeds; speeds and wheel forces share one frame."""
 
     vx: float
     vy: float
@@ -635,7 +635,7 @@ class Speeds:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send the modules' states."""
+        """Send the module states."""
         states, turn = _module_states(self, drivetrain, self.vx, self.vy, self.omega)
         forces = list(zip_longest(self.forces_x, self.forces_y, fillvalue=0.0))
         if self.is_field:
@@ -645,7 +645,7 @@ class Speeds:
 
 @dataclass(frozen=True, slots=True)
 class Centric:
-    """RobotCentric (`is_field` False) and FieldCentric: velocities from a driver, with deadbands."""
+    """RobotCentric (`is_field` False) or FieldCentric: driver velocities with deadbands."""
 
     vx: float
     vy: float
@@ -663,7 +663,7 @@ class Centric:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send the modules' states."""
+        """Send the module states."""
         vx, vy, omega = self.vx, self.vy, self.omega
         if math.hypot(vx, vy) < self.deadband:
             vx = vy = 0.0
@@ -679,7 +679,7 @@ def _send(
     states: Sequence[tuple[float, float]],
     forces: Sequence[tuple[float, float]] = (),
 ) -> None:
-    """Drive every module at a speed [m/s] in a direction [rad], the first ones also with a force [N], robot frame."""
+    """Drive the modules at robot-frame states [m/s, rad] with force feed-forwards [N]; missing forces are zero."""
     for k, (module, (speed, angle)) in enumerate(zip(drivetrain.modules, states, strict=True)):
         fx, fy = forces[k] if k < len(forces) else (0.0, 0.0)
         module.apply(
@@ -696,9 +696,9 @@ def _send(
 def _module_states(
     request: Speeds | Centric, drivetrain: EmulatedDrivetrain, vx: float, vy: float, omega: float
 ) -> tuple[list[tuple[float, float]], float]:
-    """Return speed [m/s] and angle [rad] of every module for a velocity in the request's own axes [m/s, rad/s].
+    """Return module states [m/s, rad] for a velocity in the request's axes [m/s, rad/s].
 
-    Also return the angle between those axes and the robot's [rad]; 0 for a robot-centric request.
+    Also return the rotation from the request's axes to the robot's [rad]; 0 for a robot-centric request.
     """
     turn = 0.0
     if request.is_field:
@@ -717,12 +717,12 @@ def _rotated(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 DEFAULT_HZ = 250.0
-"""Frequency of odometry on CAN FD, which every simulated bus is [Hz]."""
+"""Default frequency of odometry [Hz]; every simulated bus is CAN FD."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainState:
-    """Content of `SwerveDriveState` at the end of one period."""
+    """Contents of `SwerveDriveState` at the end of one period."""
 
     pose: Pose
     speeds: tuple[float, float, float]
@@ -733,24 +733,24 @@ class DrivetrainState:
     positions: list[tuple[float, float]]
     """Travel [m] and angle [rad] of each module."""
     raw_heading: float
-    """Gyro reading [rad]."""
+    """Yaw of the gyro [rad]."""
     timestamp: float
     """Time of the sample [s]."""
     period: float
-    """Period [s]."""
+    """Odometry period [s]."""
     samples: int
 
 
 class EmulatedDrivetrain:
-    """One swerve drive.
+    """Emulated swerve drivetrain.
 
     Args:
-        gyro: Address of the gyro; its bus is that of all devices.
-        modules: Constants of the modules.
-        hz: Frequency of odometry and control; 0 for 250 Hz.
+        gyro: Address of the gyro; all devices are on the gyro's bus.
+        modules: Module constants.
+        hz: Frequency of odometry and control [Hz]; 0 for 250 Hz.
 
     Raises:
-        ConfigError: There are no modules, or the frequency is not within 1..1000 Hz.
+        ConfigError: `modules` is empty, or the frequency is not within 1..1000 Hz.
     """
 
     def __init__(self, gyro: DeviceAddress, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ) -> None:
@@ -768,15 +768,15 @@ class EmulatedDrivetrain:
         self.modules: list[EmulatedModule] = []
         self.request: DrivetrainRequest = Idle()
         self.on_state: Callable[[DrivetrainState], None] | None = None
-        """Callback at the end of each period."""
+        """Callback at the end of each period; None for no callback."""
         self.is_running = False
-        """Whether the odometry thread runs."""
+        """Whether odometry is running."""
         self.now = 0.0
         """Time of the last sample [s]."""
         self.chassis_speeds = (0.0, 0.0, 0.0)
-        """Velocity from the modules, robot frame [m/s, m/s, rad/s]."""
+        """Measured chassis velocity, robot frame [m/s, m/s, rad/s]."""
         self.max_speed = modules[0].speed_at_12_volts
-        """Speed at 12 V [m/s]."""
+        """Robot speed at 12 V [m/s]."""
         self.heading = 0.0
         """Heading of the estimated pose in the last period [rad]."""
         self.operator_forward = 0.0
@@ -786,7 +786,7 @@ class EmulatedDrivetrain:
         self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: EmulatedPigeon2) -> None:
-        """Begin odometry at the present readings of wheels and gyro."""
+        """Start odometry at the present readings of the wheels and gyro."""
         if not self.modules:
             self.modules.extend(EmulatedModule(c, d) for c, d in zip(self.module_constants, devices, strict=True))
             self._gyro = gyro
@@ -795,11 +795,11 @@ class EmulatedDrivetrain:
         self.is_running = True
 
     def stop(self) -> None:
-        """Stop odometry and control; after `start` the travel meanwhile counts as one move."""
+        """Stop odometry and control; a later `start` counts the travel in between as one step."""
         self.is_running = False
 
     def update(self, now: float) -> None:
-        """Run one period: read, estimate, control, report.
+        """Run one period: read the sensors, update the estimate, control the modules and report the state.
 
         Args:
             now: Simulated time [s].
@@ -823,7 +823,7 @@ class EmulatedDrivetrain:
 
     @property
     def state(self) -> DrivetrainState:
-        """State that robot code can read."""
+        """Present state, as robot code reads it."""
         modules = self.modules
         none = [(0.0, 0.0)] * len(self.module_constants)
         return DrivetrainState(
@@ -841,15 +841,15 @@ class EmulatedDrivetrain:
     # --- resets ---------------------------------------------------------------------------------------------------
 
     def reset_pose(self, pose: Pose) -> None:
-        """Set the pose."""
+        """Set the estimated pose, field frame [m, m, rad]."""
         self.estimator.reset((pose[0], pose[1], wrap(pose[2])), self._yaw())
 
     def reset_translation(self, x: float, y: float) -> None:
-        """Set the position; the estimated heading stays."""
+        """Set the estimated position [m] and keep the heading."""
         self.reset_pose((x, y, self.estimator.pose[2]))
 
     def reset_rotation(self, heading: float) -> None:
-        """Set the heading [rad]; the estimated position stays."""
+        """Set the estimated heading [rad] and keep the position."""
         x, y, _ = self.estimator.pose
         self.reset_pose((x, y, heading))
 
@@ -858,7 +858,7 @@ class EmulatedDrivetrain:
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:
-        """Zero travels and pose; the gyro keeps its reading."""
+        """Zero the modules' travel and the pose, but not the gyro."""
         for module in self.modules:
             module.zero()
         yaw = self._refresh() if self.modules else 0.0
@@ -870,7 +870,7 @@ class EmulatedDrivetrain:
         return 0.0 if self._gyro is None else math.radians(self._gyro.yaw)
 
     def _refresh(self) -> float:
-        """Read the wheels as the start of the next move; return the gyro's reading [rad]."""
+        """Read the wheels to restart their travel; return the gyro's yaw [rad]."""
         for module in self.modules:
             module.refresh()
         return self._yaw()

@@ -1,10 +1,10 @@
-"""Native functions of Phoenix 6, by name, on emulated devices.
+"""Native functions of Phoenix 6, implemented under their C names for emulated devices.
 
 The Python library makes all calls through `Native.instance()` (devices, signals, configurations, simulation) and
-`Native.api_instance()` (swerve). The emulator uses the names of 26.70 (2027); tables here map those of
-26.3 (2026). A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
-real library. The hoot log, the orchestra and a CANdle's lights accept all calls and do nothing; hoot replay answers
-as CTRE's simulation library does.
+`Native.api_instance()` (swerve). Functions have the names of 26.70 (2027); a table maps the names of 26.3 (2026) to
+them. A call of a missing function raises `NotImplementedError` with the function's name; no call reaches the real
+library. Functions of the hoot log, the orchestra and CANdle lights accept all calls and do nothing. Functions of hoot
+replay return the results of CTRE's simulation library.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ from simcore.robotcode.emulator.emulator import MODELS, Emulator
 __all__ = ["ADDED", "GONE", "IS_2027", "PREFIX", "RENAMED", "EmulatedNative", "SwerveNative"]
 
 IS_2027 = hasattr(phoenix_native, "CANBusStatus_t")
-"""Whether the installed phoenix6 is of 2027."""
+"""Whether the installed phoenix6 is a 2027 version."""
 
 PREFIX = "c_ctre_phoenix6_"
 """Prefix of nearly all native functions."""
@@ -74,7 +74,7 @@ RENAMED = {
         for frame in ("robot", "field")
     },
 }
-"""Functions with another name and the same arguments."""
+"""Names of 26.3 that 26.70 changed without a change of arguments, with the names in 26.70."""
 GONE = frozenset({"c_ctre_phoenix_report_error"})
 """Functions that only 26.3 has."""
 ADDED = frozenset(
@@ -94,18 +94,18 @@ ADDED = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """Names of the fields in swerve's structures."""
+    """Field names in the swerve structures."""
 
     chassis: str
-    """Velocity of the robot in a drivetrain's state."""
+    """Name of the chassis velocity in a drivetrain's state."""
     modules: str
-    """Velocities of the modules in a drivetrain's state."""
+    """Name of the module velocities in a drivetrain's state."""
     module: str
-    """Meters per second along the wheel in a module's velocity."""
+    """Name of the speed along the wheel [m/s] in a module's velocity."""
     wanted: str
-    """Velocity in a module's request."""
+    """Name of the velocity in a module's request."""
     current: str
-    """Velocity of the robot in a request's parameters."""
+    """Name of the chassis velocity in a request's parameters."""
 
 
 FIELDS = (
@@ -113,11 +113,11 @@ FIELDS = (
     if IS_2027
     else Fields("speeds", "moduleStates", "speed", "state", "currentChassisSpeed")
 )
-"""Names in the installed phoenix6."""
+"""Field names in the installed phoenix6."""
 
 
 def record(named: dict[str, Any], **same: Any) -> SimpleNamespace:
-    """Return a structure for callbacks of the Python library: fields by the names of `FIELDS`, and others."""
+    """Return a structure for Python callbacks, with version-specific fields (`named`) and common fields (`same`)."""
     return SimpleNamespace(**named, **same)
 
 
@@ -125,7 +125,7 @@ _C_FUNCTION = type(ctypes.CFUNCTYPE(None))
 
 
 class NativeLibrary:
-    """An object with functions, as phoenix6 expects a native library; unmodelled functions raise."""
+    """Base class for replacements of a native library; calls of unmodelled functions raise."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -140,7 +140,7 @@ class NativeLibrary:
 
 
 def always(answer: Any) -> Callable[..., Any]:
-    """Return a function of such an object with a constant result for any arguments."""
+    """Return a method that accepts any arguments and returns a constant."""
 
     def function(self: NativeLibrary, *values: Any) -> Any:
         return answer
@@ -149,7 +149,7 @@ def always(answer: Any) -> Callable[..., Any]:
 
 
 class Held:
-    """A pointer argument of a callback, with its `contents`."""
+    """Stand-in for a ctypes pointer passed to a callback; `contents` is the target."""
 
     __slots__ = ("contents",)
 
@@ -158,21 +158,21 @@ class Held:
 
 
 def target_of(reference: Any) -> Any:
-    """Return the target of a ctypes argument: of `byref(x)` x, and an array itself."""
+    """Return the target of a ctypes argument: x for `byref(x)`, an array unchanged."""
     return getattr(reference, "_obj", reference)
 
 
 def python_function(callback: Any) -> Callable[..., Any]:
     """Return the function inside a ctypes callback.
 
-    A ctypes callback prints an exception and continues. In a test the exception of a request or of a telemetry function
-    must reach the test, so the emulator calls the function itself instead of the C function that ctypes made of it.
+    A ctypes callback prints an exception and continues. An exception in a request or telemetry function must reach the
+    test, so the emulator calls the Python function directly instead of the C function made by ctypes.
 
     Args:
-        callback: Callback from `ctypes.CFUNCTYPE(...)(function)`; anything else is returned unchanged.
+        callback: Callback from `ctypes.CFUNCTYPE(...)(function)`; any other object is returned unchanged.
 
     Raises:
-        TypeError: A C function without a Python function.
+        TypeError: The callback is a C function without a Python function.
     """
     if not isinstance(type(callback), _C_FUNCTION):
         return callback  # type: ignore[no-any-return]
@@ -192,15 +192,15 @@ _LOGGED = (
     *("write_raw", "write_schema_value", "add_schema", "add_schema_string", "enable_auto_logging"),
     *("set_logger_path", "start_logger", "stop_logger"),
 )
-"""Functions of `SignalLogger`, which writes nothing: a hoot log has the time of the wall clock."""
+"""Functions of `SignalLogger` that do nothing, because a hoot log would carry wall-clock times."""
 _MUSIC = ("Close", "AddDevice", "AddDeviceWithTrack", "ClearDevices", "LoadMusic", "Play", "Pause", "Stop", "IsPlaying",
           "GetCurrentTime")  # fmt: skip
-"""Functions of an `Orchestra`, which never plays."""
+"""Functions of `Orchestra` that do nothing."""
 _REPLAYED = (
     *(f"get_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
     *("get_raw", "get_schema_value", "load_file", "play", "pause", "stop", "step_timing"),
 )
-"""Functions of `HootReplay` that CTRE's simulation library answers with NOT_SUPPORTED."""
+"""Functions of `HootReplay` that return NOT_SUPPORTED, as in CTRE's simulation library."""
 
 
 _NAMES = {
@@ -320,21 +320,21 @@ def _table() -> dict[int, str]:
 
 
 UNITS: dict[int, str] = _table()
-"""Unit of each signal and setting that has one, by its number."""
+"""Unit of each signal or setting with a unit, by number."""
 
 
 _log = logging.getLogger(__name__)
 _WANTED = struct.Struct("@II")
-"""Layout of `SignalValues`: device and number of a signal; in 26.70 the network precedes them."""
+"""Layout of `SignalValues`: device hash and signal number, preceded by the network in 26.70."""
 _WANTED_AT = SignalValues.devicehash.offset
 _WANTED_SIZE = ctypes.sizeof(SignalValues)
 _RETURNED = struct.Struct("@dIPdddi")
-"""Layout of `ReturnValues`: value, number of its units, their text (omitted), three timestamps, status."""
+"""Layout of `ReturnValues`: value, number of the units, text of the units (null), three timestamps, status."""
 _RETURNED_SIZE = ctypes.sizeof(ReturnValues)
 
 
 def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
-    """Return a function that writes a setting of a kind as text."""
+    """Return a native function that writes a setting of one kind as text."""
 
     def serialize(self: Any, spn: int, value: Any, out: Any) -> int:
         target_of(out).value = config_line(spn, letter, kind(value)).encode()
@@ -344,7 +344,7 @@ def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
 
 
 def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
-    """Return a function that reads a setting of a kind from text, by the meaning of its number."""
+    """Return a native function that reads a setting from text and converts the integer with `meaning`."""
 
     def deserialize(self: Any, spn: int, text: Any, size: int, out: Any) -> int:
         key = f"{spn},s_"
@@ -358,7 +358,7 @@ def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
 
 
 class EmulatedNative(NativeLibrary):
-    """Replacement for the library of devices, signals, configurations and simulation.
+    """Replacement for the native library of devices, signals, configurations and simulation.
 
     Args:
         emulator: Emulated devices.
@@ -366,7 +366,7 @@ class EmulatedNative(NativeLibrary):
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        """Emulated devices; adapters recognise simulated time by this attribute."""
+        """Emulated devices; adapters detect simulated time by the presence of this attribute."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
@@ -441,7 +441,7 @@ class EmulatedNative(NativeLibrary):
         text = name.value
         if value != value:
             raise NonFiniteError(f"device {device_id} (type {type_number}): sim_state {text.decode()} is not a number")
-        if b":" not in text:  # a colon marks the copy of a WPILib SimDevice, see `installation`
+        if b":" not in text:  # names with a colon mirror a WPILib SimDevice, see `installation`
             self.emulator.simulated(type_number, device_id).set_input(text.decode(), float(value))
         return _OK
 
@@ -455,7 +455,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_platform_canbus_get_status(self, *values: Any) -> int:
-        """Return the status of a bus without traffic or errors: five numbers, in 26.70 one structure."""
+        """Return the status of a bus without traffic or errors, as five numbers (26.3) or one structure (26.70)."""
         for out in map(target_of, values[:1] if len(values) == 2 else values[:5]):
             ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
@@ -495,9 +495,9 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
-        """Fill signal values; `rest` ends with whether to wait and how long; in 26.3 the network precedes them."""
+        """Fill in signal values; `rest` ends with a wait flag and a timeout, preceded by the network in 26.3."""
         wait, timeout = rest[-2:]
-        # Read and written as bytes: field by field through ctypes a signal takes three times as long.
+        # Read and write whole structures as bytes: access by ctypes fields takes three times as long.
         by_hash = self.emulator.by_hash
         wanted, values = target_of(wanted), target_of(values)
         fresh = wait and timeout > 0.0
@@ -505,7 +505,7 @@ class EmulatedNative(NativeLibrary):
             device_hash, spn = _WANTED.unpack_from(wanted, k * _WANTED_SIZE + _WANTED_AT)
             device = by_hash.get(device_hash)
             if device is None:
-                continue  # the devices of `TalonFX.none()`: zero and OK
+                continue  # devices of `TalonFX.none()` read zero with status OK
             if fresh:
                 device.send_frame()
             answer = device.read(spn)
@@ -527,7 +527,7 @@ class EmulatedNative(NativeLibrary):
         self, context: int, signals: Any, count: int, hz: float, timeout: float
     ) -> int:
         for k in range(count):
-            signal = getattr(signals[k], "signal", signals[k])  # 26.3 wraps it with its network
+            signal = getattr(signals[k], "signal", signals[k])  # 26.3 wraps the signal together with a network
             self.c_ctre_phoenix6_SetUpdateFrequency(context, None, signal.devicehash, signal.spn, hz, timeout)
         return _OK
 
@@ -570,10 +570,10 @@ class EmulatedNative(NativeLibrary):
 
     c_ctre_phoenix6_platform_has_schema = always(True)
 
-    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants requests it, and gets none
+    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` in generated constants requests replay, which is refused
 
     c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
-    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # as CTRE's simulation library, even without replay
     c_ctre_phoenix6_platform_replay_is_finished = always(True)
     c_ctre_phoenix6_platform_replay_close_file = always(None)
     c_ctre_phoenix6_platform_replay_set_speed = always(None)
@@ -586,11 +586,11 @@ class EmulatedNative(NativeLibrary):
 
 
 _PREFIX = PREFIX + "swerve_"
-_INVALID = -11100  # any error code: the drivetrain is closed
+_INVALID = -11100  # arbitrary error code for a closed drivetrain
 
 
 class _Custom:
-    """A request written in Python, by the team or in phoenix6 itself."""
+    """Swerve request implemented in Python, by a team or by phoenix6."""
 
     def __init__(self, callback: Any) -> None:
         self._function = python_function(callback)
@@ -610,10 +610,10 @@ class _Custom:
 
 
 class SwerveNative(NativeLibrary):
-    """Replacement for the library of swerve: all drivetrains, and the functions by which phoenix6 reaches them.
+    """Replacement for the native swerve library: all drivetrains and the functions that phoenix6 calls on them.
 
     Args:
-        emulator: Emulated devices; their steps drive odometry.
+        emulator: Emulator whose steps drive the odometry.
     """
 
     def __init__(self, emulator: Emulator) -> None:
@@ -631,7 +631,7 @@ class SwerveNative(NativeLibrary):
             setattr(self, f"{_PREFIX}request_apply_{name}", partial(self._apply, make))
 
     def reset(self) -> None:
-        """Remove all drivetrains, for a new test."""
+        """Remove all drivetrains before a new test."""
         self._drivetrains.clear()
         self._constants.clear()
         self._cancel.clear()
@@ -691,7 +691,7 @@ class SwerveNative(NativeLibrary):
             self._drivetrains[number].stop()
 
     def drivetrain_odom_set_thread_priority(self, number: int, priority: int) -> None:
-        """Do nothing: there is no thread."""
+        """Do nothing, because odometry has no thread."""
 
     def drivetrain_is_on_can_fd(self, number: int) -> bool:
         return True
@@ -781,7 +781,7 @@ class SwerveNative(NativeLibrary):
         )
 
     def module_get_position(self, number: int, index: int, refresh: bool) -> Any:
-        """Return the present position; reading it does not affect odometry."""
+        """Return the present position if `refresh`, else the cached one; odometry is not changed."""
         module = self._drivetrains[number].modules[index]
         if not refresh:
             return self.module_get_cached_position(number, index)
@@ -839,7 +839,7 @@ _REQUESTS: dict[str, _MakeRequest] = {
     "apply_robot_velocity": lambda *values: _speeds(values, is_field=False),
     "apply_field_velocity": lambda *values: _speeds(values, is_field=True),
 }
-"""Builders of requests from a native function's numbers, by the function's last words."""
+"""Functions that build a request from native arguments, by the last words of the native function's name."""
 
 
 def _velocity(speed: float, angle: float) -> SimpleNamespace:
@@ -847,7 +847,7 @@ def _velocity(speed: float, angle: float) -> SimpleNamespace:
 
 
 def _native_state(state: DrivetrainState) -> SimpleNamespace:
-    """Return the state with the names of the native struct."""
+    """Return the state with the field names of the native struct."""
     vx, vy, omega = state.speeds
     return record(
         {
@@ -866,7 +866,7 @@ def _native_state(state: DrivetrainState) -> SimpleNamespace:
 
 
 def _fill(out: Any, state: DrivetrainState) -> None:
-    """Write the state into a `SwerveDriveState_t`."""
+    """Write the state to a `SwerveDriveState_t`."""
     pose, speeds = out.pose, getattr(out, FIELDS.chassis)
     pose.x, pose.y, pose.theta = state.pose
     speeds.vx, speeds.vy, speeds.omega = state.speeds

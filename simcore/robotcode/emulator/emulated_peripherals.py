@@ -1,6 +1,6 @@
 """Emulated sensors and lights: CANcoder, CANdi (with sensors on its two pins), Pigeon 2, CANrange and CANdle.
 
-The lights of a CANdle move nothing; `simcore.robotcode.makers.phoenix6.candle_lights` records their colors.
+Light requests to a CANdle have no effect here; `simcore.robotcode.makers.phoenix6.candle_lights` records the colors.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class CANcoderFrame(NamedTuple):
 
     @property
     def absolute(self) -> float:
-        """Absolute position, within one turn below the discontinuity point.
+        """Absolute position, within one turn below the discontinuity point [rotations].
 
-        `set_position` changes it too, as in CTRE's simulation.
+        `set_position` also changes the absolute position, as in CTRE's simulation.
         """
         return self.position - math.floor(self.position - self.top + 1.0)
 
@@ -55,7 +55,7 @@ _new = tuple.__new__
 
 
 class EmulatedCANcoder(EmulatedDevice):
-    """One CANcoder."""
+    """Emulated CANcoder."""
 
     model = "cancoder"
     type_number = 5
@@ -63,16 +63,16 @@ class EmulatedCANcoder(EmulatedDevice):
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
         self.raw = 0.0
-        """Angle that physics writes, counter-clockwise [rotations]."""
+        """Angle written by physics, counter-clockwise positive [rotations]."""
         self.raw_velocity = 0.0
-        """Velocity that physics writes [rotations/s]."""
+        """Velocity written by physics, counter-clockwise positive [rotations/s]."""
         self.health = 3
         self._shift = 0.0
         self.configured()
         self.send_frame()
 
     def configured(self) -> None:
-        """Apply direction, offset and range."""
+        """Apply the configured direction, magnet offset and discontinuity point."""
         c = self.config
         self._sign = -1.0 if c[SpnValue.CANCODER_SENSOR_DIRECTION.value] else 1.0
         self._offset = c[SpnValue.CAN_CODER_MAGNET_OFFSET.value]
@@ -86,7 +86,7 @@ class EmulatedCANcoder(EmulatedDevice):
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set its measurement."""
+        """Set a measured quantity of the CANcoder."""
         if name == "RawPosition":
             self.raw = value
         elif name == "Velocity":
@@ -99,18 +99,18 @@ class EmulatedCANcoder(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that SimDevices read."""
+        """Return the value that `sim_state` reads by a name; None if the device has no value of that name."""
         if name == "Position":
             return self.position
         return {"RawPosition": self.raw, "Velocity": self.raw_velocity, "SupplyVoltage": self.supply}.get(name)
 
     @property
     def position(self) -> float:
-        """Position now, continuous over turns [rotations]."""
+        """Present position, continuous over turns [rotations]."""
         return self._sign * self.raw + self._offset + self._shift
 
     def sample(self) -> CANcoderFrame:
-        """Return the present frame; 250 a second, so without CANcoderFrame.__new__, which is a Python function."""
+        """Return the present frame, without the slow Python-level `CANcoderFrame.__new__` (250 calls per second)."""
         raw, sign = self.raw, self._sign
         position = sign * raw + self._offset + self._shift
         return _new(CANcoderFrame, (position, raw, sign * self.raw_velocity, self.supply, self.health, self._top))
@@ -135,11 +135,11 @@ _CLOSED: tuple[Callable[[int], bool], ...] = (
     lambda state: state != _LOW,
     lambda state: state == _LOW,
 )
-"""Tests for a closed pin, by `S1CloseStateValue`."""
+"""Functions from a pin's state to whether the pin is closed, by `S1CloseStateValue`."""
 
 
 class CANdiFrame(NamedTuple):
-    """Status frame of a CANdi; pairs are pins 1 and 2."""
+    """Status frame of a CANdi; pairs hold pins 1 and 2."""
 
     states: tuple[int, int]
     closed: tuple[bool, bool]
@@ -153,7 +153,7 @@ class CANdiFrame(NamedTuple):
 
 
 class EmulatedCANdi(EmulatedDevice):
-    """One CANdi."""
+    """Emulated CANdi."""
 
     model = "candi"
     type_number = 9
@@ -173,7 +173,7 @@ class EmulatedCANdi(EmulatedDevice):
         self.send_frame()
 
     def configured(self) -> None:
-        """Apply the configured sensor directions, offsets and switch close states."""
+        """Apply the configured sensor directions, offsets and close states."""
         c = self.config
         self._signs = [
             -1.0 if c[spn.value] else 1.0
@@ -204,7 +204,7 @@ class EmulatedCANdi(EmulatedDevice):
                 self._velocities[pin] = value
             elif what == "RiseRise":
                 self._rises[pin] = value * 1e6
-            elif what not in ("RiseFall", "Connected"):  # the simulated device shows no difference
+            elif what not in ("RiseFall", "Connected"):  # no effect in CTRE's simulation either
                 super().set_input(name, value)
         elif name in ("S1State", "S2State"):
             self.states[int(name[1]) - 1] = int(value)
@@ -220,11 +220,11 @@ class EmulatedCANdi(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that `sim_state` reads."""
+        """Return the value that `sim_state` reads by a name; None for any name but `OutputCurrent`."""
         return self._current if name == "OutputCurrent" else None
 
     def is_closed(self, pin: int) -> bool:
-        """Return whether pin 0 or 1 is closed now, as configured."""
+        """Return whether pin 0 or 1 is now closed by the configured close state."""
         return _CLOSED[self._close[pin]](self.states[pin])
 
     def pwm_position(self, pin: int) -> float:
@@ -237,12 +237,12 @@ class EmulatedCANdi(EmulatedDevice):
 
     @property
     def quadrature(self) -> float:
-        """Quadrature position now [rotations]."""
+        """Present quadrature position [rotations]."""
         return self._edges * self._per_edge + self._shift
 
     @property
     def quadrature_velocity(self) -> float:
-        """Quadrature velocity now [rotations/s]."""
+        """Present quadrature velocity [rotations/s]."""
         return self._edge_rate * self._per_edge
 
     def sample(self) -> CANdiFrame:
@@ -292,7 +292,7 @@ class PigeonFrame(NamedTuple):
 
     @property
     def quaternion(self) -> tuple[float, float, float, float]:
-        """Attitude (w, x, y, z): yaw, then pitch, then roll."""
+        """Orientation (w, x, y, z) from intrinsic rotations by yaw, then pitch, then roll."""
         y, p, r = (math.radians(a) / 2.0 for a in (self.yaw, self.pitch, self.roll))
         cy, sy, cp, sp, cr, sr = math.cos(y), math.sin(y), math.cos(p), math.sin(p), math.cos(r), math.sin(r)
         return (
@@ -304,7 +304,7 @@ class PigeonFrame(NamedTuple):
 
 
 def _unmodelled(name: str) -> Callable[[Any], float]:
-    """Return a function that reads zero and warns at its first call."""
+    """Return a signal function that returns zero and logs a warning at the first call."""
 
     def zero(frame: Any) -> float:
         if name not in _warned:
@@ -329,11 +329,11 @@ _AT_REST: Mapping[int, Callable[[Any], float]] = {
         *("PIGEON2_NO_MOTION_COUNT", "PIGEON2_TEMPERATURE", "PIGEON2_TEMP_COMP_DISABLED"),
     )
 }
-"""Signals that read zero."""
+"""Functions for unmodelled signals, which read zero, by signal number."""
 
 
 class EmulatedPigeon2(EmulatedDevice):
-    """One Pigeon 2."""
+    """Emulated Pigeon 2."""
 
     model = "pigeon 2"
     type_number = 6
@@ -341,10 +341,10 @@ class EmulatedPigeon2(EmulatedDevice):
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
         self.raw_yaw = 0.0
-        """Yaw since switched on, continuous over turns [deg]."""
+        """Yaw since power-up, continuous over turns [deg]."""
         self.pitch = self.roll = 0.0
         self.rates = [0.0, 0.0, 0.0]
-        """Rates about x, y and z [deg/s]."""
+        """Angular velocities about x, y and z [deg/s]."""
         self._offset = 0.0
         self.send_frame()
 
@@ -356,9 +356,9 @@ class EmulatedPigeon2(EmulatedDevice):
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set its measurement."""
+        """Set a measured quantity of the Pigeon."""
         if name == "RawYaw":
-            # The device takes the shorter way.
+            # The device turns the shorter way to a new yaw.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
         elif name == "AddYaw":
             self.raw_yaw += value
@@ -372,7 +372,7 @@ class EmulatedPigeon2(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that SimDevices read."""
+        """Return the value that `sim_state` reads by a name; None if the device has no value of that name."""
         if name.startswith("AngularVelocity"):
             return self.rates["XYZ".index(name[-1])]
         return {
@@ -385,11 +385,11 @@ class EmulatedPigeon2(EmulatedDevice):
 
     @property
     def yaw(self) -> float:
-        """Yaw now, as robot code reads it [deg]."""
+        """Present yaw, as robot code reads it [deg]."""
         return self.raw_yaw + self._offset
 
     def sample(self) -> PigeonFrame:
-        """Return the present frame; 250 a second, so without PigeonFrame.__new__, which is a Python function."""
+        """Return the present frame, without the slow Python-level `PigeonFrame.__new__` (250 calls per second)."""
         yaw, rates = self.raw_yaw + self._offset, self.rates
         return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
 
@@ -407,7 +407,7 @@ class EmulatedPigeon2(EmulatedDevice):
         SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quaternion[1],
         SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quaternion[2],
         SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quaternion[3],
-        # CTRE's simulation has no accelerometer, magnetometer or temperature either, and returns zero.
+        # In CTRE's simulation, accelerometer, magnetometer and temperature also read zero.
         **_AT_REST,
         SpnValue.PIGEON2_NO_MOTION_CAL_ENABLED.value: lambda f: 1.0,
         SpnValue.PIGEON2_SUPPLY_VOLTAGE.value: lambda f: f.supply,
@@ -416,7 +416,7 @@ class EmulatedPigeon2(EmulatedDevice):
 
 
 _STRONG = 3000.0
-"""Signal strength that the simulated sensor always reports."""
+"""Constant signal strength reported by the simulated sensor."""
 
 
 class CANrangeFrame(NamedTuple):
@@ -430,7 +430,7 @@ class CANrangeFrame(NamedTuple):
 
 
 class EmulatedCANrange(EmulatedDevice):
-    """One CANrange."""
+    """Emulated CANrange."""
 
     model = "canrange"
     type_number = 8
@@ -438,14 +438,14 @@ class EmulatedCANrange(EmulatedDevice):
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
         self.distance = 0.0
-        """Distance to the object in front of it [m]."""
+        """Distance to the object in front of the sensor [m]."""
         self.is_detected = True
-        """Whether an object is nearer than the configured threshold."""
+        """Whether an object is within the configured proximity threshold."""
         self.configured()
         self.send_frame()
 
     def configured(self) -> None:
-        """Apply the threshold."""
+        """Apply the configured threshold, hysteresis and minimum signal strength."""
         c = self.config
         self._threshold = c[SpnValue.CANRANGE_PROXIMITY_THRESHOLD.value]
         self._hysteresis = c[SpnValue.CANRANGE_PROXIMITY_HYSTERESIS.value]
@@ -457,7 +457,7 @@ class EmulatedCANrange(EmulatedDevice):
         self.is_detected = self._strength <= _STRONG and self.distance < self._threshold + band
 
     def set_input(self, name: str, value: float) -> None:
-        """Set the distance to the object in front of it."""
+        """Set the distance to the object in front of the sensor."""
         if name == "Distance":
             self.distance = value
             self._detect()
@@ -512,7 +512,7 @@ LIGHT_REQUESTS = (
 
 
 class EmulatedCANdle(EmulatedDevice):
-    """One CANdle."""
+    """Emulated CANdle."""
 
     model = "candle"
     type_number = 10

@@ -53,11 +53,11 @@ _PIN, _TALON, _DISABLED, _CANCODER, _CANRANGE, _CANDI_S1, _CANDI_S2 = 0, 1, 3, 4
 
 
 class TalonLimit:
-    """Soft limit and limit switch of one direction.
+    """Soft limit and limit switch for one direction of motion.
 
     Args:
-        controller: Name of the controller, for messages.
-        forward: Whether it limits forward motion.
+        controller: Name of the controller, for error messages.
+        forward: Whether the limit blocks forward motion instead of reverse.
     """
 
     __slots__ = (
@@ -80,16 +80,16 @@ class TalonLimit:
         self._controller = controller
         self._forward = forward
         self.closed = False
-        """Whether the switch on the controller itself is closed, as set by `sim_state`."""
+        """Whether the limit switch wired to the controller is closed, as set by `sim_state`."""
         self._was_closed = False
         self.is_plain = True
-        """Whether only the switch on the controller itself could stop the motor."""
+        """Whether only a normally open switch wired to the controller can stop the motor."""
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Apply the configuration of this direction.
+        """Apply the configuration for this direction.
 
         Raises:
-            NotImplementedError: The switch is on a device whose switches are not modelled.
+            NotImplementedError: The limit source is not modelled.
         """
         way = "FORWARD" if self._forward else "REVERSE"
 
@@ -111,7 +111,7 @@ class TalonLimit:
             )
 
     def is_closed(self, devices: Devices) -> bool:
-        """Return whether the switch connects to ground now."""
+        """Return whether the limit switch is now closed (connected to ground)."""
         if self._source == _PIN:
             return self.closed
         if self._source == _TALON:
@@ -125,7 +125,7 @@ class TalonLimit:
         return isinstance(candi, EmulatedCANdi) and candi.is_closed(0 if self._source == _CANDI_S1 else 1)
 
     def autoset(self, devices: Devices) -> float | None:
-        """Return the position to set when the switch has just been hit; None otherwise."""
+        """Return the configured position if the switch has just been hit, else None."""
         if not self._autoset:
             return None
         hit = self.is_closed(devices) != self._normally_closed
@@ -134,7 +134,7 @@ class TalonLimit:
         return self._autoset_value if fresh else None
 
     def stops(self, devices: Devices, position: float, ignore_soft: bool, ignore_hard: bool) -> tuple[bool, bool]:
-        """Return whether the soft limit and the switch block this direction."""
+        """Return whether the soft limit and whether the limit switch block this direction."""
         soft = False
         if self._soft and not ignore_soft:
             soft = position > self._threshold if self._forward else position < self._threshold
@@ -143,20 +143,20 @@ class TalonLimit:
 
 
 HALF_RANGE = 16384.0
-"""Limit of the rotor positions that a device reports, on both sides of zero [rotations]."""
+"""Largest magnitude of the rotor position that a device reports [rotations]."""
 IDLE = REQUESTS["Empty"]
-"""Request of a controller that has received none, or whose last one has expired."""
+"""Request of a controller before the first request and after the last request has expired."""
 
 
 def within_range(turns: float) -> float:
-    """Return a rotor position as a device reports it, within +-16384 [rotations]."""
+    """Return a rotor position wrapped to the reported range of +-16384 [rotations]."""
     if -HALF_RANGE <= turns < HALF_RANGE:
         return turns
     return math.remainder(turns, 2.0 * HALF_RANGE)
 
 
 class FeedbackSource(enum.IntEnum):
-    """Numbers of `FeedbackSensorSourceValue` and `ExternalFeedbackSensorSourceValue`."""
+    """Feedback source, numbered as in `FeedbackSensorSourceValue` and `ExternalFeedbackSensorSourceValue`."""
 
     ROTOR = 0
     REMOTE_CANCODER = 1
@@ -179,35 +179,35 @@ class FeedbackSource(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """Configured sensor of a controller: its rotor, or a sensor on the bus.
+    """Configured feedback sensor of a controller: the rotor sensor or a sensor on the bus.
 
-    With a remote or fused sensor, position and velocity are the sensor's instead of the rotor's. They come with
-    the sensor's status frames, at 100 Hz unless robot code asks for more, so that a stiff loop overshoots (up to 6.5 %
-    for the steering of a swerve module with kP = 100 V/rotation). The loop runs once a frame: its output stays until
-    the next one comes, a new setpoint waits for it, and a request of another kind begins without output. A synced
-    sensor sets the rotor sensor's zero; CTRE documents that, but does not simulate it.
+    With a remote or fused sensor, the controller uses the position and velocity of that sensor instead of the rotor's.
+    Readings arrive in the sensor's status frames, at 100 Hz unless robot code sets a faster rate, so a stiff loop
+    overshoots (up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation). The loop runs once per frame:
+    the output holds until the next frame, a new setpoint waits for the next frame, and a request of another kind starts
+    with zero output. A synced sensor sets the zero of the rotor sensor, as CTRE documents but does not simulate.
 
     Source: measured on CTRE's simulation 26.3.
     """
 
     measure: Callable[[], None]
-    """Function that writes its present reading to the controller's `pos`, `vel` and `acc`."""
+    """Function that writes the sensor's last reading to `pos`, `vel` and `acc` of the controller's `loop`."""
     is_rotor: bool
-    """Whether it is the rotor's, so that its position can be set."""
+    """Whether the feedback sensor is the rotor sensor, whose position can be set."""
     ratio: float = 1.0
-    """Turns of the rotor, or of the sensor on the bus, per rotation in robot code."""
+    """Rotor or bus sensor turns per mechanism rotation in robot code [-]."""
     present: Callable[[], float] = float
-    """Returns the present position, which frames of a sensor on the bus bring later [mechanism rotations]."""
+    """Function that returns the present position, without the delay of frames [mechanism rotations]."""
     is_missing: bool = False
-    """Whether robot code lacks a device with the configured id."""
+    """Whether robot code has not built the sensor with the configured id."""
     remote: EmulatedDevice | None = None
-    """Device on the bus whose frames bring the readings; None where readings are always new."""
+    """Device whose frames carry the readings; None if readings have no delay."""
 
 
 def _remote(
     talon: EmulatedTalon, source: FeedbackSource, sensor_id: int
 ) -> tuple[EmulatedDevice, Callable[[Any], tuple[float, float]]] | None:
-    """Return a sensor on the bus, and position and velocity of its frame; None: robot code has not built it."""
+    """Return the bus sensor and a function that reads (position, velocity) from a frame; None if not built."""
     devices = talon.devices
     if source in (FeedbackSource.REMOTE_CANCODER, FeedbackSource.FUSED_CANCODER, FeedbackSource.SYNC_CANCODER):
         encoder = devices.get((5, sensor_id))
@@ -232,7 +232,7 @@ def _remote(
 
 
 def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback:
-    """Return the sensor in a controller's configuration.
+    """Return the feedback sensor that a controller's configuration selects.
 
     Raises:
         NotImplementedError: The sensor is not modelled.
@@ -252,7 +252,7 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
     def on_rotor(ratio: float, zero: float = 0.0, *, is_rotor: bool) -> Feedback:
         def measure() -> None:
             turn = talon.turn
-            turns = turn * (talon.raw + talon.shift) + talon.rotor_offset  # `rotor_position`, without the call
+            turns = turn * (talon.raw + talon.shift) + talon.rotor_offset  # `rotor_position`, inlined for speed
             if not -HALF_RANGE <= turns < HALF_RANGE:
                 turns = within_range(turns)
             scale = turn / ratio
@@ -308,9 +308,9 @@ def _opposes(talon: EmulatedTalon) -> bool:
 
 
 def turning(talon: EmulatedTalon) -> float:
-    """Return the direction in which a positive output turns the motor: its own, or for a follower the leader's.
+    """Return the sign of the rotation under a positive output: 1 counter-clockwise, -1 clockwise.
 
-    Source: measured. A `Follower` adopts the leader's inversion, a `StrictFollower` keeps its own.
+    A `Follower` adopts the leader's inversion; a `StrictFollower` keeps its configured inversion. Source: measured.
     """
     if talon.kind.axis is not Axis.FOLLOW or talon.kind.name == "StrictFollower":
         return talon.sign
@@ -321,10 +321,11 @@ def turning(talon: EmulatedTalon) -> float:
 
 
 def following(talon: EmulatedTalon) -> Callable[[int], None] | None:
-    """Return the step of a follower; None for a motor with another request.
+    """Return the step function of a follower; None for a motor with another request.
 
-    Its output is that of the leader's last frame, in the unit of the leader's output; neutral without a leader.
-    Built when request, configuration or devices change: a search for the leader each step would double its cost.
+    The step applies the output in the leader's last frame, in the unit of the leader's request, or is neutral without a
+    leader. The function is built when request, configuration or devices change, because a search for the leader each
+    step would double the cost.
     """
     if talon.kind.axis is not Axis.FOLLOW:
         return None
@@ -364,13 +365,13 @@ _OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOu
 
 
 class TalonFrame(NamedTuple):
-    """Status frame of a motor controller: its state at one moment, in robot code's signs."""
+    """Status frame of a motor controller, with the signs that robot code uses."""
 
     position: float
     velocity: float
     acceleration: float
     turns: float
-    """Position of the rotor, any number of turns."""
+    """Rotor position without wrapping [rotations]."""
     rotor_velocity: float
     volts: float
     current: float
@@ -378,7 +379,7 @@ class TalonFrame(NamedTuple):
     is_neutral: bool
     is_braking: bool
     bridge_rps: float
-    """Rotor velocity at the last run of the output stage."""
+    """Rotor velocity at the last run of the output stage [rotations/s]."""
     ref: float
     slope: float
     err: float
@@ -391,27 +392,27 @@ class TalonFrame(NamedTuple):
     forward_closed: bool
     reverse_closed: bool
     turn: float
-    """-1 where positive is clockwise."""
+    """Sign of the motor's direction: -1 if positive is clockwise, else 1."""
     has_arrived: bool
-    """Whether the setpoint has reached its goal."""
+    """Whether the profile's setpoint has reached the goal."""
     plan: ControlPlan
     motor: ConnectedMotor
 
     @property
     def rotor_position(self) -> float:
-        """Position of the rotor as robot code reads it, within +-16384 [rotations]."""
+        """Rotor position as robot code reads it, within +-16384 [rotations]."""
         return within_range(self.turns)
 
     @property
     def bridge(self) -> int:
-        """State of the bridge (`BridgeOutputValue`)."""
+        """Bridge state (`BridgeOutputValue`)."""
         if not self.is_neutral:
             return self.plan.drives
         return REQ_BRAKE if self.is_braking else REQ_COAST
 
     @property
     def status(self) -> int:
-        """Status of the output (`MotorOutputStatusValue`)."""
+        """Motor output status (`MotorOutputStatusValue`)."""
         if self.is_neutral:
             return _BRAKING if self.is_braking else _OFF
         if supply_current(self) < 0.0:
@@ -420,7 +421,7 @@ class TalonFrame(NamedTuple):
 
     @property
     def profiled(self) -> bool:
-        """Whether Motion Magic runs."""
+        """Whether a Motion Magic profile is running."""
         return self.enabled and self.plan.profile is not None
 
 
@@ -434,7 +435,7 @@ _DIFFERENTIAL = tuple(
     if spn.name.startswith(("PRO_DIFF_", "PRO_AVG_", "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_"))
     or spn.name == "TALON_FX_DIFFERENTIAL_CONTROL_MODE"
 )
-_RAW_INPUTS = (  # positions of a TalonFXS's encoder, before its offset: CTRE's simulation does not send them
+_RAW_INPUTS = (  # raw encoder readings of a TalonFXS, which CTRE's simulation does not send
     SpnValue.TALON_FXS_GADGETEER_G3,
     SpnValue.PRO_GADGETEER_PWM_RAW_PWM_POSITION,
     SpnValue.PRO_GADGETEER_PWM_RAW_PWM_VELOCITY,
@@ -458,7 +459,7 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_SUPPLY_AND_TEMP_STATOR_CURRENT.value: lambda f: f.current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT.value: supply_current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_VOLTAGE.value: lambda f: f.supply,
-    # The simulated device holds these temperatures.
+    # CTRE's simulated device reports these constant temperatures.
     SpnValue.PRO_SUPPLY_AND_TEMP_DEVICE_TEMP.value: _constant(24.0),
     SpnValue.PRO_SUPPLY_AND_TEMP_DEVICE_TEMP2.value: _constant(0.0),
     SpnValue.PRO_SUPPLY_AND_TEMP_PROCESSOR_TEMP.value: _constant(20.0),
@@ -484,11 +485,11 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.motor.kv,
     SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.stall_current,
     SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.number,
-    # The emulator refuses differential requests, so these have their values without one.
+    # The emulator rejects differential requests, so these signals keep the value they have without a request.
     **{spn.value: _constant(0.0) for spn in _DIFFERENTIAL},
     **{spn.value: _constant(0.0) for spn in _RAW_INPUTS},
 }
-"""Reading of each signal, by its number."""
+"""Function that reads a signal from a frame, by signal number."""
 
 _BY_AXIS = {
     SpnValue.PRO_PID_REF_PID_ERR_PID_REF_POSITION.value,
@@ -505,7 +506,7 @@ _BY_UNIT = {
 
 
 def units_number(spn: int, frame: TalonFrame) -> int:
-    """Return the signal whose units a signal has in this frame: a reference is a velocity in a velocity loop."""
+    """Return the number of the signal that defines the units of `spn`, which depend on the frame's request."""
     if spn in _BY_AXIS:
         return spn + frame.plan.on_velocity
     return spn + frame.plan.unit_number if spn in _BY_UNIT else spn
@@ -516,7 +517,7 @@ _new = tuple.__new__
 
 
 def active_faults(talon: EmulatedTalon, is_sensor_missing: bool) -> Set[int]:
-    """Return the numbers of active faults; robot code may not have built the configured remote sensor."""
+    """Return the signal numbers of the active faults, including a missing remote sensor."""
     bridge = talon.bridge
     limited = bridge.is_stator_limited or bridge.is_supply_limited or bridge.is_blocked
     if not limited and bridge.supply <= OVER_VOLTAGE and not is_sensor_missing:
@@ -540,8 +541,8 @@ def frame_of(talon: EmulatedTalon) -> TalonFrame:
     """Return the present status frame."""
     b, m, plan, turn, devices = talon.bridge, talon.loop, talon.plan, talon.turn, talon.devices
     profile = plan.profile
-    # 0.9 us, because it bypasses TalonFrame.__new__, a Python function, and computes rarely read values on
-    # demand; 7 us by name and all at once. 17 motors make 34 frames a tick.
+    # 0.9 us per frame instead of 7 us, because it bypasses the Python-level TalonFrame.__new__ and computes rarely read
+    # values on demand. 17 motors send 34 frames per tick.
     return _new(TalonFrame, (
         m.pos, m.vel, m.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
         b.volts, b.current, b.supply, b.is_neutral, b.is_braking, b.rps,
@@ -554,22 +555,22 @@ def frame_of(talon: EmulatedTalon) -> TalonFrame:
 _log = logging.getLogger(__name__)
 
 _CONTROL_PHASE_NS = 4_000_000
-"""Phase of control frames in their period [ns]. Robot code at a multiple of the period waits this long; on the wall
-clock the wait is anything between nothing and a period, 4.4 ms in the middle."""
+"""Phase of control frames within their period [ns]: the delay of a request sent at a multiple of the period. On the
+wall clock the delay is between 0 and one period, with a median of 4.4 ms."""
 _ONE_SHOT_NS = 100_000_000
-"""Duration of a request that is sent once (`update_freq_hz=0`) [ns]."""
+"""Lifetime of a one-shot request (`update_freq_hz=0`) [ns]."""
 _DEFAULTS = {"enable_foc": True, "max_abs_duty_cycle": 1.0, "update_freq_hz": 100.0}
-"""Default of each request field that is not 0 in the library."""
+"""Library defaults of request fields, where not 0."""
 
 
 class EmulatedTalon(EmulatedDevice):
-    """One TalonFX; numbers have robot code's signs unless stated otherwise.
+    """Emulated TalonFX; values have the signs that robot code uses unless stated otherwise.
 
     Args:
         address: CAN id and bus.
         clock: Clock of simulated time.
-        defaults: Factory configuration.
-        devices: Devices on its bus by type and id, among them remote sensors and leaders.
+        defaults: Factory configuration, by setting number.
+        devices: Devices on the same bus by type and id, including remote sensors and leaders.
     """
 
     model = "talon fx"
@@ -586,43 +587,43 @@ class EmulatedTalon(EmulatedDevice):
         self.reverse = TalonLimit(repr(self), forward=False)
         # rotor
         self.raw = 0.0
-        """Rotor position as physics writes it, counter-clockwise [rotations]."""
+        """Rotor position written by physics, counter-clockwise positive [rotations]."""
         self.rotor_rps = 0.0
-        """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
+        """Rotor velocity written by physics, counter-clockwise positive [rotations/s]."""
         self.rotor_acceleration = 0.0
-        """Slope of its velocity between two writes, or the value that physics writes [rotations/s^2]."""
+        """Rotor acceleration, written by physics or derived from two velocities [rotations/s^2]."""
         self._written_ns = clock.ns
         self.shift = 0.0
-        """Shift of the rotor's zero by `set_position`, counter-clockwise [rotations]."""
+        """Offset of the rotor position from `set_position`, counter-clockwise positive [rotations]."""
         self.rotor_offset = 0.0
         """Configured rotor offset [rotations]."""
         self.sign = 1.0
-        """-1 with a clockwise configuration."""
+        """Sign of the configured direction: -1 for clockwise positive, else 1."""
         self.turn = 1.0
-        """-1 where positive in robot code is clockwise: as configured, or for a follower as its leader turns."""
+        """Sign of the effective direction, from the configuration or a follower's leader: -1 for clockwise positive."""
         self.loop = LoopState()
-        """State of its control loop."""
+        """State of the control loop."""
         # request
         self.kind: RequestKind = IDLE
-        """Last request that has arrived."""
+        """Kind of the active request."""
         self.args: tuple[Any, ...] = (0.0,)
-        """Fields of that request."""
+        """Fields of the active request."""
         self.plan: ControlPlan
-        """Law and output stage of that request."""
+        """Control law and output stage of the active request."""
         self.slot = 0
         self.enabled = False
         self.limits_hit = (False, False, False, False)
-        """Active limits: soft limits forward and reverse, switches forward and reverse."""
+        """Whether each limit is active: forward soft limit, reverse soft limit, forward switch, reverse switch."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
-        """Request of the next control frame, and the time of that frame [ns]."""
+        """Pending control frame: send time [ns], request kind and fields; None without a new request."""
         self._expires: int | None = None
-        """Time at which a request that was sent once ends [ns]."""
+        """Time at which a one-shot request expires [ns]; None for other requests."""
         self._plans: dict[tuple[str, int, bool], ControlPlan] = {}
         self._follow: Callable[[int], None] | None = None
         self._seen_ns = -1
-        """Time of the remote sensor's last frame that the law has used [ns]."""
+        """Time of the last remote sensor frame used by the control law [ns]."""
         self._unseen = 0
-        """Number of control loops since then."""
+        """Number of control loops since the last remote sensor frame."""
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
         self._has_warned = False
         self.configured()
@@ -650,7 +651,7 @@ class EmulatedTalon(EmulatedDevice):
         self._accept(self.kind, self.args)
 
     def resolve(self) -> None:
-        """Find the configured sensor and the leader, which robot code may build after this controller."""
+        """Look up the configured sensor and the leader, which robot code may build after this controller."""
         self.feedback = feedback_of(self, self.config)
         self.measure = self.feedback.measure
         self._follow = following(self)
@@ -663,9 +664,9 @@ class EmulatedTalon(EmulatedDevice):
             super().command(spn, value)
 
     def set_position(self, position: float) -> None:
-        """Set the present position to this value [mechanism rotations].
+        """Set the present position [mechanism rotations].
 
-        With a remote or fused sensor it has no effect, as in CTRE's simulation.
+        The call has no effect with a remote or fused sensor, as in CTRE's simulation.
         """
         if not self.feedback.is_rotor:
             if not self._has_warned:
@@ -679,10 +680,10 @@ class EmulatedTalon(EmulatedDevice):
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Receive a control request of robot code; it takes effect with the next control frame.
+        """Receive a control request from robot code, to take effect with the next control frame.
 
         Raises:
-            NonFiniteError: A field is not a number.
+            NonFiniteError: A field is NaN.
         """
         total = sum(args)
         if total != total:
@@ -700,29 +701,29 @@ class EmulatedTalon(EmulatedDevice):
             self._pending = (now, kind, args)
             return
         if pending is not None and pending[1].name == kind.name:
-            self._pending = (pending[0], kind, args)  # the pending frame carries the newest numbers
+            self._pending = (pending[0], kind, args)  # the pending frame carries the newest values
             return
         period = period_of(hz) * LOOP_NS
         phase = min(_CONTROL_PHASE_NS, period - LOOP_NS)
         self._pending = ((now - phase + period - 1) // period * period + phase, kind, args)
 
     def apply(self, kind: str, **values: float) -> None:
-        """Carry out a request at once, without the latency of a control frame.
+        """Apply a request immediately, without the latency of a control frame.
 
         Args:
-            kind: Name of the request, such as "VelocityVoltage".
-            **values: Fields; the others have the library's defaults.
+            kind: Name of the request, for example "VelocityVoltage".
+            **values: Request fields; omitted fields get the library's defaults.
         """
         request = REQUESTS[kind]
         self._pending = None
         self._accept(request, tuple(values.get(f, _DEFAULTS.get(f, 0.0)) for f in request.fields))
 
     def renew(self, kind: RequestKind, foc: bool) -> bool:
-        """Return whether this kind of request, sent once, is active; if so, extend it, and its setpoints may change.
+        """Extend a one-shot request of this kind if active; return whether its setpoints may be changed in place.
 
         Args:
-            kind: Kind of request.
-            foc: Whether commutation is field-oriented.
+            kind: Kind of the request.
+            foc: Whether the request enables FOC.
         """
         if self.kind is not kind or self._pending is not None or self._expires is None:
             return False
@@ -733,7 +734,7 @@ class EmulatedTalon(EmulatedDevice):
         return True
 
     def _accept(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Carry out a request from now on."""
+        """Make a request the active request."""
         changed = kind is not self.kind
         self.kind, self.args = kind, args
         self.turn = turning(self)
@@ -757,7 +758,7 @@ class EmulatedTalon(EmulatedDevice):
             self._begin()
 
     def _take_goals(self, plan: ControlPlan) -> None:
-        """Read the setpoints of the request."""
+        """Read the setpoints of the active request."""
         axis, args = self.kind.axis, self.args
         if axis is Axis.OPEN:
             self.loop.output = float(args[1])
@@ -771,18 +772,18 @@ class EmulatedTalon(EmulatedDevice):
             self.loop.limits = limits_of(self.config, self.kind, args)
 
     def _take_options(self) -> None:
-        """Read feed-forward, neutral, deadband and limits of a request with output."""
+        """Read feed-forward, neutral override, deadband and limit flags of a request with output."""
         bridge, args, field = self.bridge, self.args, self.kind.slots
         self.loop.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
         torque = self.kind.unit is Unit.AMPERES
         bridge.override = bool(args[field["override_coast_dur_neutral" if torque else "override_brake_dur_neutral"]])
         bridge.deadband = float(args[field["deadband"]]) if "deadband" in field else 0.0
         bridge.max_duty = float(args[field["max_abs_duty_cycle"]]) if "max_abs_duty_cycle" in field else 1.0
-        # the last six fields of every request with output
+        # the last six fields are the same for every request with output
         self._limit_flags = tuple(bool(flag) for flag in args[-5:-1])
 
     def _begin(self) -> None:
-        """Restart the loop from the present state."""
+        """Restart the control loop from the present state."""
         self._unseen = 0
         if self.feedback.remote is not None:
             self._seen_ns = self.feedback.remote.frame_ns
@@ -797,7 +798,7 @@ class EmulatedTalon(EmulatedDevice):
         return within_range(self.turn * (self.raw + self.shift) + self.rotor_offset)
 
     def set_velocity(self, rps: float) -> None:
-        """Write the velocity of the rotor [rotations/s]; its slope since the last write is the acceleration."""
+        """Set the rotor velocity [rotations/s] and derive the acceleration from the last velocity."""
         elapsed = self.clock.ns - self._written_ns
         if elapsed > 0:
             self.rotor_acceleration = 1e9 * (rps - self.rotor_rps) / elapsed
@@ -805,7 +806,7 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = rps
 
     def set_input(self, name: str, value: float) -> None:
-        """Write a value of `sim_state` or SimDevices, by its name in CTRE's library; rotors turn counter-clockwise."""
+        """Set a `sim_state` or SimDevice input by CTRE's name; rotor values are counter-clockwise positive."""
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
@@ -827,7 +828,7 @@ class EmulatedTalon(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return a value of `sim_state`: shafts counter-clockwise, torque current in robot code's sign."""
+        """Return a `sim_state` value: shafts counter-clockwise positive, torque current with robot code's sign."""
         bridge = self.bridge
         if name == "MotorVoltage":
             return bridge.volts * self.turn
@@ -907,7 +908,7 @@ class EmulatedTalon(EmulatedDevice):
         stage(loop.pid_out, loops)
 
     def _neutral_or_follow(self, loops: int) -> None:
-        """Output neutral, or the output of the leader."""
+        """Apply the neutral mode, or the leader's output for an enabled follower."""
         bridge, axis = self.bridge, self.kind.axis
         if not self.enabled:
             coasts = axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
@@ -930,11 +931,12 @@ class EmulatedTalon(EmulatedDevice):
     # ---- status
 
     def setpoint(self) -> tuple[bool, bool, float] | None:
-        """Return the final goal of the closed loop; None: there is none.
+        """Return the goal of the closed loop; None without an active closed loop.
 
         Returns:
-            Whether the goal is a velocity; whether it is the rotor's instead of a bus sensor's; velocity of its shaft
-            [1/s], or distance from its present position [rotations], for a rotor counter-clockwise.
+            Whether the goal is a velocity, whether the goal applies to the rotor instead of a bus sensor, and the goal:
+            a shaft velocity [rotations/s] or a distance from the present position [rotations], counter-clockwise
+            positive for the rotor.
         """
         feedback, axis = self.feedback, self.kind.axis
         if not self.enabled or feedback.is_missing or self.plan.law is None or axis is Axis.OPEN:
@@ -947,31 +949,31 @@ class EmulatedTalon(EmulatedDevice):
         return self.plan.on_velocity, is_rotor, turns * feedback.ratio * (self.turn if is_rotor else 1.0)
 
     def sample(self) -> TalonFrame:
-        """Return the present frame."""
+        """Return a status frame with the present readings."""
         self.measure()
         return frame_of(self)
 
     def send_frame(self) -> None:
-        """Send a status frame with the present faults."""
+        """Update the faults and send a status frame."""
         self.fault_flags.set_active(active_faults(self, self.feedback.is_missing))
         super().send_frame()
 
     def units_of(self, spn: int) -> int:
-        """Return the number of the signal whose units this one has in the last frame."""
+        """Return the number of the signal that defines the units of signal `spn` in the last frame."""
         return units_number(spn, self.frame)
 
 
 class EmulatedTalonFXS(EmulatedTalon):
-    """One TalonFXS; without a motor arrangement its bridge stays off."""
+    """Emulated TalonFXS, whose bridge stays off without a configured motor arrangement."""
 
     model = "talon fxs"
     type_number = 7
 
     def configured(self) -> None:
-        """Apply the configuration, and with it the motor.
+        """Apply the configuration, including the motor arrangement.
 
         Raises:
-            NotImplementedError: The arrangement is not modelled (a custom brushless motor).
+            NotImplementedError: The motor arrangement is not modelled (a custom brushless motor).
         """
         arrangement = int(self.config[SpnValue.CONFIG_MOTOR_TYPE.value])
         if arrangement and arrangement not in ARRANGEMENTS:
@@ -981,7 +983,7 @@ class EmulatedTalonFXS(EmulatedTalon):
         super().configured()
 
     def set_input(self, name: str, value: float) -> None:
-        """Set an input as for a TalonFX, except the motor, which is configured."""
+        """Set an input as for a TalonFX, except the motor type, which only the configuration sets."""
         if name == "MotorType":
             raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
         super().set_input(name, value)

@@ -1,4 +1,4 @@
-"""All emulated devices: their creation, their status frames, and the step that advances them."""
+"""Creation, status frames and time steps of all emulated devices."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _CLASSES: dict[int, type[EmulatedDevice]] = {
 MODELS: dict[str, int] = {cls.model.lower(): number for number, cls in _CLASSES.items()}
 """`DeviceType` number by the library's device name, in lower case."""
 _HASH_BASE = {4: 0x80, 5: 0x4140, 6: 0x8540, 7: 0xC080, 8: 0x10280, 9: 0x142C0, 10: 0x18580}
-"""CTRE's number of a device on any bus, without its id; here each further bus numbers its devices from 1 << 20."""
+"""CTRE's device hash without CAN id, by `DeviceType` number; here, bus k adds k << 20."""
 _CONFIGS = {
     4: configs.TalonFXConfiguration,
     5: configs.CANcoderConfiguration,
@@ -58,14 +58,14 @@ _CONFIGS = {
 
 @cache
 def _defaults(type_number: int) -> dict[int, Setting]:
-    """Return the factory configuration of a type of device."""
+    """Return the factory configuration of a device type."""
     make: Any = _CONFIGS[type_number]
     return parse_config(make().serialize())
 
 
 @dataclass(slots=True)
 class _FrameGroup:
-    """Devices that send at the same times."""
+    """Devices that send status frames at the same times."""
 
     due_ns: int
     period_ns: int
@@ -73,7 +73,7 @@ class _FrameGroup:
 
 
 class _FrameSchedule:
-    """Schedule of status frames; a search through 22 devices at every frame took 4 us, 6 times a tick."""
+    """Schedule of status frames, because a search of 22 devices took 4 us per frame, 6 times per tick."""
 
     __slots__ = ("_devices", "_groups")
 
@@ -82,7 +82,7 @@ class _FrameSchedule:
         self._groups: list[_FrameGroup] = []
 
     def sort(self, devices: Iterable[EmulatedDevice]) -> None:
-        """Group devices by rate; call it after any rate has changed."""
+        """Group devices by due time and period; call this method after any change of rate."""
         self._devices = [device for device in devices if device.period_ms]
         groups: dict[tuple[int, int], _FrameGroup] = {}
         for device in self._devices:
@@ -91,9 +91,9 @@ class _FrameSchedule:
         self._groups = list(groups.values())
 
     def send(self, now: int) -> int:
-        """Send the frames that are due now [ns]; return the time of the next one [ns]."""
+        """Send the frames that are due at time `now` [ns]; return the time of the next frame [ns]."""
         due = [group for group in self._groups if group.due_ns <= now]
-        # in building order: a controller may read an encoder that sends at the same time
+        # in order of construction, because a controller may read an encoder that sends at the same time
         devices = due[0].devices if len(due) == 1 else [d for d in self._devices if d.due_ns <= now]
         for group in due:
             group.due_ns += ((now - group.due_ns) // group.period_ns + 1) * group.period_ns
@@ -105,26 +105,26 @@ class _FrameSchedule:
 
 
 class Emulator:
-    """Devices behind Phoenix 6's Python API.
+    """Emulated devices behind Phoenix 6's Python API.
 
     Args:
-        delays: Delays from the enable feed to the devices.
+        delays: Delays from the enable feed to its effect on the devices; None for the measured delays.
 
     Example:
         emulator = install()
         ...  # robot code builds its devices
-        emulator.step(0.005)  # after each step of the physics
+        emulator.step(0.005)  # after each physics step
     """
 
     def __init__(self, delays: EnableDelays | None = None) -> None:
         self.clock = SimulatedClock()
-        """Simulated time, common to all devices."""
+        """Clock of simulated time, shared by all devices."""
         self.enable = EnableState(self.clock, delays or EnableDelays())
-        """Whether actuators may drive."""
+        """Enable signal of all devices."""
         self._buses: dict[str, dict[tuple[int, int], EmulatedDevice]] = {"": {}}
-        """Devices of each bus by (`DeviceType` number, CAN id)."""
+        """Devices on each bus, by (`DeviceType` number, CAN id)."""
         self.by_hash: dict[int, EmulatedDevice] = {}
-        """Every device by the number with which the library names it."""
+        """All devices, by the library's device hash."""
         self._talons: list[EmulatedTalon] = []
         self._frames = _FrameSchedule()
         self._tasks: list[tuple[int, int, int, Callable[[], None]]] = []
@@ -133,11 +133,11 @@ class Emulator:
     # ---- devices
 
     def create(self, type_number: int, address: DeviceAddress) -> EmulatedDevice:
-        """Return the device of this type and address, making it at the first call.
+        """Return the device of a type at an address, creating the device if needed.
 
         Raises:
-            NotImplementedError: Devices of this type are not modelled.
-            ConfigError: The id is not 0..62.
+            NotImplementedError: The device type is not modelled.
+            ConfigError: The CAN id is not 0..62.
         """
         bus, number = self._buses.setdefault(address.bus, {}), address.number
         device = bus.get((type_number, number))
@@ -149,19 +149,19 @@ class Emulator:
             if isinstance(device, EmulatedTalon):
                 self._talons.append(device)
             for talon in self._talons:
-                talon.resolve()  # one configured before its remote sensor was built
+                talon.resolve()  # a controller may be configured before its remote sensor is built
         return device
 
     def hash_of(self, device: EmulatedDevice) -> int:
-        """Return the number by which the library names a device."""
+        """Return the device hash by which the library identifies a device."""
         return [*self._buses].index(device.address.bus) << 20 | _HASH_BASE[device.type_number] | device.address.number
 
     def simulated(self, type_number: int, number: int) -> EmulatedDevice:
-        """Return the device that `sim_state` means.
+        """Return the device that a `sim_state` call addresses.
 
         Args:
-            type_number: Number of its `DeviceType`.
-            number: Number from `hash_of`; or its CAN id, as in SimDevices: then the first with this id.
+            type_number: `DeviceType` number of the device.
+            number: Device hash from `hash_of`; or a CAN id, as in SimDevices, for the first bus with the id.
         """
         device = self.by_hash.get(number)
         return device or next(bus[type_number, number] for bus in self._buses.values() if (type_number, number) in bus)
@@ -178,19 +178,19 @@ class Emulator:
         return cls(address, self.clock, defaults)
 
     def talon(self, number: int, bus: str = "") -> EmulatedTalon:
-        """Return the TalonFX with this id, making it if needed."""
+        """Return the TalonFX with a CAN id, creating the device if needed."""
         device = self.create(EmulatedTalon.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedTalon)
         return device
 
     def cancoder(self, number: int, bus: str = "") -> EmulatedCANcoder:
-        """Return the CANcoder with this id, making it if needed."""
+        """Return the CANcoder with a CAN id, creating the device if needed."""
         device = self.create(EmulatedCANcoder.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedCANcoder)
         return device
 
     def pigeon(self, number: int, bus: str = "") -> EmulatedPigeon2:
-        """Return the Pigeon 2 with this id, making it if needed."""
+        """Return the Pigeon 2 with a CAN id, creating the device if needed."""
         device = self.create(EmulatedPigeon2.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedPigeon2)
         return device
@@ -199,7 +199,7 @@ class Emulator:
         return iter(self.by_hash.values())
 
     def reset(self) -> None:
-        """Remove all devices and tasks and restart at time zero, for a new test."""
+        """Remove all devices and tasks and restart at time zero for a new test."""
         self.clock.reset()
         self.enable = EnableState(self.clock, self.enable.delays)
         self._buses = {"": {}}
@@ -211,12 +211,13 @@ class Emulator:
     # ---- time
 
     def every(self, period: float, task: Callable[[], None], *, offset: float = 0.0) -> Callable[[], None]:
-        """Call a task in simulated time from within `step`, first after `offset` + `period`; return a cancel function.
+        """Schedule a periodic task that `step` runs, first after `offset` + `period`; return a cancel function.
 
         Args:
-            period: Period [s], whole microseconds.
-            task: Runs with the devices at exactly that time; simultaneous tasks run in the order of their calls here.
-            offset: Offset [s].
+            period: Period, rounded to whole microseconds [s].
+            task: Function to call when the devices are at exactly the due time. Tasks due at the same time run in the
+                order in which they were scheduled.
+            offset: Offset of the first call [s].
 
         Raises:
             ConfigError: The period is not positive.
@@ -238,7 +239,7 @@ class Emulator:
         """Advance all devices by dt [s] with constant inputs from physics.
 
         Raises:
-            ConfigError: dt is negative.
+            ConfigError: `dt` is negative.
         """
         if dt < 0.0:
             raise ConfigError(f"dt must be >= 0 s, got {dt}")

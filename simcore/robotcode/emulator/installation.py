@@ -1,10 +1,11 @@
-"""Replacement of Phoenix 6's native libraries by the emulator, after a check that it fits.
+"""Replacement of Phoenix 6's native libraries with the emulator, after a compatibility check.
 
-It also switches three features of the Python library. It stops the enable feed of device objects, a WPILib Notifier,
-at install and uninstall. Each device object copies its state to WPILib SimDevices before every robot tick, 17-39 us a
-device, for the simulation GUI: tests do not need that, and it would be most of the cost of a tick, so it is off in
-simulated time by default. And a `sim_state` names its device by type and id without the bus: in
-simulated time it uses the name of other functions.
+The installation also changes three features of the Python library:
+
+- The enable feed of device objects, a WPILib Notifier, stops at install and uninstall.
+- The copies to WPILib SimDevices are off by default. Each device object copies its state before every robot tick for
+  the simulation GUI. Tests do not need the copies, which would take most of a tick (17-39 us per device).
+- In simulated time, a `sim_state` identifies its device by the device hash instead of type and id without the bus.
 """
 
 from __future__ import annotations
@@ -43,17 +44,17 @@ _CLASSES = ("TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi", "
 
 
 class SeamError(SimcoreError, RuntimeError):
-    """The installed phoenix6 lacks native functions that the emulator replaces."""
+    """Error for an installed phoenix6 whose native functions do not match the emulator."""
 
 
 class _SimDeviceCopies:
-    """Switch for the copies in WPILib SimDevices."""
+    """Switch for the copies of device state to WPILib SimDevices."""
 
     def __init__(self) -> None:
         self._saved: list[tuple[type, str, Any]] = []
 
     def off(self) -> None:
-        """Build devices without copies from now on."""
+        """Turn copies off for devices built later."""
         for name in _CLASSES:
             cls = getattr(hardware, name)
             attribute = f"_{name}__on_periodic"
@@ -97,10 +98,10 @@ _real: tuple[Any, Any] | None = None
 
 
 def check_seam() -> None:
-    """Compare the installed phoenix6 with the functions of the emulator.
+    """Check that the native functions of the installed phoenix6 match the emulator.
 
     Raises:
-        SeamError: It does not fit; the text gives the difference and a version that fits.
+        SeamError: The functions do not match; the message states the difference and the supported versions.
     """
     version = metadata.version("phoenix6")
     wrong = _misfit()
@@ -112,7 +113,7 @@ def check_seam() -> None:
 
 
 def _misfit() -> str | None:
-    """Return the functions that the installed phoenix6 lacks; None when it fits."""
+    """Return the first difference between the installed phoenix6 and the emulator; None if they match."""
     for name in (_INSTANCE, _API, _FUNCTIONS):
         if not hasattr(Native, name):
             return f"its phoenix_native.Native has no {name.removeprefix('_Native')}"
@@ -155,16 +156,16 @@ def _misfit() -> str | None:
 
 
 def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emulator:
-    """Run Phoenix 6 in simulated time from now on; call before robot code builds its first device.
+    """Switch Phoenix 6 to simulated time; call this function before robot code builds its first device.
 
-    A second call returns the devices of the first, reset.
+    A second call resets and returns the emulator of the first call.
 
     Args:
-        delays: Delays from the enable feed to the devices.
+        delays: Delays from the enable feed to its effect on the devices; None for the measured delays.
         mirror: Whether device objects copy their outputs to WPILib SimDevices every tick, for the simulation GUI.
 
     Raises:
-        SeamError: The installed phoenix6 does not fit.
+        SeamError: The installed phoenix6 does not match the emulator.
     """
     global _current, _real
     _stop_feed()
@@ -187,12 +188,12 @@ def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emul
 
 
 def installed() -> Emulator | None:
-    """Return the devices in simulated time; None while Phoenix 6 uses its own native libraries."""
+    """Return the installed emulator; None while Phoenix 6 uses its own native libraries."""
     return None if _current is None else _current[0]
 
 
 def uninstall() -> None:
-    """Restore Phoenix 6's native libraries; devices made in simulated time become useless."""
+    """Restore Phoenix 6's native libraries; devices built in simulated time must no longer be used."""
     global _current, _real
     _stop_feed()
     if _real is not None:
@@ -203,10 +204,10 @@ def uninstall() -> None:
 
 
 def _stop_feed() -> None:
-    """Stop the Notifier that feeds `feed_enable`; the next device makes a new one.
+    """Stop the Notifier that calls `feed_enable`; the next device starts a new Notifier.
 
-    Devices that robot code left open would otherwise feed the enable signal of the next test, and a Notifier still
-    alive at Python's shutdown aborts the process.
+    Otherwise, devices that robot code has not closed would feed the enable signal of the next test, and a Notifier that
+    is still running at Python's shutdown would abort the process.
     """
     cls = getattr(auto_feed_enable, "AutoFeedEnable", None)
     feed = getattr(cls, _FEED, None)

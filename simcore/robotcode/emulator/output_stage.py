@@ -1,13 +1,12 @@
-"""Output stage of a motor controller: its request to the motor, within peaks, ramp, deadband and limit switches.
+"""Output stage of a motor controller: peak output, ramp, deadband, soft and hard limits, applied in this order.
 
-Order of the steps: peak output, ramp, deadband, soft and hard limits. Volts, amperes and supply current are those of
-the model that turns the motor (`show`), which applies the current limits of the stage. Without a model, as in
-a test that writes the rotor through `sim_state`, they are those of a motor held at the rotor's speed, by the law of the
-loop's motors.
+Voltage, current and supply current come from the robot model that turns the motor (`show`), which applies the current
+limits of the stage. Without a robot model, as in a test that writes the rotor through `sim_state`, the stage computes
+them for a motor held at the rotor's speed, with the motor law of the simulation loop.
 
-Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds. Its limits act in all four quadrants; a
-deadband is subtracted and the rest stretched; a brake with volts (`VoltageOut(0)`) keeps the stator limit, a static
-brake does not; no bridge carries more than 200 A.
+Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds. Current limits act in all four
+quadrants. The deadband is subtracted and the remainder rescaled. Braking with zero volts (`VoltageOut(0)`) keeps the
+stator limit, a static brake does not. No bridge carries more than 200 A.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class ConnectedMotor:
-    """A motor, and the constants that a controller reports of it."""
+    """Motor connected to a controller, and the constants that the controller reports for the motor."""
 
     model: MotorModel
-    """Model, under field-oriented control where it has that."""
+    """Motor model, with FOC if the motor supports FOC."""
     trapezoidal: MotorModel
     kt: float
     """Result of `get_motor_kt` [N m/A]."""
@@ -43,7 +42,7 @@ class ConnectedMotor:
     stall_current: float
     """Result of `get_motor_stall_current` [A]."""
     number: int
-    """Number in `ConnectedMotorValue`."""
+    """Motor number in `ConnectedMotorValue`."""
 
 
 def _brushless(name: str, kt: float, kv: float, stall_current: float, number: int) -> ConnectedMotor:
@@ -61,27 +60,27 @@ ARRANGEMENTS: dict[int, ConnectedMotor] = {
     6: _brushless("NEO 550", 0.0097, 975.0, 111.0, 9),
     7: _brushless("NEO Vortex", 0.0154, 565.0, 391.0, 10),
 }
-"""Motors of a TalonFXS by `MotorArrangementValue`; a brushed motor is a CIM."""
+"""Motors of a TalonFXS, by `MotorArrangementValue`; a CIM represents all brushed motors."""
 
 Stage = Callable[[float, int], None]
-"""Requests an output from the motor for a number of control loops."""
+"""Function that requests an output from the motor for a number of control loops."""
 
 OVER_VOLTAGE = 16.5
-"""Supply voltage above which the bridge is off [V]; measured between 16 and 18."""
+"""Supply voltage above which the bridge turns off [V]; measured between 16 and 18 V."""
 _HARD_CAP = 200.0
-"""Largest current of a bridge, also with its limits off [A]."""
+"""Largest current of a bridge, even without configured limits [A]."""
 _SUPPLY_SLACK = 0.4
-"""Margin of the supply limit, because the simulated limiter oscillates within 1 A of it: mean deficit [A]."""
+"""Mean deficit below the supply limit [A], because the limiter in CTRE's simulation oscillates within 1 A of it."""
 _LIMITED = 0.98
-"""Share of a limit at which it counts as reached: the model's battery differs slightly from the device's [-]."""
+"""Fraction of a limit that counts as reached, because the model's battery differs slightly from the device's [-]."""
 _HELD = 1e12
-"""Stiffness of a shaft that no torque moves [N m s]."""
+"""Stiffness that holds the rotor at its speed against any torque [N m s]."""
 _TORQUE_RANGE = 327.67
-"""Full scale of a torque current request, to which a deadband stretches the rest [A]."""
+"""Full scale of a torque current request, up to which the output beyond a deadband is rescaled [A]."""
 _MAX_REQUEST_DEADBAND = 15.0
-"""Largest deadband of a request [A]."""
+"""Largest deadband that a request can set [A]."""
 _FULL = {Unit.DUTY: 1.0, Unit.VOLTS: 12.0, Unit.AMPERES: 300.0}
-"""Output reached from zero in the time of a ramp."""
+"""Change of output over one ramp period [-, V or A]."""
 _RAMPS = {
     (Unit.DUTY, False): SpnValue.CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD.value,
     (Unit.VOLTS, False): SpnValue.CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD.value,
@@ -93,41 +92,41 @@ _RAMPS = {
 
 
 def _emf(model: MotorModel) -> float:
-    """Return the back-EMF per speed [V s/rotation]; CTRE's simulation ignores the free current."""
+    """Return the back-EMF constant [V s/rotation] without free current, as in CTRE's simulation."""
     return model.nominal_voltage * math.tau / model.free_speed
 
 
 class _Flow(Protocol):
-    """State of a motor at one moment."""
+    """Electrical state of a motor."""
 
     @property
     def volts(self) -> float:
-        """Voltage at the motor [V]."""
+        """Motor voltage [V]."""
 
     @property
     def current(self) -> float:
-        """Current in the motor [A]."""
+        """Motor current [A]."""
 
     @property
     def supply(self) -> float:
-        """Voltage at the controller's terminals [V]."""
+        """Supply voltage of the controller [V]."""
 
 
 def duty(flow: _Flow) -> float:
-    """Return the share of the supply at the motor [-]."""
+    """Return the duty cycle: motor voltage over supply voltage [-]."""
     return flow.volts / flow.supply
 
 
 def supply_current(flow: _Flow) -> float:
-    """Return the supply current [A]: the power at the motor over the supply voltage."""
+    """Return the supply current: motor power over supply voltage [A]."""
     return flow.current * flow.volts / flow.supply
 
 
 class Bridge:
-    """Bridge that requests volts, a duty cycle or amperes from one motor; all numbers have robot code's signs.
+    """Bridge that drives one motor by voltage, duty cycle or current, with the signs that robot code uses.
 
     Args:
-        motor: Motor, where no model of a robot turns it.
+        motor: Motor to compute with while no robot model sets the motor state.
     """
 
     def __init__(self, motor: ConnectedMotor) -> None:
@@ -135,37 +134,37 @@ class Bridge:
         self.unit = Unit.VOLTS
         """Unit of `asked`."""
         self.asked = 0.0
-        """Request to the motor, in its unit."""
+        """Requested motor output, in `unit`."""
         self.is_neutral = True
-        """Whether it does not drive."""
+        """Whether the bridge is neutral (brake or coast)."""
         self.is_braking = False
-        """Whether a neutral bridge shorts the motor; else the circuit is open."""
+        """Whether a neutral bridge brakes by shorting the motor instead of coasting."""
         self._volts = self._current = 0.0
         self._is_due = False
-        """Whether the flow since the last loop is not yet computed: it costs more than the loop."""
+        """Whether voltage and current must be recomputed when read, because computing them costs more than the loop."""
         self.has_model = False
-        """Whether a model of a robot has set the flow."""
+        """Whether a robot model sets voltage and current."""
         self.supply = 12.0
-        """Voltage at its terminals [V]."""
+        """Supply voltage of the controller [V]."""
         self.rps = 0.0
-        """Speed of the rotor, robot code's sign [rotations/s]."""
+        """Rotor speed, with robot code's sign [rotations/s]."""
         self.brake = False
-        """Configured neutral mode."""
+        """Whether the configured neutral mode is brake."""
         self.override = False
         """Whether the request uses the neutral mode opposite to the configured one."""
         self.deadband = 0.0
-        """Deadband of the torque request [A]."""
+        """Deadband of the torque current request [A]."""
         self.max_duty = 1.0
-        """Largest duty cycle of the torque request."""
+        """Largest duty cycle of the torque current request [-]."""
         self.blocked_forward = self.blocked_reverse = False
-        """Whether a limit forbids this direction."""
+        """Whether a limit blocks the direction."""
         self.is_blocked = False
         self._foc = True
         self._last = self._over = 0.0
         self._is_lowered = False
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Apply limits, peaks, deadbands and ramps."""
+        """Apply the configured limits, peaks, deadbands and ramps."""
 
         def get(name: str, default: float = 0.0) -> float:
             return config.get(SpnValue[name].value, default)
@@ -192,7 +191,7 @@ class Bridge:
     # ---- requests
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
-        """Build the output stage for one kind of request."""
+        """Build the output stage for requests of one unit."""
         high, low = self.peaks[unit]
         rate = self._ramps[unit, closed] * LOOP
         is_torque, is_duty = unit is Unit.AMPERES, unit is Unit.DUTY
@@ -213,7 +212,7 @@ class Bridge:
                 self.neutral(False)
             elif asked != 0.0 and not self.is_blocked:
                 self._ask(unit, asked, foc or is_torque)
-            elif is_torque:  # zero torque is neutral as configured; its override coasts
+            elif is_torque:  # zero torque applies the neutral mode; the request's override coasts
                 self.neutral(self.brake and not self.override)
             elif self.brake or self.override:
                 self._ask(Unit.VOLTS, 0.0, foc)  # a bridge at zero volts brakes, within the current limits
@@ -223,7 +222,7 @@ class Bridge:
         return drive
 
     def neutral(self, brake: bool) -> None:
-        """Open the circuit (coast), or short it (brake)."""
+        """Make the bridge neutral: short the motor (brake) or open the circuit (coast)."""
         self.is_neutral, self.is_braking = True, brake
         self.unit, self.asked = Unit.VOLTS, 0.0
         self._is_due = not self.has_model
@@ -234,24 +233,24 @@ class Bridge:
         self._is_due = not self.has_model
 
     def carry(self, unit: Unit) -> None:
-        """Start the ramp of another kind of request at the present output."""
+        """Start the ramp of a request of another kind at the present output."""
         present = {Unit.DUTY: duty(self), Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
         self._last = 0.0 if self.is_neutral else present
 
     def rest(self) -> None:
-        """Reset the ramp and the time over the limit."""
+        """Reset the ramp and the time above the supply limit."""
         self._last = self._over = 0.0
         self._is_lowered = self.is_blocked = False
 
     def _past_duty_deadband(self, out: float, full: float) -> float:
-        """Return an output beyond the deadband of duty cycles, rescaled to the full output."""
+        """Return the output beyond the duty cycle deadband, rescaled to the full output."""
         if not self._deadband:
             return out
         rest = abs(out) / full - self._deadband
         return math.copysign(rest / (1.0 - self._deadband) * full, out) if rest > 0.0 else 0.0
 
     def _past_deadband(self, amperes: float) -> float:
-        """Return a torque current beyond the deadbands of request and configuration."""
+        """Return the torque current beyond the larger deadband of request and configuration, rescaled [A]."""
         band = max(min(self.deadband, _MAX_REQUEST_DEADBAND), self._torque_deadband)
         rest = abs(amperes) - band
         return math.copysign(rest * _TORQUE_RANGE / (_TORQUE_RANGE - band), amperes) if rest > 0.0 else 0.0
@@ -260,16 +259,16 @@ class Bridge:
 
     @property
     def asked_volts(self) -> float:
-        """Voltage that it requests, or that a torque current needs [V]."""
+        """Requested voltage, or the voltage for a requested torque current [V]."""
         if self.unit is Unit.AMPERES:
             return self.volts
         return self.asked * self.supply if self.unit is Unit.DUTY else self.asked
 
     @property
     def share(self) -> float | None:
-        """Duty cycle that it requests, within `limits`; None: volts.
+        """Requested duty cycle, subject to `limits` [-]; None for a voltage request.
 
-        A torque current is the largest voltage with the current as the limit.
+        A torque current request is the largest allowed duty cycle with the requested current as a limit.
         """
         if self.unit is Unit.AMPERES:
             return math.copysign(self.max_duty, self.asked)
@@ -277,42 +276,42 @@ class Bridge:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Active limits of stator and supply current [A]."""
+        """Active limits of stator current and supply current [A]."""
         stator = min(abs(self.asked), self._stator_limit) if self.unit is Unit.AMPERES else self._stator_limit
         return stator, self._lower if self._is_lowered else self._supply_limit
 
     @property
     def volts(self) -> float:
-        """Voltage at the motor [V]."""
+        """Motor voltage [V]."""
         if self._is_due:
             self._hold_rotor()
         return self._volts
 
     @property
     def current(self) -> float:
-        """Current in the motor [A]."""
+        """Motor current [A]."""
         if self._is_due:
             self._hold_rotor()
         return self._current
 
     @property
     def is_stator_limited(self) -> bool:
-        """Whether the stator limit bounds the current."""
+        """Whether the stator limit bounds the motor current."""
         return not self.is_neutral and abs(self.current) > _LIMITED * self._stator_limit
 
     @property
     def is_supply_limited(self) -> bool:
-        """Whether the supply limit bounded the current at the last evaluation."""
+        """Whether the supply limit bounded the motor current at the last evaluation."""
         return not self.is_neutral and self._current * self._volts > _LIMITED * self.limits[1] * self.supply
 
     def show(self, volts: float, current: float) -> None:
-        """Set voltage [V] and current [A] of the motor from a model of a robot."""
+        """Set motor voltage [V] and current [A] from a robot model."""
         self.has_model = True
         self._is_due = False
         self._volts, self._current = volts, current
 
     def _hold_rotor(self) -> None:
-        """Compute the flow in a motor whose rotor is held at its present speed."""
+        """Compute voltage and current of the motor with the rotor held at the present speed."""
         self._is_due = False
         model = self.motor.model if self._foc and not self.is_neutral else self.motor.trapezoidal
         ohm, emf, w = model.resistance, _emf(model), self.rps
@@ -330,7 +329,7 @@ class Bridge:
         _, self._current, self._volts, _, _ = solve_limited(_HELD, *held)  # type: ignore[no-untyped-call]
 
     def _time_limit(self, loops: int) -> None:
-        """Lower the supply limit after some time at it."""
+        """Lower the supply limit after the configured time at the limit."""
         limit = self._lower if self._is_lowered else self._supply_limit
         if self._current * self._volts <= _LIMITED * limit * self.supply:
             self._over, self._is_lowered = 0.0, False
