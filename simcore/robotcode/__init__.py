@@ -1,1 +1,1 @@
-"""Robot code in simulation: what a program builds, its devices by maker, and how it runs."""
+"""Robot code in simulation: recording of a program's devices, adapters for each maker, and the run loop."""

@@ -1,1 +1,1 @@
-"""Adapters to RobotPy: pyfrc's physics hook, the driver station, the Field2d."""
+"""Adapters to RobotPy: physics hooks, robot tests, the driver station and the Field2d."""

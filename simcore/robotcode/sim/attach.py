@@ -1,16 +1,16 @@
-"""Attach simcore to a robot program: under `robotpy sim --simcore`, in robot tests and in sweeps of a project.
+"""Attach simcore to a robot program under `robotpy sim --simcore`, in robot tests and in sweeps of a project.
 
-Three steps, each ahead of the corresponding step of the program:
+The module works in three steps, each ahead of the corresponding step of the program:
 
-1. `watch_program`, before robot.py is imported, records what the program builds. Programs keep devices at the top of
-   robot.py, in class bodies and in other modules.
-2. `attach`, before the robot is built, adds a `PhysicsHook` to its class.
-3. The hook builds the physics in the robot's simulationInit and advances it in each simulationPeriodic. A WPILib loop
-   calls robotPeriodic, the before-callbacks, simulationPeriodic and the after-callbacks, in this order. TimedRobot,
-   MagicBot and PyKit's LoggedRobot call these hooks; `attach` rejects a robot class whose loop does not.
+1. `watch_program` starts recording the program's devices before robot.py is imported, because programs build devices
+   at the top of robot.py, in class bodies and in other modules.
+2. `attach` adds a `PhysicsHook` to the robot class before the robot is built.
+3. The hook builds the physics in the robot's simulationInit and advances the physics in each simulationPeriodic. A
+   WPILib loop calls robotPeriodic, the before-callbacks, simulationPeriodic and the after-callbacks, in this order.
+   TimedRobot, MagicBot and PyKit's LoggedRobot call these hooks; `attach` rejects a robot class whose loop does not.
 
-RobotPy loads this module for every `robotpy` command, as its extension `simcore`, and silently skips an extension that
-fails to import. So the module imports only the standard library until it sees the flag.
+RobotPy loads this module as the extension `simcore` for every `robotpy` command and silently skips an extension that
+fails to import. The module therefore imports only the standard library until the flag is given.
 """
 
 from __future__ import annotations
@@ -45,30 +45,30 @@ _log = logging.getLogger(__name__)
 
 _PROGRAM = "robotpy sim"
 _COMMANDS = ("PyFrcSim", "RobotSim")
-"""Classes that implement `robotpy sim`: pyfrc's, and WPILib's since 2027."""
+"""Names of the classes that implement `robotpy sim` in pyfrc and, since 2027, in WPILib."""
 _FLAGS = {
     "--game": "the game to play, where several are installed",
     "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
     "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
 }
-"""Flags that go with `--simcore`, each taking a value, with their help texts."""
+"""Help texts of the options that accompany `--simcore`, by option."""
 _chosen: dict[str, str] = {}
-"""Values given for `_FLAGS`."""
-_SHORTEST = 0.010  # [s]; minimum time between two calls of an engine, as in pyfrc
+"""Values of the options in `_FLAGS` from the command line."""
+_SHORTEST = 0.010  # minimum time between two calls of an engine, as in pyfrc [s]
 _NETWORKTABLES = 5810  # port of the NT4 server
 
 
 # --- 1: watch the program -----------------------------------------------------------------------------------------
 
 _ownership: Ownership | None = None
-_robots = 0  # built by tests in this process
+_robots = 0  # number of robots built by tests in this process
 
 
 def watch_program(*, simulated: bool = False) -> Ownership:
-    """Start recording what a program builds, and which devices its own simulation writes.
+    """Start recording the devices that a program builds and the devices that its own simulation writes.
 
     Args:
-        simulated: Whether Phoenix 6 runs in simulated time from now on.
+        simulated: Whether to switch Phoenix 6 to simulated time.
     """
     global _ownership
     if _ownership is None:
@@ -98,9 +98,9 @@ def watch_program(*, simulated: bool = False) -> Ownership:
 
 
 def begin_robot() -> None:
-    """Prepare for the next robot that a test builds: clear the devices of the robot before it.
+    """Prepare for the next robot of a test by removing the devices of the previous robot.
 
-    The first robot of a process keeps the devices that its modules built on import.
+    The first robot of a process keeps the devices that were built during import.
     """
     global _robots
     _robots += 1
@@ -112,12 +112,12 @@ def begin_robot() -> None:
 
 
 def load_watched_class(module: str, name: str, simulated: bool) -> Any:
-    """Import a program in a new process, recording what it builds, and return its robot class.
+    """Import a program in a new process, record its devices, and return its robot class.
 
     Args:
-        module: Module of the class.
-        name: Dotted name of the class in it.
-        simulated: See `watch_program`.
+        module: Name of the module that defines the class.
+        name: Dotted name of the class in the module.
+        simulated: Whether to switch Phoenix 6 to simulated time.
     """
     from simcore.robotcode.sim.repeatable_runs import seed_generators
 
@@ -143,16 +143,16 @@ def attach(
     Args:
         robot_class: Robot class of the program.
         folder: Folder of robot.py.
-        physics: Project's own physics.py; None if it has none.
-        joins: Whether simcore also runs next to a physics.py that does not use it.
+        physics: Project's physics.py module; None if the project has no physics.py.
+        joins: Whether simcore also runs alongside a physics.py that does not use simcore.
         needs_field: Whether a missing drivetrain is an error; otherwise the program runs without a field.
-        guard: Context manager around the building of physics that reports errors.
+        guard: Context manager for the construction of physics, which reports errors.
 
     Returns:
-        The hook, and the robot class to use from now on.
+        The hook, and the robot class to use instead of `robot_class`.
 
     Raises:
-        ConfigError: The program has a loop without simulation hooks.
+        ConfigError: The robot class has a loop without simulation hooks.
     """
     from simcore import season
 
@@ -183,10 +183,10 @@ def attach(
 
 
 def load_physics(folder: Path) -> types.ModuleType | None:
-    """Import the physics.py of a project; return None if it has none.
+    """Import and return the physics.py of a project; return None if the project has no physics.py.
 
     Raises:
-        ConfigError: It cannot be imported, or has no class PhysicsEngine.
+        ConfigError: physics.py cannot be imported or has no class PhysicsEngine.
     """
     path = folder / "physics.py"
     if not path.is_file():
@@ -215,7 +215,7 @@ def is_ours(physics: types.ModuleType) -> bool:
 
 
 def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) -> Any:
-    """Return a subclass of the robot class whose simulation hooks run the program's code, then physics."""
+    """Return a subclass of the robot class whose simulation hooks run the program's own hook, then physics."""
 
     def begin(self: Any) -> None:
         getattr(super(physics_robot, self), init, lambda: None)()
@@ -225,7 +225,7 @@ def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) ->
         getattr(super(physics_robot, self), periodic)()
         hook.run()
 
-    # pybind11 tells by the name of the calling code that an override calls its base method; else it would recurse
+    # pybind11 recognizes an override's call of the base method by the caller's code name; other names would recurse
     for name, function in ((init, begin), (periodic, every_loop)):
         function.__code__ = function.__code__.replace(co_name=name)
     names = {name: getattr(robot_class, name) for name in ("__module__", "__qualname__")}
@@ -237,25 +237,25 @@ def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) ->
 
 
 class PhysicsHook:
-    """Physics engines of a program, built when it starts; their `update_sim` runs in each robot loop.
+    """Physics engines of a program, built at program start and updated in each robot loop.
 
     Args:
         builders: `PhysicsEngine` classes, as in a physics.py, or functions that return an engine or None.
-        guard: Context manager around the building.
+        guard: Context manager for the construction of the engines, which reports errors.
     """
 
     def __init__(self, builders: list[Callable[..., Any]], guard: Callable[[], AbstractContextManager[None]]) -> None:
         self.engine: list[Any] | None = None
-        """Engines of the running program; None before they are built."""
+        """Engines of the running program; None before `begin`."""
         self.last_loop: float | None = None
-        """FPGA time of the robot's latest loop [s]; None before the first."""
+        """FPGA time of the latest robot loop [s]; None before the first loop."""
         self._builders = builders
         self._guard = guard
         self._last: float | None = None
         self._field: Any = None
 
     def begin(self, robot: Any) -> None:
-        """Build the engines; the robot calls it once, before its first loop."""
+        """Build the engines; the robot calls this method once, before the first loop."""
         from simcore import season
 
         self._field = season.wpilib.Field2d()
@@ -263,19 +263,19 @@ class PhysicsHook:
         self._last = self.last_loop = None
         with self._guard():
             self.engine = [engine for build in self._builders if (engine := self._built(build, robot)) is not None]
-        # pyfrc waits for robotInit, which a program without wpilib's loop may lack
+        # pyfrc waits for robotInit, which may be missing in a program without WPILib's loop
         getattr(robot, "_TestRobot__robotInitialized", lambda: None)()
 
     def _built(self, build: Callable[..., Any], robot: Any) -> Any:
         controller: Any = types.SimpleNamespace()
-        if find_spec("pyfrc") is not None:  # a physics.py may call its drive() and get_pose()
+        if find_spec("pyfrc") is not None:  # a physics.py may call drive() and get_pose() of the controller
             controller = importlib.import_module("pyfrc.physics.core").PhysicsInterface(None)
         controller.field = self._field
         takes_robot = len(inspect.signature(build).parameters) == 2
         return build(controller, robot) if takes_robot else build(controller)
 
     def run(self) -> None:
-        """Advance the engines; the robot calls it in each loop."""
+        """Advance the engines; the robot calls this method in each loop."""
         from simcore import season
 
         now = self.last_loop = float(season.wpilib.Timer.get_monotonic_timestamp())
@@ -292,17 +292,17 @@ class PhysicsHook:
 
 
 def loadExtension() -> None:
-    """Do nothing: RobotPy calls this if the flag is given, but the wrapped `run` has already attached the robot."""
+    """Do nothing, because the wrapped `run` has already attached the robot when RobotPy calls this function."""
 
 
 load_extension = loadExtension
-"""Name of `loadExtension` since 2027."""
+"""Name of `loadExtension` in RobotPy since 2027."""
 
 
 def is_port_taken(port: int = _NETWORKTABLES) -> bool:
-    """Return whether another program uses a port of this computer; dashboards would connect to that program.
+    """Return whether another program uses a port of this computer, so that dashboards would connect to that program.
 
-    Call this before the robot program starts its own server, whose failure is easily missed among its log lines.
+    Call this function before the robot program starts its own server, whose failure is easily missed in the log.
     """
     try:
         socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
@@ -312,17 +312,17 @@ def is_port_taken(port: int = _NETWORKTABLES) -> bool:
 
 
 class _Choose(argparse.Action):
-    """Argparse action that stores a value until physics is built: RobotPy passes no option values to extensions."""
+    """Argparse action that stores an option's value, because RobotPy passes no option values to extensions."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
         _chosen[self.dest] = values
 
 
 def _add_flags() -> None:
-    """Add `--game NAME`, `--engine NAME` and `--match NAME`, and make the command attach the robot before it runs.
+    """Add `--game NAME`, `--engine NAME` and `--match NAME` to the command, which then attaches the robot.
 
-    RobotPy gives each extension only a flag without a value. So this function finds the argument parser in the stack
-    frame of the RobotPy code that is importing this module.
+    RobotPy gives each extension only a flag without a value. Therefore, this function finds the argument parser in the
+    stack frame of the RobotPy code that imports this module.
     """
     frame: types.FrameType | None = sys._getframe()
     while frame is not None:
@@ -337,7 +337,7 @@ def _add_flags() -> None:
 
 
 def _watch_command_line() -> None:
-    """Call `watch_program` before robot.py is imported, if the command line asks for a field or for tests."""
+    """Call `watch_program` before robot.py is imported if the command line requests a field or tests."""
     has_flag = any(len(word) > 2 and "--simcore".startswith(word) for word in sys.argv)
     if "sim" in sys.argv and (has_flag or _mentions_simcore(Path())):
         with _leaving(Path()):
@@ -347,7 +347,7 @@ def _watch_command_line() -> None:
 
 
 def _mentions_simcore(project: Path) -> bool:
-    """Return whether a project's own physics.py uses simcore, which then needs no `--simcore` flag."""
+    """Return whether a project's own physics.py uses simcore, which makes the `--simcore` flag unnecessary."""
     try:
         return "simcore" in (project / "physics.py").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -356,23 +356,23 @@ def _mentions_simcore(project: Path) -> bool:
 
 @contextmanager
 def _leaving(folder: Path) -> Iterator[None]:
-    """Exit with a one-sentence message if the body of the context fails.
+    """Exit with a one-sentence message if the body of the context raises an exception.
 
-    The process exits at once, because vendors' threads may crash during Python's shutdown.
+    The process exits immediately, because vendors' threads may crash during Python's shutdown.
     """
     try:
         yield
     except Exception as error:
         sys.stderr = os.fdopen(os.dup(2), "w")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # threads of vendors' libraries would still print there
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # silence threads of vendors' libraries
         leave(error, program=_PROGRAM, folder=folder)
 
 
 def _run_attached(command: Any) -> None:
-    """Make `robotpy sim` attach the robot before it runs, and exit with status 1 if the program failed."""
+    """Wrap `robotpy sim` to attach the robot before the run and to exit with status 1 if the program fails."""
     run = command.run
 
-    @functools.wraps(run)  # RobotPy asks for the names of its arguments
+    @functools.wraps(run)  # RobotPy inspects the argument names
     def run_attached(options: Any, **kwargs: Any) -> Any:
         folder = Path(importlib.import_module("robotpy.main").robot_py_path).parent
         if options.simcore or _mentions_simcore(folder):
@@ -393,7 +393,7 @@ def _run_attached(command: Any) -> None:
 
 
 def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
-    """Return a robot class with physics attached as the flags say; pyfrc's own physics is disabled."""
+    """Return the robot class with physics attached according to the flags, and disable pyfrc's physics."""
     if joins:
         from simcore.robotcode.sim.attached_physics import AttachedPhysics, choose
 
@@ -407,7 +407,7 @@ def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
 
 
 def _silence_joysticks() -> None:
-    """Switch off WPILib's repeated warning about missing joysticks, which a run without a window does not have."""
+    """Turn off WPILib's repeated joystick warnings, because a run without a window has no joysticks."""
     from simcore import season
 
     season.silence_joystick_warnings()
@@ -415,7 +415,7 @@ def _silence_joysticks() -> None:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Filter out pyfrc's long traceback of Ctrl-C in physics; a later line reports the interrupt."""
+    """Filter out pyfrc's long traceback after Ctrl-C in physics; a later line reports the interrupt."""
     return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 

@@ -1,4 +1,4 @@
-"""Match for a robot program that does not use simcore, from its drivetrain's constants and `simcore.toml`."""
+"""Physics for a robot program that does not use simcore, from the drivetrain constants and `simcore.toml`."""
 
 from __future__ import annotations
 
@@ -45,35 +45,36 @@ __all__ = ["AttachedPhysics", "choose", "choose_game", "physics_or_none"]
 
 _log = logging.getLogger(__name__)
 
-_MOST_OF_A_BENCH = 3  # motors of a program without a description
-_LOOPS = 3  # robot loops in which a project's own physics shows which devices it writes
+_MOST_OF_A_BENCH = 3  # largest number of motors for a bench test without a description
+_LOOPS = 3  # number of robot loops in which a project's own physics reveals the devices that it writes
 
 
 class AttachedPhysics(RobotPhysics):
-    """Physics of the robot on its field: drivetrain by its constants, mechanisms by the file, the rest by guess.
+    """Physics of a robot on the field, with a drivetrain from its constants and mechanisms from the file or by guess.
 
     Args:
-        physics_controller: Holds the `field` of the simulation's window.
+        physics_controller: Object with the `field` of the simulation window.
         robot: Robot object.
 
     Raises:
-        ConfigError: No drivetrain is found, its constants make no sense, or the file does not match the program.
+        ConfigError: No drivetrain is found, the drivetrain constants are implausible, or the file does not match the
+            program.
     """
 
     folder: ClassVar[Path] = Path()
     """Folder of robot.py."""
     file_name: ClassVar[str] = FILE_NAME
-    """Name of the file in it that describes the robot."""
+    """Name of the robot description file in `folder`."""
     game_name: ClassVar[str | None] = None
-    """Value of the flag `--game`; None: it was not given."""
+    """Value of the option `--game`; None if the option is not given."""
     engine_name: ClassVar[str | None] = None
-    """Value of the flag `--engine`; None: it was not given."""
+    """Value of the option `--engine`; None if the option is not given."""
     match_name: ClassVar[str | None] = None
-    """Value of the flag `--match`; None: it was not given."""
+    """Value of the option `--match`; None if the option is not given."""
     is_on_network: ClassVar[bool | None] = None
-    """Whether `robotpy sim` has the ports to itself; None: not `robotpy sim`."""
+    """Whether `robotpy sim` has the network ports to itself; None outside `robotpy sim`."""
     ownership: ClassVar[Ownership]
-    """Owners of devices, made before the robot is built."""
+    """Record of device owners, created before the robot is built."""
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         require_distinct_devices()
@@ -85,7 +86,7 @@ class AttachedPhysics(RobotPhysics):
         except DrivetrainNotFoundError as error:
             drivetrain = _stand(settings, error)
         self.found = drivetrain.found
-        """Drivetrain as found."""
+        """Drivetrain found in the program."""
         config = drivetrain.config
         settings.require_effect(config)
         settings = settings.with_bumper_around(config.wheel_positions)
@@ -128,7 +129,7 @@ class AttachedPhysics(RobotPhysics):
             match=match,
             drivetrain=devices,
             motors=[*motors, *self.ports.devices],
-            # Alone a mechanism is light: its controller's 1 kHz loop oscillates where volts hold for 5 ms.
+            # A mechanism on a bench is light: its controller's 1 kHz loop oscillates if volts hold for 5 ms.
             parts=20 if isinstance(drivetrain, _Stand) else None,
             auto_starts=settings.auto_starts,
         )
@@ -144,7 +145,7 @@ class AttachedPhysics(RobotPhysics):
         )
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Advance once a robot loop, after the project's own physics."""
+        """Advance the physics once per robot loop, after the project's own physics."""
         super().update_sim(now, tm_diff)
         self._loops += 1
 
@@ -155,7 +156,7 @@ class AttachedPhysics(RobotPhysics):
         self.assignment.after_tick(has_seen_loops=self._loops >= _LOOPS)
 
     def _say_what_is_there(self) -> None:
-        """Print one screen for the person who starts the program."""
+        """Log the startup summary of the robot, its devices and the field."""
         assignment = self.assignment
         nobody = [short_names(assignment.idle)] if assignment.idle else []
         nobody += self.ports.idle
@@ -182,7 +183,7 @@ class AttachedPhysics(RobotPhysics):
 
 
 class _Stand:
-    """Stand-in for a drivetrain under a bench of one or more mechanisms; a `MakersDrivetrain`."""
+    """Fixed base for mechanisms on a bench, used as a `MakersDrivetrain` when the program has no drivetrain."""
 
     def __init__(self, settings: RobotSettings) -> None:
         self.found = FoundDrivetrain(kind="none", wheels=(), about="a bench")
@@ -193,7 +194,7 @@ class _Stand:
 
 
 def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
-    """Return a stand for a program without a drivetrain; raise the error again where it may have one."""
+    """Return a stand for a program without a drivetrain; raise `error` if the program may have one."""
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     may_drive = any(built(kind) for kind in ("drive", "kinematics", "odometry"))
     if may_drive or not (settings.mechanisms or 0 < len(motors) <= _MOST_OF_A_BENCH):
@@ -207,7 +208,7 @@ def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
 
 
 def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | None:
-    """Build physics; return None where no drivetrain is found: the program then runs without simcore."""
+    """Build the physics; return None if no drivetrain is found, so that the program runs without simcore."""
     try:
         return AttachedPhysics(physics_controller, robot)
     except DrivetrainNotFoundError as error:
@@ -216,19 +217,19 @@ def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | No
 
 
 def choose(folder: Path, *, game: str | None = None, engine: str | None = None, match: str | None = None) -> None:
-    """Set game, engine and match, and refuse impossible ones before anything starts.
+    """Set the game, engine and match, and reject unavailable choices before the program starts.
 
     Args:
-        folder: Where robot.py is.
-        game: Value of the flag `--game`.
-        engine: Value of the flag `--engine`.
-        match: Value of the flag `--match`.
+        folder: Folder of robot.py.
+        game: Value of the option `--game`.
+        engine: Value of the option `--engine`.
+        match: Value of the option `--match`.
 
     Raises:
-        SimcoreError: simcore.toml is invalid, or a game or an engine is missing.
+        SimcoreError: simcore.toml is invalid, or the game or engine is not installed.
     """
     settings = read_settings(folder / FILE_NAME)
-    found = find_game(game or settings.game, say=str)  # reported when it is played
+    found = find_game(game or settings.game, say=str)  # the game is reported at the start of the match
     if match is not None:
         players_beside(found, match)
     if name := engine or settings.engine:
@@ -237,17 +238,17 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:
-    """Return the game to play: the flag's, else the file's, else that of the newest year.
+    """Return the game named by the flag, else the game named by the file, else the newest installed game.
 
     Args:
-        flag: Name that `--game` gives.
-        in_file: Name that `simcore.toml` gives.
+        flag: Value of the option `--game`.
+        in_file: Value of `game` in `simcore.toml`.
 
     Raises:
-        UnknownNameError: No game of that name is installed; the text lists those that are.
+        UnknownNameError: The named game is not installed; the message lists the installed games.
         ConfigError: No game is installed.
     """
-    game = find_game(flag or in_file)  # reported by the game itself if it was its choice
+    game = find_game(flag or in_file)  # `find_game` reports a default choice
     others = [name for name in game_names() if name != game.name]
     if others and (flag or in_file):
         why = "--game" if flag else FILE_NAME

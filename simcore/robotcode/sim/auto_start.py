@@ -1,8 +1,8 @@
-"""True pose of the robot as autonomous begins: that of the test or the file, else that of the auto.
+"""Placement of the robot at the start of autonomous, from the test, the file or the auto's pose reset.
 
-A drive team carries the robot to the start of its auto. Robot code itself gives that start: before the robot is
-enabled, or with the auto's first loop, it resets the drivetrain's pose. On a real robot that moves the estimate alone;
-this module also places the robot there while it is at rest.
+A drive team carries the real robot to the start of the auto. Robot code states this start by a reset of the
+drivetrain's pose, either while disabled or in the first loop of the auto. On a real robot, the reset changes only the
+estimate; this module also moves the simulated robot to the reset pose while the robot is at rest.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ _log = logging.getLogger(__name__)
 
 Pose = tuple[float, float, float]
 Reset = tuple[tuple[float, float] | None, float | None]
-"""Position [m] and heading [rad] that robot code has set; None is a part left unchanged."""
+"""Position [m] and heading [rad] set by robot code; None if left unchanged."""
 
-_WINDOW = 0.5  # [s] of autonomous in which a reset gives the start; commands are scheduled in its first loop
-_AT_REST = 0.05  # [m/s]
-_MOVED = 0.05  # [m]; farther than this from its pose at the start of autonomous the robot is under way
-_SAME = 0.02, math.radians(1.0)  # [m, rad] within which a robot already stands at a pose
-_SEEN = 0.3, math.radians(15.0)  # the same with cameras: such a reset is a correction
-_CHOOSER = 25  # ticks between two checks of the dashboard's choosers
+_WINDOW = 0.5  # time in autonomous during which a reset sets the start; commands run from the first loop [s]
+_AT_REST = 0.05  # largest speed of a robot at rest [m/s]
+_MOVED = 0.05  # largest distance from the pose at the start of autonomous for a robot at rest [m]
+_SAME = 0.02, math.radians(1.0)  # tolerance within which a robot is already at a pose [m, rad]
+_SEEN = 0.3, math.radians(15.0)  # tolerance with cameras, whose corrections also reset the pose [m, rad]
+_CHOOSER = 25  # number of ticks between two checks of the dashboard's choosers
 
 
 class AutoStart:
-    """Start of one robot's autonomous, applied each time that it is enabled.
+    """Start pose of one robot's autonomous, applied each time autonomous is enabled.
 
     Args:
-        match: Match with the robot on its field.
+        match: Match that contains the robot.
         number: Index of the robot.
-        starts: Starts of autos by name, as a blue robot [m, m, rad].
-        believed: Returns robot code's estimated pose, field frame [m, m, rad]; None: unknown.
+        starts: Start poses by auto name, for the blue alliance [m, m, rad].
+        believed: Function that returns robot code's estimated pose, field frame [m, m, rad]; None if unknown.
     """
 
     def __init__(
@@ -52,12 +52,12 @@ class AutoStart:
         self._number = number
         self._robot = match.robots[number]
         self.starts = starts
-        """Starts of autos by name; see the arguments."""
+        """Start poses by auto name, for the blue alliance [m, m, rad]."""
         self._believed = believed
         self._given: Pose | None = None
         self._chosen: str | None = None
-        self._wanted: Reset | None = None  # by the auto, in its first loops
-        self._seeded: Reset | None = None  # while disabled
+        self._wanted: Reset | None = None  # reset in the first loops of the auto
+        self._seeded: Reset | None = None  # reset while disabled
         self._since: float | None = None
         self._found: Pose = self._robot.chassis.pose
         self._is_open = False
@@ -65,38 +65,38 @@ class AutoStart:
         self._ticks = 0
 
     def place(self, pose: Pose) -> None:
-        """Place the robot there and ignore later resets [m, m, rad].
+        """Place the robot at a pose [m, m, rad] and ignore later resets.
 
         Raises:
-            StartError: It is not on the field, or not free.
+            StartError: The pose is off the field or obstructed.
         """
         self._match.carry_to(self._number, pose)
         self.note_place(pose)
 
     def note_place(self, pose: Pose | None) -> None:
-        """Record that the robot was placed there for good [m, m, rad]; None: at its start, as if never placed."""
+        """Record a pose that later resets must not change [m, m, rad]; None to allow resets again."""
         self._given = pose
         self._is_open = False
 
     def keep_place(self) -> None:
-        """Keep a given pose after a change of alliance, which moves the start."""
+        """Restore a given pose after a change of alliance, which moves the robot to another start."""
         if self._given is not None:
             self._match.carry_to(self._number, self._given)
         self._chosen = None
 
     def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
-        """Record a reset of the drivetrain's pose; see `simcore.robotcode.program.program_odometry.PoseReset`."""
+        """Record a pose reset by robot code (a `PoseReset`): position [m] and heading [rad], None if unchanged."""
         self._note_mode()
         if RobotState.is_disabled():
             before, turned = self._seeded or (None, None)
             self._seeded = (position or before, turned if heading is None else heading)
         elif self._is_open and not RobotState.is_fms_attached():
             before, turned = self._wanted or (None, None)
-            if before is None:  # the first one; the heading may have been set before the position
+            if before is None:  # only the first position counts; a heading may be set before the position
                 self._wanted = (position, turned if heading is None else heading)
 
     def before_tick(self) -> None:
-        """Place the robot at the last robot loop's reset, or at the file's start of the chosen auto."""
+        """Place the robot at the pose reset of the last robot loop, or at the file's start for the chosen auto."""
         self._note_mode()
         self._follow_chooser()
         position, heading = self._wanted or (None, None)
@@ -128,7 +128,7 @@ class AutoStart:
     # --- internals ----------------------------------------------------------------------------------------------------
 
     def _note_mode(self) -> None:
-        """Open the window with autonomous, and close it with its end or the robot's motion."""
+        """Open the reset window when autonomous begins; close the window when autonomous ends or the robot moves."""
         is_auto = RobotState.is_autonomous_enabled()
         if not is_auto:
             self._since = None
@@ -144,7 +144,7 @@ class AutoStart:
             self._is_open = False
 
     def _kept_seed(self) -> Reset:
-        """Return the reset made while disabled, as autonomous begins, unless cameras have since moved the estimate."""
+        """Return the reset made while disabled, unless cameras have moved the estimate since then."""
         position, heading = self._seeded or (None, None)
         if position is None or not self._is_open or RobotState.is_fms_attached():
             return None, None
@@ -157,7 +157,7 @@ class AutoStart:
         return chassis.speed < _AT_REST and math.dist(chassis.pose[:2], self._found[:2]) < _MOVED
 
     def _follow_chooser(self) -> None:
-        """Place the robot at the start of the chosen auto until the first enable, as the drive team does."""
+        """Move the robot to the start of the chosen auto before the first enable, as a drive team does."""
         self._ticks += 1
         if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
             return
@@ -165,7 +165,7 @@ class AutoStart:
             self._place_chosen(again=False)
 
     def _place_chosen(self, *, again: bool = True) -> bool:
-        """Place the robot at the file's start of the chosen auto; return whether the file has one."""
+        """Place the robot at the file's start for the chosen auto; return whether the file gives a start."""
         if self._since is not None:
             self._was_enabled = True
         name = next((auto for auto in chosen_autos() if auto in self.starts), None) if self.starts else None

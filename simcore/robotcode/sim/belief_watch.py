@@ -1,9 +1,9 @@
-"""Check of a program's odometry while it drives: one warning with the likely cause of an error.
+"""Check of a program's odometry while driving, with one warning that states the likely cause of an error.
 
-It compares three paths since the last pose reset: the program's estimate, the path by its
-wheels and gyro (with slip), and the true path. Slip separates the last two; only an error of the
-program, or of its description, separates the first from both. A robot that is carried and a gyro that is zeroed
-also restart the comparison; with cameras, only a growing error counts.
+The check compares three paths since the last pose reset: the program's estimate, the path from wheels and gyro
+(including slip), and the true path. Slip separates the last two paths. Only an error in the program or in the robot
+description separates the estimate from both. The comparison also restarts when the robot is carried or the gyro is
+zeroed. With cameras, only a growing error counts.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ __all__ = ["BeliefError", "BeliefWatch"]
 
 _log = logging.getLogger(__name__)
 
-_APART = 0.4  # [m]
-_SHARE = 0.15  # of the distance since the last reset; a real robot's calibration may be as far off
-_TURNED = 0.5 * math.pi  # [rad]
-_TURNED_WRONG = 0.5  # [rad] of a rotation that differs from the robot's throughout
-_SETTLES = 5  # ticks until the estimate shows a reset
-_CARRIED = 0.25, 0.3  # [m, rad] in a tick: no robot moves so fast
-_RESTS = 0.002  # [rad] in a tick: a heading that jumps while the robot turns less was reset
-_LEAST_TURN = 0.2  # [rad] to and fro, enough to judge the sign
-_TRIVIAL = 0.1  # [m]; with less travel in sum, directions are unknown
+_APART = 0.4  # smallest position error that is reported [m]
+_SHARE = 0.15  # smallest position error as a fraction of the travel, because real calibrations are this inaccurate [-]
+_TURNED = 0.5 * math.pi  # smallest heading error that is reported [rad]
+_TURNED_WRONG = 0.5  # smallest heading error if the estimate consistently turns by a wrong ratio [rad]
+_SETTLES = 5  # number of ticks until the estimate shows a reset
+_CARRIED = 0.25, 0.3  # motion in one tick that only a carried robot can make [m, rad]
+_RESTS = 0.002  # largest true rotation in one tick at which a jump of the estimated heading is a reset [rad]
+_LEAST_TURN = 0.2  # smallest sum of rotations from which the sign can be judged [rad]
+_TRIVIAL = 0.1  # smallest travel from which directions can be judged [m]
 
 
 @dataclass(frozen=True, slots=True)
 class BeliefError:
-    """Error of a program's estimate of its robot's pose."""
+    """Error of a program's estimated pose."""
 
     position: float
-    """Distance [m]."""
+    """Distance between estimated and true position [m]."""
     heading: float
-    """Estimated minus true heading, within half a turn [rad]."""
+    """Estimated minus true heading, wrapped to -pi..pi [rad]."""
 
 
 class BeliefWatch:
-    """Observer of one robot from tick to tick.
+    """Check of one robot's odometry, updated each tick.
 
     Args:
-        robot: Robot whose `estimated_pose` the program keeps.
-        sees: Whether cameras may give the program the robot's pose.
-        why_still: Returns why the program's pose does not move, as a sentence; empty if unknown.
+        robot: Robot whose `estimated_pose` the program updates.
+        sees: Function that returns whether cameras may correct the program's pose.
+        why_still: Function that explains in a sentence why the program's pose does not move; empty if unknown.
     """
 
     def __init__(
@@ -63,19 +63,19 @@ class BeliefWatch:
 
     @property
     def error(self) -> BeliefError:
-        """Error between the program's estimate, or its odometry's, and the truth."""
+        """Error of the program's estimate, or of the simulated odometry if the program has no estimate."""
         believed, true = self._robot.believed_pose, self._robot.chassis.pose
         return BeliefError(math.dist(believed[:2], true[:2]), math.remainder(believed[2] - true[2], math.tau))
 
     def note_reset(self) -> None:
-        """Record a pose reset of the program."""
+        """Record a pose reset by the program."""
         self._settles = _SETTLES
 
     def after_tick(self, *, is_driving: bool) -> None:
         """Compare the paths at the end of a tick.
 
         Args:
-            is_driving: Whether the robot is enabled; errors while disabled do not count.
+            is_driving: Whether the robot is enabled; errors while disabled are ignored.
         """
         believed = self._robot.estimated_pose
         if self._is_reported or believed is None:
@@ -94,7 +94,7 @@ class BeliefWatch:
         self._start = self._last = poses
         self._least = self.error
         self._way = 0.0
-        # Sums over ticks of turning, and of steps in the robot's axes as the program and as its wheels have them.
+        # Sums over ticks: rotations, and steps in the robot frame by the program's estimate and by the wheels.
         self._turned = self._turned_alike = self._turning = 0.0
         self._squares = self._program_squares = 0.0
         self._alike = self._mirrored = 0j
@@ -135,11 +135,11 @@ class BeliefWatch:
         )
 
     def _share_of_turning(self) -> float:
-        """Return the estimated rotation per radian of the robot's [-]; 1 while the robot hardly turns."""
+        """Return the ratio of estimated to true rotation [-]; 1 while the robot hardly turns."""
         return self._turned_alike / self._turned if self._turning > _LEAST_TURN else 1.0
 
     def _cause(self) -> str:
-        """Return the likeliest cause as a sentence."""
+        """Return the most likely cause of the error as a sentence."""
         if self._turning > _LEAST_TURN:
             share = self._share_of_turning()
             if share < -0.5:
@@ -154,7 +154,7 @@ class BeliefWatch:
             if not 0.8 < share < 1.25:
                 return f"Its heading turns {share:.3g} times as far: degrees for radians, turns for degrees?"
         if self._squares < _TRIVIAL * _TRIVIAL * 0.01:
-            return "It moves its pose while the wheels stand: something beside the encoders moves it"
+            return "It moves its pose while the wheels stand: something other than the encoders moves it"
         size = self._alike / self._squares
         if self._program_squares < 0.01 * self._squares:
             return self._why_still() or "It hardly moves: its encoders read nothing, or are written by something else"
@@ -165,7 +165,7 @@ class BeliefWatch:
         fit = abs(self._alike) ** 2 / (self._squares * self._program_squares)
         if fit < 0.5:
             return (
-                "It goes another way than the wheels: something beside the encoders moves it, or the zeros of the "
+                "It goes another way than the wheels: something other than the encoders moves it, or the zeros of the "
                 "modules differ"
             )
         if abs(angle) < 20.0:
@@ -185,12 +185,12 @@ class BeliefWatch:
 
 
 def _was_set(last: tuple[Pose, Pose, Pose], now: tuple[Pose, Pose, Pose]) -> bool:
-    """Return whether the robot was carried within a tick, or its estimated heading set while it stood."""
+    """Return whether the robot was carried within a tick, or the estimated heading was set at standstill."""
     turned, true_turned = (abs(math.remainder(now[k][2] - last[k][2], math.tau)) for k in (0, 2))
     was_carried = math.dist(last[2][:2], now[2][:2]) > _CARRIED[0] or true_turned > _CARRIED[1]
     return was_carried or (turned > _CARRIED[1] and true_turned < _RESTS)
 
 
 def _step(last: Pose, now: Pose) -> complex:
-    """Return the step between poses in the axes of the first: forward and, as imaginary part, left [m]."""
+    """Return the displacement in the frame of the `last` pose [m]: forward (real part) and left (imaginary part)."""
     return complex(now[0] - last[0], now[1] - last[1]) * cmath.exp(-1j * last[2])

@@ -1,7 +1,7 @@
-"""Ports of the roboRIO and solenoids that the robot program uses, each with its WPILib class.
+"""Ports of the roboRIO and of pneumatics modules used by the robot program, with the WPILib class on each port.
 
-The HAL's simulation data knows a port, not its device, so this module watches the classes' constructors. An object
-built unseen, such as by a C++ library, has no class here.
+The HAL's simulation data contains ports but not the devices on them, so this module records calls of the classes'
+constructors. The class is unknown for an object built without the recorded constructors, for example by a C++ library.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MODELS: dict[str, tuple[int, Callable[[int], bool]]] = {
     "Analog": (8, lambda channel: bool(AnalogInputSim(channel).get_initialized())),
     "Relay": (4, _is_relay_built),
 }
-"""Kinds of ports of a roboRIO with its MXP port: their number and a test of use."""
+"""Number of ports, including the MXP port, and function that returns whether a port is in use, by kind of port."""
 _CLASSES = (
     *("Koors40", "PWMSparkFlex", "PWMSparkMax", "PWMTalonFX", "PWMTalonSRX", "PWMVenom", "PWMVictorSPX"),
     *("Spark", "Talon", "VictorSP", "Servo", "PWM", "AddressableLED"),
@@ -52,23 +52,23 @@ _CLASSES = (
 
 @dataclass(frozen=True, slots=True)
 class BuiltPort:
-    """One object of robot code on ports of the roboRIO, or of a pneumatics module."""
+    """Object in robot code that uses ports of the roboRIO or of a pneumatics module."""
 
     model: str
-    """`PWM`, `DIO`, `Analog`, `Relay`, or a module's solenoids: `REVPH 1 Solenoid`."""
+    """Kind of port: `PWM`, `DIO`, `Analog`, `Relay`, or a module's solenoids such as `REVPH 1 Solenoid`."""
     channels: tuple[int, ...]
     made_by: str = ""
-    """WPILib class; empty: it was built unseen."""
+    """Name of the WPILib class; empty if the constructor call was not recorded."""
     device: Any = None
-    """Object of robot code; None: it is gone, or was built unseen."""
+    """Object in robot code; None if deleted or if the constructor call was not recorded."""
     args: tuple[Any, ...] = field(default=(), compare=False)
-    """Arguments of its constructor."""
+    """Positional arguments of the constructor."""
     settings: dict[str, Any] = field(default_factory=dict, compare=False)
-    """Keyword arguments of its constructor."""
+    """Keyword arguments of the constructor."""
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Its ports."""
+        """Device key of each port."""
         return [(self.model, DeviceAddress(channel)) for channel in self.channels]
 
     def __str__(self) -> str:
@@ -77,21 +77,21 @@ class BuiltPort:
 
 
 _records: list[BuiltPort] = []
-"""Objects in building order; `device` is a weak reference."""
+"""Recorded objects in order of construction; `device` is a weak reference."""
 
 
 def built_ports() -> list[BuiltPort]:
-    """List objects on ports now, in building order; those of unknown class last."""
+    """Return the objects that use ports now, in order of construction; objects of unknown class come last."""
     used = _used()
     found: list[BuiltPort] = []
     for record in _records:
         device = record.device()
         if record.model in used and not used[record.model].issuperset(record.channels):
-            continue  # freed in the meantime
+            continue  # the port has been freed since then
         if record.model not in used and device is None:
             continue
         found.append(replace(record, device=device))
-    # an object without references has freed its ports for later ones
+    # ports of a deleted object may belong to a later object
     found = [
         port
         for number, port in enumerate(found)
@@ -106,13 +106,13 @@ def built_ports() -> list[BuiltPort]:
 
 
 def pneumatics_module(name: str) -> Any:
-    """Return the simulation of a pneumatics module, `REVPH 1` or `CTREPCM 0`."""
+    """Return the WPILib simulation object of a pneumatics module, for example `REVPH 1` or `CTREPCM 0`."""
     kind, number = name.split()
     return (REVPHSim if kind == "REVPH" else CTREPCMSim)(int(number))
 
 
 def encoder_range(model: str, channel: int) -> float:
-    """Return one turn in the unit of robot code: 1, unless its encoder on this port was built with another."""
+    """Return one turn of the encoder on a port in robot code's unit; 1 unless the encoder was built with a range."""
     for port in built_ports():
         if port.model == model and channel in port.channels and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
             return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
@@ -120,7 +120,7 @@ def encoder_range(model: str, channel: int) -> float:
 
 
 def ports_text(model: str) -> str:
-    """Return the ports of a model in use, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
+    """Return the used ports of a kind for an error message: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
 
 
@@ -132,7 +132,7 @@ def _used() -> dict[str, set[int]]:
 
 
 def _record_ports() -> None:
-    """Record every object built from now on. Runs once, when this module is imported."""
+    """Start recording objects; called once, when this module is imported."""
     for name in _CLASSES:
         cls = getattr(wpilib, name, None)
         if cls is not None and not getattr(cls.__init__, "_records_ports", False):
@@ -163,7 +163,7 @@ def _recording(build: Any, name: str) -> Any:
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
-    """Return type and CAN id of the module; without an id the type's default."""
+    """Return the type and CAN id of a solenoid's module; without an id, the default id of the type."""
     values = [*args, *settings.values()]
     kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
     is_rev = kind == wpilib.PneumaticsModuleType.REVPH

@@ -1,6 +1,6 @@
-"""`simcore check`: run each mechanism of the described robot for a second, and report implausible results.
+"""`simcore check`: run each mechanism of the described robot for a second and report implausible results.
 
-The console shows them as lines; a page adds a drawing of the robot and the wheel speeds of its shots.
+The command prints the results and writes a page that adds a drawing of the robot and the wheel speeds for shots.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 __all__ = ["add_arguments", "run", "surveyed_drivetrain"]
 
-_STILL = 1e-6  # [rad]
+_STILL = 1e-6  # largest travel of a mechanism that does not move [rad]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,23 +63,23 @@ class _Subject:
     config: RobotConfig
     game: Game | None
     about: str
-    """Its source."""
+    """Source of the robot description, as text."""
     settings: RobotSettings | None = None
-    """Settings of its file; None: a game's own robot."""
+    """Settings from the robot description file; None for a game's own robot."""
     codes: Mapping[str, CodeView] = field(default_factory=dict)
-    """Program's configuration of controllers, by mechanism."""
+    """Controller configuration in the program, by mechanism."""
     problems: Sequence[RobotFinding] = ()
-    """Findings about the program."""
+    """Findings from the comparison with the program."""
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print and write the page.
+    """Check the robot, print the findings and write the page.
 
     Returns:
-        1 if something is wrong, else 0.
+        Exit status: 1 if a finding is wrong, else 0.
 
     Raises:
-        ConfigError: There is no robot, or its file is invalid.
+        ConfigError: The folder contains no robot, or the robot description is invalid.
         OutputError: The page cannot be written.
     """
     folder: Path = args.project
@@ -123,7 +123,7 @@ def _page(
     rows: Sequence[Sequence[str]],
     shots: Sequence[str],
 ) -> str:
-    """Return the page: verdict and its basis, the robot, its mechanisms, and the speeds that shots need."""
+    """Return the HTML page with verdict, findings, drawing of the robot, mechanism runs, and wheel speeds for shots."""
     from simcore.show.solids import described_solids  # takes half a second
 
     blocks = [headline(verdict.capitalize(), subject.about)]
@@ -144,7 +144,7 @@ def _page(
 
 
 def _needs(shooter: ShooterConfig, subject: _Subject) -> list[NeededSpeed]:
-    """Return the speeds that shots into a shooter's goal need; empty without a goal."""
+    """Return the speeds needed for shots into a shooter's goal; empty if the shooter has no goal."""
     game = subject.game
     return [] if game is None or goal_of(shooter, game) is None else needed_speeds(shooter, subject.config, game)
 
@@ -158,7 +158,7 @@ def _own_robot(game: Game) -> _Subject:
 
 
 def _described(folder: Path, game_name: str | None) -> _Subject:
-    """Return the robot of a project: its file, and its program where it can be built."""
+    """Return the robot of a project from its description file and, if the program can be built, its program."""
     settings = read_settings(folder / FILE_NAME)
     named = game_name or settings.game
     game = find_game(named) if named or game_names() else None
@@ -207,14 +207,14 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
 
 
 def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
-    """Return four modules, 15 cm inside of the bumpers where these are known."""
+    """Return a default swerve drive with four modules 15 cm inside the bumpers."""
     length, width = settings.bumper or (0.83, 0.83)
     module = SwerveModuleConfig(x=0.0, y=0.0)
     return SwerveConfig.rectangle(length - 0.3, width - 0.3, module, mass=settings.mass)
 
 
 def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
-    """Rebuild the drivetrain from the survey's answer."""
+    """Return the drivetrain described by the survey."""
     fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
@@ -230,7 +230,7 @@ def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | M
 
 
 def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
-    """Return a row of the survey with ids as addresses."""
+    """Return a survey row with device ids parsed into addresses."""
     rows = {key: [DeviceAddress.parse(one) for one in motors[key]] for key in ("followers", "opposed")}
     return {**motors, **rows, "leader": DeviceAddress.parse(motors["leader"])}
 
@@ -238,12 +238,12 @@ def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
 def _with_program(
     settings: RobotSettings, motors: Sequence[dict[str, Any]], built: Sequence[tuple[str, int | str]]
 ) -> RobotSettings:
-    """Return settings with buses, gearings and inertias of the program's configuration where the file gives none.
+    """Return settings with buses, gearings and inertias from the program where the file gives none.
 
     Args:
-        settings: Settings of the file.
-        motors: Rows of the survey.
-        built: Models and addresses of all devices.
+        settings: Settings from the robot description file.
+        motors: Survey rows of the motors.
+        built: Model and address of every device.
     """
     configured = {(m["controller"], m["leader"]): (m["gearing"], m["inertia"]) for m in motors if "inertia" in m}
     addresses = [(model, DeviceAddress.parse(address)) for model, address in built]
@@ -265,7 +265,7 @@ def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[st
 
 
 def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
-    """Yield motors of the file that the program does not build, or that oppose their leader in the file alone."""
+    """Yield findings about motors missing from the program or with different directions in program and file."""
     opposed = {
         (m["controller"], number): number in m["opposed"] for m in motors for number in (m["leader"], *m["followers"])
     }
@@ -304,7 +304,7 @@ def _figures(subject: _Subject) -> str:
 
 
 def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | None]:
-    """Run a mechanism for a second with + output, and one with - output where + is blocked."""
+    """Run a mechanism for a second at full positive output, and at negative output if positive is blocked."""
     settings = subject.settings
     is_reversed = settings is not None and settings.mechanism(name).reversed
     config, code = subject.config.mechanisms[name], subject.codes.get(name)
@@ -317,7 +317,7 @@ def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | Non
 def _run_rows(
     runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subject: _Subject
 ) -> list[tuple[str, str, str]]:
-    """Return a table of the mechanisms' runs, with its head; empty without any."""
+    """Return table rows of the mechanism runs, including the header; empty without mechanisms."""
     rows = []
     for run, back in runs:
         text = _motion(run, subject)
@@ -351,7 +351,7 @@ def _motion(run: MechanismRun, subject: _Subject) -> str:
 
 
 def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
-    """Return words for positive and negative motion of a kind."""
+    """Return the words for positive and negative motion of a mechanism."""
     if isinstance(run.mechanism, FlywheelSim | RollerSim):
         return "forward", "backward"
     if isinstance(run.mechanism, RackSim):
@@ -361,7 +361,7 @@ def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
 
 
 def _purpose(run: MechanismRun, subject: _Subject) -> str:
-    """Return what a turning part does with pieces."""
+    """Return the effect of a turning part on game pieces, as text."""
     forward, config = run.sign > 0.0, subject.config
     said = []
     for number, intake in enumerate(config.intakes, 1):
@@ -391,7 +391,7 @@ def _reading(run: MechanismRun) -> str:
 
 
 def _shots(subject: _Subject) -> Iterator[str]:
-    """Yield a line for each shooter's performance, and indented ones for its goal's needs."""
+    """Yield a line with each shooter's exit speed, and indented lines with the speeds needed for the goal."""
     for number, shooter in enumerate(subject.config.shooters, 1):
         speed = top_exit_speed(shooter, subject.config)
         low, high = (math.degrees(angle) for angle in elevations(shooter, subject.config))
@@ -413,7 +413,7 @@ def _shots(subject: _Subject) -> Iterator[str]:
 
 
 def _tipping(subject: _Subject) -> str:
-    """Return its tipping limit next to what its drivetrain can do."""
+    """Return the robot's tipping limits and the acceleration limit of the drivetrain, as text."""
     tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
     return (
         f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "

@@ -1,8 +1,9 @@
-"""Robot code's devices on one robot of a match: volts in, sensor readings out, every 5 ms or less.
+"""Connection of robot code's devices to one robot of a match: voltages in, sensor readings out, at least every 5 ms.
 
-Controllers are read before each part of the robot's step, of 5 ms or less: volts held for 20 ms make a steer loop
-overshoot. In simulated time the clock of the devices follows, so that a tick may be one part; engine, pieces and gyro
-keep their own steps. On the wall clock a tick consists of parts of 5 ms, and the devices run between them.
+The robot reads the controllers before each part of its step. Parts last at most 5 ms, because a steer loop overshoots
+if voltages hold for 20 ms. In simulated time, the clock of the devices follows the parts, so a tick may be one part;
+engine, pieces and gyro keep their own steps. On the wall clock, a tick consists of parts of 5 ms, and the devices run
+between the parts.
 """
 
 from __future__ import annotations
@@ -22,19 +23,19 @@ __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
 
 
 class DrivetrainDevices(Protocol):
-    """Devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
+    """Devices of a drivetrain, implemented by `SwerveDrivetrainSim`, `SwervePorts` and `ShaftPorts`."""
 
     def read(self, battery_voltage: float) -> None:
-        """Write the supply to devices, and read the model's volts [V]."""
+        """Write the battery voltage [V] to the devices and read the motor voltages for the drivetrain model."""
         ...
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the model's motion and the gyro's reading to the sensors [rad, rad/s]."""
+        """Write the model's motion and the gyro's readings [rad, rad/s] to the sensors."""
         ...
 
 
 class DeviceClock(Protocol):
-    """Clock of devices in simulated time: `PhoenixTime`."""
+    """Clock of devices in simulated time, implemented by `PhoenixTime`."""
 
     def step(self, dt: float) -> None:
         """Advance the devices by dt [s]."""
@@ -42,16 +43,16 @@ class DeviceClock(Protocol):
 
 
 class ConnectedDevices:
-    """All devices of one robot, in the form that `Robot.connect` takes.
+    """All devices of one robot, for `Robot.connect`.
 
     Args:
         robot: Robot in the match.
-        drivetrain: Devices of its drivetrain; None: it has none.
-        motors: Devices of its mechanisms.
-        clock: Clock of the devices in simulated time; None: wall clock.
+        drivetrain: Devices of the robot's drivetrain; None if the robot has no drivetrain.
+        motors: Devices of the robot's mechanisms.
+        clock: Clock of the devices in simulated time; None on the wall clock.
 
     Raises:
-        ConfigError: One of the devices cannot be read and written.
+        ConfigError: A device has no `read` or no `write` method.
     """
 
     def __init__(
@@ -65,7 +66,7 @@ class ConnectedDevices:
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
             if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
-        self._pending_time = 0.0  # time that mechanisms and drivetrain have moved since the controllers ran [s]
+        self._pending_time = 0.0  # motion of mechanisms and drivetrain since the controllers last ran [s]
         self._motors = list(motors)
         self._robot = robot
         self._drivetrain = drivetrain
@@ -73,7 +74,7 @@ class ConnectedDevices:
         self._note_gyro()
 
     def add(self, motor: MotorDevices) -> None:
-        """Connect a further motor."""
+        """Connect an additional motor."""
         self._motors.append(motor)
 
     def remove(self, motor: MotorDevices) -> None:
@@ -97,19 +98,19 @@ class ConnectedDevices:
         self._pending_time = h
 
     def setpoints(self) -> dict[str, float]:
-        """Return goals of controllers' closed loops, as `Robot.setpoints`."""
+        """Return the setpoints of the controllers' closed loops, for `Robot.setpoints`."""
         names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
         motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
         goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
         return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
 
     def module_setpoints(self) -> FloatArray:
-        """Return the program's setpoints of swerve modules, as `Robot.module_setpoints`."""
+        """Return the program's swerve module setpoints, for `Robot.module_setpoints`."""
         ask = getattr(self._drivetrain, "module_setpoints", None)
         return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 
     def write(self) -> None:
-        """Write the sensors after a part of a tick."""
+        """Write the sensors and run the controllers after a part of a tick."""
         gyro = self._robot.gyro
         self._show(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
         self._run_controllers()
@@ -121,7 +122,7 @@ class ConnectedDevices:
             motor.write()
 
     def _run_controllers(self) -> None:
-        """Advance the devices' clock in simulated time by the motion since the last call; always run own loops."""
+        """Advance the clock of simulated time and the devices' own loops by the time since the last call."""
         h, self._pending_time = self._pending_time, 0.0
         if self._clock is not None:
             self._clock.step(h)
@@ -139,7 +140,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """Record the gyro's reading, from which its yaw is extrapolated until the next one."""
+        """Record the gyro's reading, from which yaw is extrapolated until the next reading."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

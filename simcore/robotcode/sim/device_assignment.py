@@ -1,4 +1,4 @@
-"""Assignment of devices under `--simcore`: to the drivetrain, the file, the team's own physics.py, or a guess."""
+"""Assignment of devices under `--simcore`: to the drivetrain, the file, the team's physics.py or a guess."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ __all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configu
 
 _log = logging.getLogger(__name__)
 
-_OBSERVE = 5  # ticks in which a team's own physics.py shows which devices it writes
-_LONGEST = 50  # ticks after which simcore no longer waits for it
+_OBSERVE = 5  # number of ticks in which a team's physics.py reveals the devices that it writes
+_LONGEST = 50  # largest number of ticks to wait for a team's physics.py
 
 
 @dataclass(frozen=True, slots=True)
 class _Guessed:
-    """A group of devices and its likely mechanism."""
+    """Group of devices and the guessed mechanism."""
 
     maker: Maker
     group: FollowerGroup
@@ -41,16 +41,16 @@ class _Guessed:
 
 
 class DeviceAssignment:
-    """Owner of the guesses: gives every motor without a model a guessed mechanism.
+    """Assignment of a guessed mechanism to every motor without a model.
 
     Args:
         physics: Physics that runs the motors.
         robot: Robot that steps the mechanisms.
-        ownership: Owners of devices.
-        settings: Settings of the file.
+        ownership: Record of device owners.
+        settings: Settings from the robot description file.
         drivetrain: Devices of the drivetrain.
-        ports: Connections other than motors on CAN; None: not searched.
-        on_assigned: Called once, when every device is assigned.
+        ports: Assignment of ports other than CAN; None to ignore ports.
+        on_assigned: Function to call once, when every device is assigned.
     """
 
     def __init__(
@@ -79,11 +79,11 @@ class DeviceAssignment:
         self._guesses = self._guess()
 
     def after_tick(self, *, has_seen_loops: bool = True) -> None:
-        """Observe; then connect the remaining motors; later, disconnect those that another model turns out to write.
+        """Connect the remaining motors after an observation period; later, disconnect motors that another model writes.
 
         Args:
-            has_seen_loops: Whether the project's own physics has run a few times: on a busy computer several
-                ticks come in one burst before its first run.
+            has_seen_loops: Whether the project's own physics has run a few times. On a busy computer, a burst of
+                several ticks may precede the first run.
         """
         self._ticks += 1
         if not self._has_decided:
@@ -101,7 +101,7 @@ class DeviceAssignment:
 
     @property
     def described(self) -> list[tuple[str, str]]:
-        """Devices of the file's mechanisms, and their names, as text."""
+        """Devices and name of each mechanism in the file, as text."""
         rows = []
         for m in self._settings.mechanisms:
             sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
@@ -111,7 +111,7 @@ class DeviceAssignment:
 
     @property
     def guessed(self) -> list[tuple[str, str]]:
-        """Groups of devices, and their likely mechanisms, as text."""
+        """Devices and guessed mechanism of each group, as text."""
         return [
             (str(g.group) + "".join(f", {model} {address}" for model, address in g.guess.sensors), str(g.guess))
             for g, _ in self._guessed
@@ -119,7 +119,7 @@ class DeviceAssignment:
 
     @property
     def foreign(self) -> list[DeviceKey]:
-        """Devices that the project's own physics moves."""
+        """Devices that the project's own physics writes."""
         return [key for key in self._others() if key in self._ownership.foreign]
 
     @property
@@ -134,7 +134,7 @@ class DeviceAssignment:
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
-        """Guess the mechanisms of motors that nothing has claimed; called late, because each answer takes 50 ms."""
+        """Guess the mechanisms of unclaimed motors; called late, because each guess takes 50 ms."""
         taken = self._ownership.claimed | self._ownership.foreign
         guesses = []
         for maker in makers():
@@ -166,12 +166,12 @@ class DeviceAssignment:
 
 
 def _all_devices() -> list[BuiltDevice]:
-    """List devices on CAN, and gyros."""
+    """Return all devices on CAN, and all gyros."""
     return [d for maker in makers() for d in maker.built() if not maker.on_ports or d.model in maker.gyros]
 
 
 def short_names(keys: Sequence[DeviceKey]) -> str:
-    """Return devices in few words.
+    """Return a short text for a list of devices.
 
     >>> from simcore.quantities import DeviceAddress
     >>> short_names([("TalonFX", DeviceAddress(number)) for number in (1, 2, 3)])
@@ -197,10 +197,10 @@ def short_names(keys: Sequence[DeviceKey]) -> str:
 
 
 def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Connect the devices of a mechanism of the file.
+    """Connect the devices of a mechanism in the file.
 
     Raises:
-        ConfigError: The program has built no such device.
+        ConfigError: The program has not built one of the devices.
     """
     m, where = settings, _where(settings)
     devices = [find_device(where, m.controller, address) for address in m.devices]
@@ -223,10 +223,10 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
 
 
 def with_configuration(settings: RobotSettings) -> RobotSettings:
-    """Return settings with gearing, inertia and friction from the program's configuration where the file gives none.
+    """Return settings with gearing, inertia and friction from the program where the file gives none.
 
     Raises:
-        ConfigError: The program has built no such device.
+        ConfigError: The program has not built one of the devices.
     """
     mechanisms = tuple(_with_guess(m) if {"gearing", "inertia"} & set(m.guessed) else m for m in settings.mechanisms)
     settings = replace(settings, mechanisms=mechanisms)

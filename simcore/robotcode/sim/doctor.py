@@ -1,4 +1,4 @@
-"""`simcore doctor`: versions, imports and a second of physics; each finding is a sentence with advice."""
+"""`simcore doctor`: check of versions, imports and a second of physics, with advice for each finding."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from simcore.units import TICK
 __all__ = ["Finding", "add_arguments", "run"]
 
 OLDEST, NEWEST = (3, 10), (3, 14)
-_ADVISED = "3.13"  # the newest for which both engines have wheels
+_ADVISED = "3.13"  # newest Python version with wheels for both engines
 _SHOWN = ("simcore", "numpy", "numba", "pybullet-arm64", "pybullet", "mujoco-core", "mujoco")
 _EXTRAS = {"phoenix6": "phoenix6", "rev": "rev", "navx": "navx", "photonlibpy": "photonvision"} | dict.fromkeys(
     ("wpilib", "wpimath", "wpiutil", "hal", "ntcore", "commands2"), "robotpy"
 )
-"""Extras of simcore that install modules that robot code imports."""
-_TICKS, _WARM_UP = 50, 10  # a simulated second; the first ticks pay for caches
-_SLOW = 8.0  # [ms]; robot code, Phoenix 6 and the window need the rest of the 20
+"""Extra of simcore that installs a module, by module name in robot code."""
+_TICKS, _WARM_UP = 50, 10  # one simulated second, after ticks that fill caches
+_SLOW = 8.0  # largest tick time without a warning; robot code, Phoenix 6 and the window need the rest of the 20 ms [ms]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,27 +43,27 @@ class Finding:
     """One line of the report."""
 
     check: str
-    """Subject in a word or two."""
+    """Subject of the check, in a word or two."""
     text: str
-    """Finding."""
+    """Result of the check."""
     advice: str = ""
-    """Advice; empty where all is well."""
+    """Advice to fix the problem; empty if there is no problem."""
     level: str = "ok"
-    """Level: `ok`; `warn`: it works with surprises; `fail`: it cannot work."""
+    """Severity: `ok`, `warn` (may behave unexpectedly) or `fail` (cannot work)."""
 
 
 _warn, _fail = partial(Finding, level="warn"), partial(Finding, level="fail")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the options of `simcore doctor`."""
     parser.add_argument("--folder", type=Path, default=Path(), help="your robot project (default: here)")
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     parser.add_argument("--no-physics", action="store_true", help="leave out the second of physics at the end")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check everything and print it; return 0 if nothing failed, else 1."""
+    """Run all checks and print the findings; return exit status 1 if a check failed, else 0."""
     found = [(one.metadata["Name"] or "", one.version) for one in metadata.distributions()]
     installed = {name.lower().replace("_", "-"): version for name, version in found}
     findings = [check_python(sys.version_info[:3]), check_versions(installed), *check_imports(args.folder)]
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def check_python(version: tuple[int, int, int]) -> Finding:
-    """Return whether simcore runs on this Python."""
+    """Return a finding about the Python version."""
     shown = f"{'.'.join(map(str, version))}, {platform.system()} {platform.machine()}"
     if OLDEST <= version[:2] <= NEWEST:
         return Finding("Python", shown)
@@ -87,7 +87,7 @@ def check_python(version: tuple[int, int, int]) -> Finding:
 
 
 def check_versions(installed: Mapping[str, str]) -> Finding:
-    """Return the installed versions, and whether WPILib and vendors are of one season."""
+    """Return a finding about the installed versions, and whether WPILib and vendor libraries are of one season."""
     seasons = installed_seasons(installed.items())
     shown = [f"{name} {installed[name]}" for name in _SHOWN if name in installed]
     shown += [text for found in seasons.values() for text in found if "-native-" not in text]
@@ -105,7 +105,7 @@ def check_versions(installed: Mapping[str, str]) -> Finding:
 
 
 def check_imports(folder: Path) -> Iterator[Finding]:
-    """Check that the libraries a robot program imports are installed, and load in their own process."""
+    """Check that the libraries imported by a robot program are installed and load in a separate process."""
     if not (folder / "robot.py").is_file():
         yield _warn("robot.py", f"not in {str(folder.resolve())!r}", "go to your robot code's folder first")
         return
@@ -125,13 +125,13 @@ def check_imports(folder: Path) -> Iterator[Finding]:
 
 
 def _imported(folder: Path) -> dict[str, str]:
-    """Return the libraries that a project's files, without its tests, import at their top, and the files."""
+    """Return the libraries that a project imports at top level, except in tests, with the first importing file."""
     found: dict[str, str] = {}
     for file in (*sorted(folder.glob("*.py")), *sorted(folder.glob("[!.t]*/*.py"))):
         try:
             body = ast.parse(file.read_text(encoding="utf-8", errors="replace")).body
         except SyntaxError:
-            continue  # the program itself reports this, with its place
+            continue  # the program itself reports the syntax error and its location
         for node in body:
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom) and not node.level:
@@ -143,7 +143,7 @@ def _imported(folder: Path) -> dict[str, str]:
 
 
 def check_run() -> Iterator[Finding]:
-    """Play a second of the newest game, and compare a tick with its 20 ms."""
+    """Play a second of the newest game and compare the time of a tick with 20 ms."""
     left_out: list[str] = []
     took = []
     try:
@@ -177,7 +177,7 @@ def check_run() -> Iterator[Finding]:
 
 
 def print_findings(findings: list[Finding], console: Console) -> None:
-    """Print a table for 80 columns and more."""
+    """Print the findings as a table for 80 or more columns."""
     table = Table(width=min(console.width, 110))
     table.add_column("")
     table.add_column("what", no_wrap=True)

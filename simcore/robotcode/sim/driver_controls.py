@@ -1,4 +1,4 @@
-"""Controls of a drive team in a test: joysticks, and the choosers on the dashboard."""
+"""Drive team controls for tests: joysticks and dashboard choosers."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _STICK = Quantity("", -1.0, 1.0)
 
 
 class Joystick:
-    """A joystick whose values stay until set again, and reach robot code with its next loop.
+    """Joystick whose values hold until changed and reach robot code in the next loop.
 
     Args:
-        port: Port, 0..5.
+        port: Joystick port, 0..5.
 
     Raises:
         ConfigError: The port is out of range.
@@ -36,7 +36,7 @@ class Joystick:
         self.center()
 
     def axis(self, number: int, value: float) -> None:
-        """Move an axis, from 0; forward and left are negative on most sticks [-1..1]."""
+        """Set axis `number` (from 0) to a value [-1..1]; forward and left are negative on most sticks."""
         if number not in range(_AXES):
             raise ConfigError(f"joystick {self.port}: axis must be 0..{_AXES - 1}, got {number!r}")
         if not -1.0 <= value <= 1.0:
@@ -44,21 +44,21 @@ class Joystick:
         DriverStationSim.set_joystick_axis(self.port, number, value)
 
     def press(self, button: int) -> None:
-        """Hold a button down, counted from 1."""
+        """Press and hold a button, numbered from 1."""
         self._button(button, True)
 
     def release(self, button: int) -> None:
-        """Release a button."""
+        """Release a button, numbered from 1."""
         self._button(button, False)
 
     def pov(self, angle: int | None) -> None:
-        """Press the hat, clockwise from forward [deg]; None releases it."""
+        """Press the POV hat at an angle clockwise from forward [deg]; None to release."""
         if angle is not None and angle not in range(0, 360, 45):
             raise ConfigError(f"joystick {self.port}: pov must be None or a multiple of 45 below 360, got {angle!r}")
         season.set_pov(self.port, angle)
 
     def center(self) -> None:
-        """Release everything."""
+        """Center all axes and release all buttons and the POV hat."""
         for number in range(_AXES):
             DriverStationSim.set_joystick_axis(self.port, number, 0.0)
         for number in range(1, _BUTTONS + 1):
@@ -72,7 +72,7 @@ class Joystick:
 
 
 class XboxPad(Joystick):
-    """An Xbox controller with parts by name.
+    """Xbox controller with axes and buttons as attributes.
 
     Example:
         pad.left_y = -0.5  # forward
@@ -101,7 +101,7 @@ class XboxPad(Joystick):
 
 
 def auto_choices() -> dict[str, list[str]]:
-    """Return the options of every chooser of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
+    """Return the options of all choosers on NetworkTables, by chooser key such as `/SmartDashboard/Auto`."""
     instance = ntcore.NetworkTableInstance.get_default()
     found = {}
     for topic in instance.get_topics():
@@ -114,12 +114,12 @@ def auto_choices() -> dict[str, list[str]]:
 
 
 def chosen_autos() -> list[str]:
-    """Return the choice in each of these choosers, the driver's or else the default."""
+    """Return the driver's choice, else the default, in each of the `auto_choices`."""
     return _first_texts((*season.chooser_keys(), "default"))
 
 
 def active_choices() -> list[str]:
-    """Return the active option of each chooser on the dashboard."""
+    """Return the active option of each chooser."""
     return _first_texts((season.chooser_keys()[1],))
 
 
@@ -130,11 +130,11 @@ def _first_texts(names: tuple[str, ...]) -> list[str]:
 
 
 def choose_auto(name: str) -> str:
-    """Choose an option in the chooser that has it; return the chooser's key.
+    """Select an option in the chooser that offers the option; return the chooser's key.
 
     Raises:
-        UnknownNameError: No chooser has it; the text lists the options.
-        ConfigError: There is no chooser.
+        UnknownNameError: No chooser offers the option; the message lists all options.
+        ConfigError: Robot code has no chooser.
     """
     choices = auto_choices()
     for key, options in choices.items():

@@ -1,10 +1,10 @@
-"""Watchdog for robot tests whose program stops the clock: one sentence, with the program's line.
+"""Watchdog for robot tests whose program stops the clock, which reports the line of the program.
 
-Stepping WPILib's clock blocks, in native code, until every notifier is waited for again. A program that waits in its
-own loop, or a notifier that no thread waits on, blocks it for ever.
+A step of WPILib's clock blocks in native code until a thread waits on every notifier again. The step blocks forever if
+the program waits in its own loop, or if no thread waits on a notifier.
 
-The time limit counts CPU time of this process while it works, and wall time while it waits, so a
-slow or busy computer ends no test.
+The time limit counts CPU time while the process works and wall time while the process waits, so that a slow or busy
+computer does not end a test.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from simcore.robotcode.program.simulation_questions import is_of_program
 __all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
 
 NO_LINE = "no line of its own"
-"""Place of a program for which `program_line` finds no line."""
+"""Text for a program without a line found by `program_line`."""
 
 _STANDARD = sysconfig.get_path("stdlib")
-_LOOK = 0.25  # [s] between two checks
-_WORKS = 0.1  # share of a processor above which the process counts as working instead of waiting
-_UNSEEN = 10.0  # times the patience while no line of the program runs, as when a slow computer builds a field
+_LOOK = 0.25  # time between two checks [s]
+_WORKS = 0.1  # processor load above which the process counts as working instead of waiting [-]
+_UNSEEN = 10.0  # factor of patience while no program line is running, e.g. while a slow computer builds a field [-]
 
 _unwaited: dict[int, str] = {}
-"""Line of the program that made each notifier on which no thread has waited so far."""
+"""Program line that created each notifier on which no thread has waited so far, by notifier handle."""
 
 
 @functools.cache
 def watch_notifiers() -> None:
-    """Record the maker of each notifier of the HAL until a thread waits on it; may be called again."""
+    """Start recording the program line that creates each HAL notifier, until a thread waits on the notifier."""
     hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
     make, *ends = (season.own_name(hal, name) for name in names)
     initialize = getattr(hal, make)
@@ -59,7 +59,7 @@ def watch_notifiers() -> None:
 
 
 def program_line(frames: Iterable[Any]) -> str:
-    """Return the innermost line of the program in the first of these stacks that has one; else nothing."""
+    """Return the innermost program line in the first stack that contains a program line; empty if none does."""
     for frame in frames:
         for at, line in traceback.walk_stack(frame):
             if is_of_program(at.f_code) and not at.f_code.co_filename.startswith(_STANDARD):
@@ -68,12 +68,12 @@ def program_line(frames: Iterable[Any]) -> str:
 
 
 class HangWatch:
-    """Watchdog that exits the process if the awaited event takes too long.
+    """Watchdog that exits the process if an expected event takes too long.
 
     Args:
-        patience: Time limit, in CPU time while the process works and in wall time while it waits [s].
-        where: Returns the line of the program that runs; empty: none.
-        complaints: Stream for the sentence.
+        patience: Time limit, in CPU time while the process works and in wall time while the process waits [s].
+        where: Function that returns the running line of the program; empty if no program line is running.
+        complaints: Stream for the report.
     """
 
     def __init__(self, patience: float, where: Callable[[], str], complaints: TextIO) -> None:
@@ -85,16 +85,16 @@ class HangWatch:
         threading.Thread(target=self._watch, daemon=True, name="simcore's watch").start()
 
     def arm(self, awaited: str) -> None:
-        """Start the watch for an event, which the sentence names as missing."""
+        """Start the time limit for an event; the report names `awaited` as missing."""
         self._taken = 0.0
         self._awaited = awaited
 
     def disarm(self) -> None:
-        """Stop the watch: the event has come."""
+        """Stop the time limit after the event."""
         self._awaited = ""
 
     def sentence(self) -> str:
-        """Return the sentence that names the awaited event."""
+        """Return the sentence that reports the missing event and its cause."""
         if _unwaited:
             place = next(iter(_unwaited.values())) or "a library"
             return (
@@ -119,7 +119,7 @@ class HangWatch:
         os._exit(1)
 
     def _count(self, wall: float, work: float) -> None:
-        """Add the times between two checks [s]; if the check is late, the process was waiting for a processor."""
+        """Add the time between two checks [s]; if a check is late, the process was waiting for a processor."""
         self._taken += min(work, wall) if work > _WORKS * wall else min(wall, _LOOK)
 
     def _is_over(self) -> bool:

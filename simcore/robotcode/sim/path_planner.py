@@ -1,7 +1,7 @@
 """PathPlanner's pathfinder in simulated time: a plan is complete before the program continues.
 
-It plans on its own thread, whose duration depends on the computer: a robot would depart in another loop in
-each run.
+The pathfinder plans on its own thread, and the planning time depends on the computer. Without waiting, the robot would
+start to move in a different loop in each run.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from simcore import season
 
 __all__ = ["wait_for_plans"]
 
-_PATIENCE = 5.0  # [s] of wall time for one plan
-_REST = 2e-4  # [s] between two polls of the planner for requests
+_PATIENCE = 5.0  # largest wall time for one plan [s]
+_REST = 2e-4  # time between two polls of the planner for requests [s]
 
 
 class _PlannerTime(types.ModuleType):
-    """Module `time` for the planner's thread, which sleeps when it has no request."""
+    """Replacement for module `time` in the planner's thread, which sleeps while there is no request."""
 
     def __init__(self) -> None:
         super().__init__("time")
@@ -33,21 +33,21 @@ class _PlannerTime(types.ModuleType):
         return getattr(time, name)
 
     def sleep(self, seconds: float) -> None:
-        """Record that there is no request, and yield to other threads."""
+        """Record that the planner has no request, and sleep."""
         with self._changed:
             self._rests += 1
             self._changed.notify_all()
         time.sleep(_REST if season.hal_simulation.is_timing_paused() else seconds)
 
     def wait(self) -> None:
-        """Wait until the planner has polled twice without a request: the first poll may have begun before it."""
+        """Wait for two polls without a request, because the first poll may have begun before the call."""
         with self._changed:
             first = self._rests
             self._changed.wait_for(lambda: self._rests >= first + 2, _PATIENCE)
 
 
 def wait_for_plans(pathfinders: Any) -> None:
-    """Make requests of the module `pathplannerlib.pathfinders` wait for their plans while time is stepped."""
+    """Make requests to the module `pathplannerlib.pathfinders` wait for their plans while time is stepped."""
     pathfinders.time = clock = _PlannerTime()
     planner = pathfinders.LocalADStar
     for name in ("setStartPosition", "setGoalPosition", "setDynamicObstacles"):
@@ -59,7 +59,7 @@ def _waiting(request: Callable[..., Any], clock: _PlannerTime) -> Callable[..., 
     def request_and_wait(*args: Any, **settings: Any) -> Any:
         is_stepped = season.hal_simulation.is_timing_paused()
         if is_stepped:
-            clock.wait()  # an earlier one, such as its initial request
+            clock.wait()  # complete an earlier request, e.g. the initial one
         answer = request(*args, **settings)
         if is_stepped:
             clock.wait()

@@ -1,7 +1,7 @@
-"""Sensors of pieces in the robot: beam breaks and CANranges.
+"""Sensors of game pieces in the robot: beam breaks and CANranges.
 
-Pieces in a robot are not simulated one by one: a robot's storage knows its pieces and their order. A
-sensor reads their number, or whether one has just entered or left.
+The motion of pieces inside a robot is not simulated; the storage keeps only the pieces and their order. A sensor
+therefore reads the number of stored pieces, or whether a piece has just entered or left.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ __all__ = ["PieceSensor"]
 
 
 class PieceSensor:
-    """A light barrier that pieces break, or a CANrange on their path.
+    """Beam break or CANrange on the path of game pieces.
 
     Args:
-        view: Pieces that it sees, and their place.
+        view: Place of the sensor and kinds of pieces that the sensor detects.
         robot: Robot in the match.
-        kind_of: Returns the name of a piece's kind from its slot.
+        kind_of: Function that returns the name of a piece's kind from the piece's slot.
     """
 
     def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:
@@ -34,7 +34,7 @@ class PieceSensor:
         self._seen_until = 0.0
 
     def look(self) -> bool:
-        """Return whether it sees a piece now; call it once a tick."""
+        """Return whether the sensor detects a piece now; call this method once per tick."""
         self._time += TICK
         view = self._view
         if view.place == "storage":
@@ -56,7 +56,7 @@ class PieceSensor:
         return len([slot for slot in here if self._came[slot] <= latest])
 
     def _stored(self) -> list[int]:
-        """Return slots of all pieces in the robot except in claws."""
+        """Return the slots of all pieces in the robot, except pieces in claws."""
         in_claws = {placer.piece for placer in self._robot.placers}
         return [slot for slot in self._robot.held if slot not in in_claws]
 

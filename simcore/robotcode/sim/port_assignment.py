@@ -1,8 +1,8 @@
-"""Connections under `--simcore` other than motors on CAN: ports of the roboRIO, pneumatics, sensors and lights.
+"""Connections under `--simcore` other than motors on CAN: roboRIO ports, pneumatics, sensors and lights.
 
-Mechanisms and sensors of `simcore.toml` find their ports by a table with a row for each kind of wiring (`_OUTPUTS`,
-`_INPUTS`). Lights of any program are in telemetry, and the remaining ports are listed as unconnected. Ports are
-found by channel in the HAL's simulation data, wherever robot code keeps its objects.
+Tables with one row per kind of wiring (`_OUTPUTS`, `_INPUTS`) connect the mechanisms and sensors of `simcore.toml` to
+ports. Telemetry records the lights of every program. The remaining ports are listed as unconnected. Ports are found by
+channel in the HAL's simulation data, regardless of where robot code keeps its objects.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
 
 __all__ = ["PortAssignment"]
 
-_STRIP_EVERY = 5  # ticks between two readings of an LED strip
+_STRIP_EVERY = 5  # number of ticks between two readings of an LED strip
 
 Ask: TypeAlias = Callable[[float, bool], None]
-"""Sets the mechanism from the supply [V] and whether outputs are enabled."""
+"""Function that drives a mechanism, from the supply voltage [V] and whether outputs are enabled."""
 Show: TypeAlias = Callable[[float, float], object]
-"""Takes position and velocity of a mechanism [rad, rad/s], of a piston [m, m/s]."""
+"""Function that writes a sensor from position and velocity of a mechanism [rad, rad/s] or piston [m, m/s]."""
 Switch: TypeAlias = Callable[[bool], object]
-"""Takes whether the switch is pressed or the beam broken."""
+"""Function that writes a sensor from whether the switch is pressed or the beam is broken."""
 
 
 class _PortDevices:
-    """Devices on ports of one mechanism, as `MotorDevices`: their outputs and their sensors."""
+    """Outputs and sensors of one mechanism on ports, as `MotorDevices`."""
 
     def __init__(self, mechanism: Any, ask: Ask | None = None, show: Show | None = None) -> None:
         self._mechanism = mechanism
@@ -73,7 +73,7 @@ class _PortDevices:
 
 
 def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
-    """Turn a servo between its signal's ends; without a pulse, disabled or browned out, it holds still."""
+    """Return an output that turns a servo by its pulse; without a pulse, disabled or browned out, the servo coasts."""
     pwm = PWMSim(m.leader.number)
     low, high = servo.stops[::-1] if m.reversed else servo.stops
 
@@ -87,7 +87,7 @@ def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
 
 
 def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
-    """Switch a cylinder's valve by one coil, or forward and reverse coils; the module is off while disabled."""
+    """Return an output that switches a cylinder's valve by one or two coils, all off while disabled."""
     module, channels, out = pneumatics_module(m.module), m.channels, -12.0 if m.reversed else 12.0
 
     def ask(supply: float, powered: bool) -> None:
@@ -100,13 +100,13 @@ def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
 
 def _pwm_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
     found = [port.device for port in built_ports() if port.model == "PWM" and m.leader.number in port.channels]
-    # it may have been built unseen, and a bare `PWM` has no inversion
+    # the leader's constructor call may be unrecorded, and a bare `PWM` has no inversion
     leader = next((device for device in found if hasattr(device, "setInverted")), None)
     return _motors(m, mechanism, [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.channels])
 
 
 def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
-    """Drive motors by Spike relays: full battery voltage one way or the other, or none."""
+    """Return an output that drives motors by Spike relays: full battery voltage in either direction, or off."""
 
     def share_of(relay: Any) -> Callable[[], float]:
         return lambda: float(relay.getForward()) - float(relay.getReverse())
@@ -115,9 +115,9 @@ def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
 
 
 def _motors(m: MechanismSettings, mechanism: ShaftSim, ports: Sequence[MotorPort]) -> Ask:
-    """Drive a mechanism by controllers of one motor each of its gearbox.
+    """Return an output that drives a mechanism by controllers with one motor each.
 
-    Motors on one shaft share its speed, so their total current is that of as many motors at the mean voltage.
+    Motors on one shaft have the same speed, so the total current equals the current of all motors at the mean voltage.
     """
     signs = [-1.0 if (device in m.opposed) != m.reversed else 1.0 for device in m.devices]
 
@@ -139,14 +139,14 @@ _OUTPUTS: dict[str, Callable[[MechanismSettings, Any], Ask]] = {
     "Servo": _servo,
     "Solenoid": _valve,
 }
-"""Outputs by controller of a mechanism, as in `PORT_CONTROLLERS`."""
+"""Functions that build the output of a mechanism, by controller name in `PORT_CONTROLLERS`."""
 
 
 def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Connect the devices of a mechanism of the file that uses ports.
+    """Connect the devices of a mechanism in the file that uses ports.
 
     Raises:
-        ConfigError: The program has built no such device.
+        ConfigError: The program has not built one of the devices.
     """
     where, mechanism = f"simcore.toml [[mechanism]] {m.name!r}", robot.mechanisms[m.name]
     _require_ports(where, m.keys)
@@ -174,7 +174,7 @@ def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
 
 
 def _potentiometer(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Return a writer of a potentiometer's volts, linear between the stops."""
+    """Return a function that writes a potentiometer's voltage, linear between the stops."""
     _require_ports(where, sensor.keys)
     sim, (low, high), (first, last) = AnalogInputSim(_channel(sensor)), mechanism.stops, sensor.volts
     return lambda position, velocity: sim.set_voltage(first + (position - low) * ((last - first) / (high - low)))
@@ -196,7 +196,7 @@ def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
 
 
 def _slide_range(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Return a writer of the distance to a mechanism that slides away from a CANrange."""
+    """Return a function that writes a CANrange's distance to a mechanism that slides away from the sensor."""
     device, m = _canrange(where, sensor), mechanism
 
     def show(position: float, velocity: float) -> None:
@@ -213,7 +213,7 @@ _INPUTS: dict[str, Callable[[str, SensorSettings, ShaftSim], Show]] = {
     "potentiometer": _potentiometer,
     "canrange": _slide_range,
 }
-"""Inputs by kind of sensor; `PortAssignment` also serves limit switches and sensors of pieces."""
+"""Functions that build the input of a sensor, by kind; limit switches and piece sensors are in `PortAssignment`."""
 
 
 def _channel(sensor: SensorSettings) -> int:
@@ -227,7 +227,7 @@ def _canrange(where: str, sensor: SensorSettings) -> CANrangeSim:
 
 
 def _switch(where: str, sensor: SensorSettings) -> Switch:
-    """Find a switch or light barrier on a CANdi, or between a DIO channel and ground; an open contact reads True."""
+    """Return a function that writes a switch or beam break on a CANdi or DIO; an open DIO contact reads True."""
     if sensor.keys[0][0] == "CANdi":
         from simcore.robotcode.makers.phoenix6.sensor_ports import CANdiSwitchSim
 
@@ -240,22 +240,22 @@ def _switch(where: str, sensor: SensorSettings) -> Switch:
 
 
 def _range(where: str, sensor: SensorSettings) -> Switch:
-    """Return a writer of the distance from a CANrange to a piece, or to nothing."""
+    """Return a function that writes a CANrange's distance with and without a piece."""
     canrange = _canrange(where, sensor)
     return lambda is_seen: canrange.write(sensor.distance if is_seen else sensor.empty)
 
 
 class PortAssignment:
-    """Mechanisms and sensors of `simcore.toml` that are on ports, and the lights of the program, on one robot.
+    """Mechanisms and sensors of `simcore.toml` on ports, and the lights of the program, for one robot.
 
     Args:
-        match: Match with the robot.
+        match: Match that contains the robot.
         robot: Robot in the match.
-        settings: Settings of the file.
-        ownership: Owners of devices.
+        settings: Settings from `simcore.toml`.
+        ownership: Record of device owners.
 
     Raises:
-        ConfigError: The program has built no such device, or the robot has no such part.
+        ConfigError: The program has not built one of the devices, or the robot lacks one of the parts.
     """
 
     def __init__(self, match: Match, robot: Robot, settings: RobotSettings, ownership: Ownership) -> None:
@@ -263,45 +263,45 @@ class PortAssignment:
         self._robot = robot
         self._settings = settings
         self.of_drivetrain: Sequence[Any] = ()
-        """Objects of robot code on ports that its drivetrain uses."""
+        """Objects of robot code on ports used by the drivetrain."""
         self._ticks = 0
         self._light_changes: dict[str, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
         self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
         self._readers: dict[str, Callable[[], bool]] = {}
-        """Functions by sensor that return after a tick whether it is pressed or sees a piece."""
+        """Functions that return whether a sensor is pressed or detects a piece after a tick, by sensor name."""
         on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
         self.devices: list[MotorDevices] = [_connect_mechanism(m, robot, ownership) for m in on_ports]
-        """Outputs of mechanisms, then sensors of their motion."""
+        """Outputs of mechanisms, followed by sensors of mechanism motion."""
         for sensor in settings.sensors:
             self._connect(f"simcore.toml [[sensor]] {sensor.name!r}", sensor)
         self._look_at_sensors()
 
     @property
     def keys(self) -> set[DeviceKey]:
-        """CAN devices that this object simulates."""
+        """Keys of the CAN devices simulated by this object."""
         sensors = [s.keys[0] for s in self._settings.sensors if s.keys[0][0] in ("CANdi", "CANrange")]
         return {device.key for device in (*(find_device("", *key) for key in sensors), *_candles())}
 
     def after_tick(self) -> None:
-        """Update sensors of pieces from this tick; write them and the lights to telemetry."""
+        """Update the sensors for this tick; write sensors and lights to telemetry."""
         self._look_at_sensors()
         self._look_at_lights()
         self._ticks += 1
 
     @property
     def sensors(self) -> list[tuple[str, str]]:
-        """Ports of the file's sensors, and their kinds, as text."""
+        """Port and kind of each sensor in the file, as text."""
         return [(_port_text(sensor), _meaning(sensor)) for sensor in self._settings.sensors]
 
     @property
     def lights(self) -> list[str]:
-        """Lights of the program, as text."""
+        """CANdles and LED strips of the program, as text."""
         return [*map(str, _candles())] + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
 
     @property
     def idle(self) -> list[str]:
-        """Unconnected ports, as text: outputs move nothing, inputs read their idle value."""
+        """Unconnected ports, as text; their outputs have no effect and their inputs read the idle value."""
         taken = {key for sensor in self._settings.sensors for key in sensor.keys}
         taken |= {key for m in self._settings.mechanisms for key in m.keys}
         ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
@@ -334,7 +334,7 @@ class PortAssignment:
         self._readers[sensor.name] = look
 
     def _limit(self, where: str, sensor: SensorSettings) -> Show:
-        """Return a writer of a switch that part of a mechanism's travel presses."""
+        """Return a function that writes a limit switch, pressed over part of a mechanism's travel."""
         switch, (low, high), is_pressed = _switch(where, sensor), sensor.pressed, [False]
 
         def show(position: float, velocity: float) -> None:
@@ -372,7 +372,7 @@ def _candles() -> list[BuiltDevice]:
 
 
 def _strip_colors(strip: Any) -> IntArray:
-    """Return the color of each LED of a strip, 0xRRGGBB, shape (n,); dark until robot code has started it."""
+    """Return the colors of an LED strip as 0xRRGGBB, shape (n,); black until robot code has started the strip."""
     if not season.is_led_running(strip):
         return np.zeros(int(strip.get_length()), dtype=np.int64)
     return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.get_data()], dtype=np.int64)
@@ -393,7 +393,7 @@ def _meaning(sensor: SensorSettings) -> str:
 
 
 def _by_class(ports: Sequence[BuiltPort]) -> list[str]:
-    """Join ports of one class in one text: `PWM 3 5 (VictorSP)`."""
+    """Return one text per class of ports, for example `PWM 3 5 (VictorSP)`."""
     groups: dict[tuple[str, str], list[int]] = {}
     for port in ports:
         groups.setdefault((port.model, port.made_by), []).extend(port.channels)

@@ -1,6 +1,6 @@
-"""One run of a robot project for a sweep, in this process.
+"""One run of a robot project in a sweep, as a robot test in the current process.
 
-It is a robot test (`pytest_plugin`) that builds the robot, places it on its field and drives it.
+The test uses `pytest_plugin` to build the robot, place the robot on the field and play the auto.
 """
 
 from __future__ import annotations
@@ -26,39 +26,39 @@ __all__ = ["ProjectRun", "play_auto", "play_project", "test_auto"]
 
 
 class ProjectRun:
-    """Plugin of pytest for one run.
+    """Pytest plugin for one run.
 
     Args:
-        task: Task as `simcore.sweep.one_run` describes it.
+        task: Description of the run (`simcore.sweep.one_run`).
     """
 
     def __init__(self, task: dict[str, Any]) -> None:
         self._task = task
         self._folder = Path(task["project"])
         self.answer: dict[str, Any] = {"error": "the robot test of the run has not begun"}
-        """Metrics and digest, or an error."""
+        """Metrics and digest of the run, or an error message under the key `error`."""
 
     @pytest.fixture
     def project_run(self) -> ProjectRun:
-        """Return this plugin to the test."""
+        """Return this plugin, as a fixture."""
         return self
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Record why the robot could not be built."""
+        """Record the error if the robot could not be built."""
         if report.failed and report.when == "setup":
             lines = [line for line in report.longreprtext.splitlines() if line.strip()]
             self.answer = {"error": lines[-1].removeprefix("E").strip() if lines else "the robot could not be built"}
 
     def play(self, sim: RobotTest) -> None:
-        """Play the auto with the robot of a test."""
+        """Play the auto and record the metrics or the error."""
         try:
             self.answer = play_auto(sim, self._task)
-        except (Exception, pytest.fail.Exception) as error:  # the latter are errors that a project must fix
+        except (Exception, pytest.fail.Exception) as error:  # pytest.fail reports errors in the project
             self.answer = {"error": _sentence(error, self._folder)}
 
 
 def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
-    """Play the auto of a task with the robot of a test, and return its metrics and digest."""
+    """Play the auto of a task with the robot of a test; return the run's metrics and digest."""
     sim.alliance(task["alliance"])
     if task["log"] is not None:
         sim.add_sink(WpilogSink(task["log"]))
@@ -71,18 +71,18 @@ def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
-    """Play the auto and measure its result; pytest finds this test, which is the run, in this file."""
+    """Play the auto and measure the result; pytest collects this function as the test of the run."""
     project_run.play(sim)
 
 
 def play_project(task: dict[str, Any]) -> dict[str, Any]:
-    """Play a run in this process, its last one, and return its metrics and digest.
+    """Play a run in this process, which cannot play another run; return the run's metrics and digest.
 
     Args:
-        task: See `ProjectRun`.
+        task: Description of the run (`simcore.sweep.one_run`).
 
     Raises:
-        SimcoreError: The robot's code has failed; the text gives the error.
+        SimcoreError: The robot code failed; the message states the error.
     """
     run = ProjectRun(task)
     folder = Path(task["project"])
@@ -116,7 +116,7 @@ def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
     robot_file = folder / "robot.py"
     robot = season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
     spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
-    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not of the project's tests
+    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # ignore the project's test settings
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
     varied = [f"--sim-seed={task['seed']}", *spreads]
     pytest.main([__file__, *own_settings, *without, *varied], plugins=[robot, run])

@@ -1,6 +1,6 @@
-"""Plugin of pytest for robot tests in simulated time, under `robotpy test`, which runs each one in its own process.
+"""Pytest plugin for robot tests in simulated time under `robotpy test`, which runs each test in its own process.
 
-It loads with pytest, in projects without a robot too, so it imports heavy modules only when a robot test runs.
+Pytest loads this plugin even in projects without a robot, so heavy modules are imported only when a robot test runs.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
 __all__ = ["INIT_TIMEOUT", "sim"]
 
 INIT_TIMEOUT = 120.0
-"""Time in which a robot program must finish robotInit [s]."""
+"""Largest time for a robot program to finish robotInit [s]."""
 _PLAIN = (
     "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
     "in the folder of robot.py; options of pytest follow behind --, as in `python -m robotpy test -- -k %s`"
 )
-_LONGEST_FAILURE = 2000  # characters of an assertion on a page
-_LATE_MS = 5.0  # [ms]; a steer loop overshoots with rotor readings older than this
+_LONGEST_FAILURE = 2000  # largest length of an assertion on a page [characters]
+_LATE_MS = 5.0  # largest age of rotor readings without overshoot of a steer loop [ms]
 _PLUGINS = ("PyFrcPlugin", "RobotTestingPlugin", "IsolatedTestsPlugin")
 _MODES = ("simulated", "real")
 _complaints: TextIO | None = None
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add options and settings."""
+    """Add simcore's command-line options and ini settings."""
     group = parser.getgroup("simcore", "robot tests")
     group.addoption(
         "--phoenix",
@@ -76,11 +76,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's own stderr, for the report of a hanging program; refuse impossible options."""
+    """Keep the terminal's stderr for reports of a hanging program, and reject invalid options."""
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
-    # Robot tests run in further processes; all of them need one iteration order of sets of strings.
+    # Robot tests run in separate processes, which all need the same iteration order of sets of strings.
     os.environ.setdefault("PYTHONHASHSEED", "0")
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
@@ -100,10 +100,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _fit_into_pyfrc(config: pytest.Config) -> None:
-    """Make `robotpy test` import a program in each process as simcore does, and run one test there.
+    """Make `robotpy test` import the program through simcore and run exactly one test in each process.
 
-    pyfrc passes the process of a test the robot class, importing it on the way, and all arguments of its own
-    session after the test: a path among them would make the process run every test in that file.
+    For each test, pyfrc starts a process with the robot class, which the process imports, and with the test followed by
+    all arguments of the session. A path among these arguments would make the process run every test in a file.
     """
     for plugin in config.pluginmanager.get_plugins():
         if type(plugin).__name__ == "IsolatedTestsPlugin":
@@ -113,7 +113,7 @@ def _fit_into_pyfrc(config: pytest.Config) -> None:
 
 
 class _RobotClass:
-    """A robot class that another process imports while recording what it builds."""
+    """Robot class that unpickles in another process by a recorded import."""
 
     def __init__(self, robot_class: Any, simulated: bool) -> None:
         self._names = robot_class.__module__, robot_class.__qualname__
@@ -126,7 +126,7 @@ class _RobotClass:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Record why a robot could not start."""
+    """Record the errors of robots that could not start."""
     _start_sentences.update({str(value): None for name, value in report.user_properties if name == _START})
 
 
@@ -135,7 +135,7 @@ _start_sentences: dict[str, None] = {}
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Print last why robots could not start, and close what `pytest_configure` opened."""
+    """Print the errors of robots that could not start, and close the stream that `pytest_configure` opened."""
     global _complaints
     reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
     for sentence in _start_sentences if reporter is not None else ():
@@ -150,7 +150,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """Record how the session ends."""
+    """Record the exit status of the session."""
     global _status
     _status = int(exitstatus)
 
@@ -159,20 +159,20 @@ _status = 0
 
 
 def _end_at_once() -> None:
-    """Exit a process that had robots: Python would wait for their threads, or hang in the devices' destructors."""
+    """Run exit handlers and exit, because Python would wait for robot threads or hang in device destructors."""
     atexit._run_exitfuncs()
     _end_process(_status)
 
 
 def _end_process(code: int) -> NoReturn:
-    """Exit a process that had a robot, at once: the interpreter's shutdown can hang on HAL threads."""
+    """Exit immediately, because the interpreter's shutdown can hang on HAL threads."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
-    """Make the modules of a project importable by its tests, as `robotpy test` does."""
+    """Make a project's modules importable by the project's tests, as `robotpy test` does."""
     for folder in (file_path.parent, file_path.parent.parent):
         if file_path.suffix == ".py" and (folder / "robot.py").is_file() and str(folder) not in sys.path:
             sys.path.insert(0, str(folder))
@@ -183,7 +183,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Name the command that runs a robot test, under plain pytest."""
+    """Fail a robot test under plain pytest with a message that names the right command."""
     info = getattr(item, "_fixtureinfo", None)
     ours = () if info is None else info.name2fixturedefs.get("sim", ())
     if ours and getattr(ours[-1].func, "__module__", "") == __name__ and _pyfrc(item.config) is None:
@@ -191,7 +191,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def _pyfrc(config: pytest.Config) -> Any:
-    """Return RobotPy's plugin, if it runs this session: `robotpy test`'s, or that of one run of a sweep."""
+    """Return RobotPy's plugin if this session is `robotpy test` or a run of a sweep, else None."""
     plugins = config.pluginmanager.get_plugins()
     return next((p for p in plugins if type(p).__name__ in _PLUGINS), None)
 
@@ -205,7 +205,7 @@ def _mode(config: pytest.Config) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
-    """Switch Phoenix 6 to simulated time and place the robot on the field before pyfrc builds it."""
+    """Switch Phoenix 6 to simulated time and attach physics before pyfrc builds the robot."""
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
@@ -223,7 +223,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
 
 @contextlib.contextmanager
 def _start_errors(folder: Path) -> Generator[None, None, None]:
-    """Raise simcore's errors about a project as one sentence, without simcore's own frames."""
+    """Convert simcore's errors about a project to test failures of one sentence without traceback."""
     from simcore.errors import SimcoreError, start_sentence
 
     global _start_failure
@@ -235,7 +235,7 @@ def _start_errors(folder: Path) -> Generator[None, None, None]:
 
 
 _start_failure: BaseException | None = None
-"""Latest start failure in this process."""
+"""Latest start failure in this process; None without a failure."""
 
 
 def _make_repeatable(folder: Path) -> None:
@@ -247,7 +247,7 @@ def _make_repeatable(folder: Path) -> None:
 
 
 def _vary(config: pytest.Config) -> None:
-    """Set seed and scatter of this run for the match to be built."""
+    """Set the seed and scatter for the next match."""
     from simcore.match.scatter import Scatter
     from simcore.robotcode.sim.run_variation import run_variation, set_run_variation
 
@@ -257,16 +257,16 @@ def _vary(config: pytest.Config) -> None:
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:
-    """Attach as `robotpy sim --simcore` does, for a test that wants the field or a project that describes its robot.
+    """Attach physics as `robotpy sim --simcore` does, if a test uses the field or the project describes its robot.
 
-    A team's own physics.py stays unchanged where no test wants the field.
+    A team's own physics.py runs unchanged if no test uses the field.
 
     Args:
-        plugin: Plugin of RobotPy.
-        wants_field: Whether the test uses `sim`.
+        plugin: RobotPy's plugin.
+        wants_field: Whether the test uses the fixture `sim`.
 
     Raises:
-        ConfigError: The test wants the field, and the robot cannot be placed on one.
+        ConfigError: The test uses the field, but the robot cannot be placed on a field.
     """
     from simcore.robot_file.template import FILE_NAME
     from simcore.robotcode.sim.attach import PhysicsHook, attach, is_ours, load_physics
@@ -292,9 +292,9 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
 
 
 def _wait_longer(plugin: Any) -> None:
-    """Make a plugin of RobotPy's wait `INIT_TIMEOUT` for the start of a program: building a field takes 1 s of it.
+    """Make RobotPy's plugin wait `INIT_TIMEOUT` for the program to start, because building a field takes 1 s.
 
-    pyfrc's waits 2 s; wpilib.testing's polls a thousand times, 1 ms apart.
+    By default, pyfrc's plugin waits 2 s, and wpilib.testing's plugin polls a thousand times, 1 ms apart.
     """
     if hasattr(plugin, "_init_timeout"):
         plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
@@ -316,7 +316,7 @@ def _wait_longer(plugin: Any) -> None:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
-    """Yield the robot of this project on its simulated field; see docs/testing.md."""
+    """Yield the project's robot on the simulated field (docs/testing.md)."""
     from simcore.robotcode.sim.robot_test import RobotTest
     from simcore.telemetry.recording import Recording
 
@@ -326,7 +326,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     request.node.stash[_OUTPUT] = folder
     hook = _pyfrc(request.config)._physics
     with RobotTest(control, robot, hook, hang=hang, complaints=_complaints) as test:
-        # as often as NetworkTables takes a snapshot here
+        # the snapshot period of NetworkTables in tests
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
         yield test
@@ -334,7 +334,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
-    """Fail a test that ends in a mode without having played it."""
+    """Fail a test that enters a mode and ends without running it."""
     result = yield
     test = getattr(pyfuncitem, "funcargs", {}).get("sim")
     if test is not None and _RECORDING in pyfuncitem.stash:
@@ -342,7 +342,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]
 
         try:
             test.require_played()
-        except ConditionError as error:  # there is no line of the test to show
+        except ConditionError as error:  # no line of the test caused the error
             pytest.fail(f"ConditionError: {error}", pytrace=False)
     return result
 
@@ -352,22 +352,22 @@ _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
 def _output_folder(item: pytest.Item, robot_path: Path) -> Path:
-    """Return the folder for log and page of this test if it fails."""
+    """Return the folder for the log and page of a test that fails."""
     named = item.config.getoption("sim_output")
     base = Path(named) if named else robot_path / "test_output"
     return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in item.name)
 
 
 def _remove(folder: Path) -> None:
-    """Remove the output of an earlier run of the test."""
+    """Remove the output of an earlier run of a test."""
     shutil.rmtree(folder, ignore_errors=True)
-    with contextlib.suppress(OSError):  # not there, or it holds another test's output
+    with contextlib.suppress(OSError):  # the folder is missing or contains another test's output
         folder.parent.rmdir()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
-    """Write log and page of a failed test; warn when the machine was too slow for the real Phoenix 6."""
+    """Write log and page of a failed test; skip a test if the computer was too slow for the real Phoenix 6."""
     if call.excinfo is not None and call.excinfo.value is _start_failure:
         item.user_properties.append((_START, str(call.excinfo.value)))
     _end_at_callers_line(item.config, call.excinfo)
@@ -388,7 +388,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         test.record.failure = call.excinfo.exconly()[:_LONGEST_FAILURE]
         if test.was_enabled and isinstance(call.excinfo.value, AssertionError):
             test.record.conclude()
-        recording.write(test.match.snapshot())  # the last state, whenever a snapshot would have been due
+        recording.write(test.match.snapshot())  # always record the last state
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         lines = [f"- {warning}" for warning in (*test.warnings, *_missing_parts(test))]
@@ -398,7 +398,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 
 
 def _missing_parts(test: RobotTest) -> list[str]:
-    """Return what a robot without a described shooter or claw cannot do."""
+    """Return a hint if the robot description has neither a shooter nor a claw."""
     robot = test.robot_sim
     if robot.config.shooters or robot.config.placers or not test.match.game.pieces:
         return []
@@ -409,9 +409,10 @@ def _missing_parts(test: RobotTest) -> list[str]:
 
 
 def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[BaseException] | None) -> None:
-    """Show an error by the lines of test, game and robot alone; `--full-trace` shows all frames.
+    """Reduce a traceback to lines of the test, game and robot, unless `--full-trace` is given.
 
-    An error of simcore ends at the line that called it; any other keeps its frames from the last of those lines on.
+    The traceback of a simcore error ends at the line that called simcore. Any other traceback keeps all frames after
+    the last line of the test, game or robot.
     """
     from simcore.errors import SimcoreError
 
@@ -449,5 +450,5 @@ def _judge_lateness(item: pytest.Item, report: Any) -> None:
 
 
 def call_outcome(report: Any) -> str:
-    """Return the outcome of a test as a verb."""
+    """Return the outcome of a test as text, `failed` or `passed`."""
     return "failed" if report.longrepr else "passed"

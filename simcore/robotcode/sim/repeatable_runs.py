@@ -1,8 +1,8 @@
-"""Repeatability of robot tests besides physics: seeds, one clock, and an order of notifiers.
+"""Repeatability of robot tests outside physics: random seeds, one clock, and the order of notifiers.
 
-Each `wpilib.Notifier` is a thread. Where alarms of several, or one and the robot's loop, fall on one instant, the
-operating system chooses the first. So the n-th notifier runs n microseconds late: time stepping lets
-one alarm finish before the next, and the order is that of their starts, after the robot's loop.
+Each `wpilib.Notifier` is a thread. If several notifiers, or a notifier and the robot's loop, are due at the same time,
+the operating system decides the order. Therefore, the n-th notifier runs n microseconds late: time stepping lets one
+alarm finish before the next, so notifiers run after the robot's loop in the order in which they were started.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ Timer = season.wpilib.Timer
 
 __all__ = ["fastest_period", "note_threads", "order_notifiers", "seed_generators", "started_threads", "use_robot_clock"]
 
-_EPOCH = 1_700_000_000.0  # [s]; value of `time.time()` as a test begins: an arbitrary day
+_EPOCH = 1_700_000_000.0  # value of `time.time()` at the start of a test, an arbitrary date [s]
 _SEED = 1
 
 
 def seed_generators() -> None:
-    """Seed `random` and `numpy.random`; generators that a program makes without a seed stay unseeded."""
+    """Seed `random` and `numpy.random`, but not generators that a program creates without a seed."""
     random.seed(_SEED)
     np.random.seed(_SEED)  # noqa: NPY002  (robot code may use it)
 
@@ -59,7 +59,7 @@ _REAL = {getattr(time, name): clock for name, clock in _CLOCKS.items()}
 
 
 class _RobotTime(types.ModuleType):
-    """Module `time` with the robot's clocks."""
+    """Replacement for module `time` whose clocks return the robot's time."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(time, name)
@@ -71,9 +71,9 @@ for _name, _clock in _CLOCKS.items():
 
 
 def use_robot_clock(folder: Path) -> None:
-    """Replace `time` by the FPGA's clock in the loaded modules of a project.
+    """Replace the clocks of `time` with the FPGA clock in the loaded modules of a project.
 
-    On a robot both clocks agree; a test steps only the FPGA's. Other modules keep the computer's clock.
+    On a real robot, both clocks agree; a test steps only the FPGA clock. Other modules keep the computer's clock.
 
     Args:
         folder: Folder of the project.
@@ -105,10 +105,10 @@ _start_thread = threading.Thread.start
 
 
 def note_threads() -> None:
-    """Record the threads that the program starts from now on, and its own running ones.
+    """Start recording the program's threads, including threads that are already running.
 
-    Simulated time does not step them. Threads of libraries, such as those of notifiers, do not count, nor
-    does PathPlanner's, for which simcore waits.
+    Simulated time does not control these threads. Threads of libraries are not recorded, for example threads of
+    notifiers and the thread of PathPlanner, for which simcore waits.
     """
     known = {threading.main_thread(), threading.current_thread()}
     _started[:] = []
@@ -119,13 +119,13 @@ def note_threads() -> None:
 
 
 def started_threads() -> list[str]:
-    """Return the names of these threads, ended ones too; the next call starts with an empty list."""
+    """Return the names of the threads recorded since the last call, including threads that have ended."""
     names, _started[:] = sorted(set(_started)), []
     return names
 
 
 def _start_noted(thread: threading.Thread) -> None:
-    _note_thread(thread)  # a thread forgets its target as it ends
+    _note_thread(thread)  # a thread deletes its target when it ends
     _start_thread(thread)
 
 
@@ -143,9 +143,9 @@ def _is_of_library(thread: threading.Thread) -> bool:
 
 # --- the order of notifiers -------------------------------------------------------------------------------------------
 
-_APART = 1e-6  # [s]; resolution of the FPGA's clock
-_MOST = 900  # notifiers; more would shift alarms into the next millisecond
-_ROUND = 0.4e-6  # [s]; added because the HAL truncates the alarm to whole microseconds
+_APART = 1e-6  # delay between consecutive notifiers, the resolution of the FPGA clock [s]
+_MOST = 900  # largest number of different delays; more would shift alarms into the next millisecond
+_ROUND = 0.4e-6  # added because the HAL truncates alarm times to whole microseconds [s]
 
 _build, _start_single, _stop, _set_callback = (
     Notifier.__init__,
@@ -156,17 +156,17 @@ _build, _start_single, _stop, _set_callback = (
 
 
 class _Schedule:
-    """Schedule of a notifier's alarms."""
+    """Schedule of one notifier's alarms."""
 
     def __init__(self, notifier: Any, callback: Callable[[], object]) -> None:
         self.callback = callback
         self.period: float | None = None
-        self._notifier = ref(notifier)  # weak: a notifier without an owner ends
+        self._notifier = ref(notifier)  # weak, so that a notifier without an owner is deleted
         self._late: float | None = None
         self._next = 0.0
 
     def start(self, delay: float, period: float | None) -> None:
-        """Set the first alarm, `delay` from now [s], and the period of further ones [s]."""
+        """Set the delay of the first alarm [s] and the period of later alarms [s]; a period of None means one alarm."""
         if self._late is None:
             self._late = (next(_numbers) % _MOST) * _APART
         self.period = period
@@ -174,7 +174,7 @@ class _Schedule:
         self._arm()
 
     def run(self) -> None:
-        """Run the callback after setting the next alarm, which the callback may stop."""
+        """Set the next alarm, then run the callback, which may cancel the alarm."""
         if self.period is not None:
             self._next += self.period
             self._arm()
@@ -188,7 +188,7 @@ class _Schedule:
 
 _schedules: WeakKeyDictionary[Any, _Schedule] = WeakKeyDictionary()
 _periodic: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-"""Shortest period of each robot's `addPeriodic` calls [s]."""
+"""Shortest period of `addPeriodic` calls, by robot [s]."""
 
 
 def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
@@ -198,7 +198,7 @@ def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[
 
 
 def fastest_period() -> float:
-    """Return the shortest period of running notifiers and `addPeriodic` calls [s]; infinite without any."""
+    """Return the shortest period of all running notifiers and `addPeriodic` calls [s]; infinity if there are none."""
     notifiers = [schedule.period for schedule in list(_schedules.values()) if schedule.period is not None]
     return min([*notifiers, *_periodic.values()], default=math.inf)
 
@@ -207,7 +207,7 @@ _numbers = itertools.count(1)
 
 
 def order_notifiers() -> None:
-    """Make notifiers built from now on run in the order in which they are started."""
+    """Make new notifiers run in the order in which they were started."""
     global _numbers
     _numbers = itertools.count(1)
     if Notifier.__init__ is not _build:

@@ -1,4 +1,4 @@
-"""Cameras that a robot program uses, fed from the robot's true pose, and tables to write for unknown ones."""
+"""Cameras that a robot program uses, fed from the robot's true pose."""
 
 from __future__ import annotations
 
@@ -40,23 +40,23 @@ __all__ = ["RobotCameras", "surveyed_cameras"]
 _log = logging.getLogger(__name__)
 
 _LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
-"""Names of Limelights; other tables of robot code may begin alike."""
+"""Pattern of Limelight names; names of other tables may also start with `limelight`."""
 
 
 class RobotCameras:
     """Cameras of one robot program.
 
-    The match already has the Limelights and PhotonVision cameras of `simcore.toml`. This class adds
-    others that the program builds: each `PhotonCamera` with a known mounting, and a QuestNav headset.
+    The match already contains the Limelights and PhotonVision cameras of `simcore.toml`. This class adds the other
+    cameras that the program builds: each `PhotonCamera` with a known mount, and a QuestNav headset.
 
     Args:
-        match: Match with the robot.
+        match: Match that contains the robot.
         number: Index of the robot.
-        cameras: Cameras of the file.
-        headset: Headset of the file; None: it has none.
-        clock: Clock from simulated time to NetworkTables' time.
+        cameras: Cameras described in `simcore.toml`.
+        headset: Headset described in `simcore.toml`; None if the file describes no headset.
+        clock: Clock that converts simulated time to NetworkTables time.
         folder: Folder of robot.py.
-        file: Name of the file, for messages.
+        file: Name of the robot description file, for messages.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class RobotCameras:
         self._photon: dict[str, LimelightSim] = {}
         self._reported_mounts: dict[str, CameraMount | None] = {}
         self._reported: set[str] = set()
-        self._unplaced: set[str] = set()  # Limelights
+        self._unplaced: set[str] = set()  # Limelights without a known mount
         self._headset_reported = False
         chassis = match.robots[number].chassis
 
@@ -116,17 +116,17 @@ class RobotCameras:
 
     @property
     def running(self) -> list[str]:
-        """Names of the cameras that see the field, with `QuestNav` for a headset."""
+        """Names of the running cameras, including `QuestNav` for a headset."""
         placed = [name for name, camera in self._photon.items() if not camera.is_off]
         return [*self._described, *placed, *(["QuestNav"] if self._match.cameras.headsets else [])]
 
     @property
     def blind(self) -> list[str]:
-        """Names of cameras that the program uses and that have no known mounting."""
+        """Names of cameras used by the program without a known mount."""
         return [*(name for name, camera in self._photon.items() if camera.is_off), *sorted(self._unplaced)]
 
     def after_tick(self) -> None:
-        """Add cameras that the program has built or used since, and move those that it moves."""
+        """Add cameras that the program has started to use, and update mounts that the program has changed."""
         transforms = [seen.robot_to_camera for seen in self._program.estimators]
         if self._program.version != self._seen or any(map(operator.is_not, transforms, self._transforms)):
             self._seen, self._transforms = self._program.version, transforms
@@ -177,8 +177,8 @@ class RobotCameras:
             pipelines=(pipeline_of(self._program, name),),
         )
         camera = self._match.cameras.mount_camera(config, robot=self._number)
-        camera.is_off = True  # until its mounting is known
-        if found is None and name not in self._program.simulated:  # else its own simulation continues to feed it
+        camera.is_off = True  # until the mount is known
+        if found is None and name not in self._program.simulated:  # else the program's own simulation feeds the camera
             self._feed(camera)
         return camera
 
@@ -253,12 +253,13 @@ class RobotCameras:
 
 
 def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
-    """Return maker, name, mounting and source of each; call `watch_program` before loading the program.
+    """Return the maker, name, mount and source of each camera that the loaded program uses.
 
-    A Limelight is known by the name of its table. Tables that a program uses in its loops only are missing.
+    `watch_program` must run before the program is loaded. Limelights are found by table name; a table that the program
+    uses only in its loops is missing.
 
     Args:
-        folder: Folder of the project, whose modules are searched for tables.
+        folder: Folder of the project, whose modules are searched for table names.
     """
     program, watch = photon_program(), table_watch()
     watch.search(folder)
@@ -281,13 +282,13 @@ def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
 
 
 def _place(mount: CameraMount) -> str:
-    angles = f"pitch {round(mount.pitch_deg)}, yaw {round(mount.yaw_deg)} degrees"  # whole numbers: no "-0"
+    angles = f"pitch {round(mount.pitch_deg)}, yaw {round(mount.yaw_deg)} degrees"  # integers, to avoid "-0"
     roll = f"roll {mount.roll_deg:.0f}, " if abs(mount.roll_deg) >= 0.5 else ""
     return f"x {mount.x:.2f}, y {mount.y:.2f}, z {mount.z:.2f} m, {roll}{angles}"
 
 
 def _what_to_write(maker: str, name: str) -> str:
-    """Return a table of the file to copy."""
+    """Return a `[[camera]]` table to copy into the robot description file."""
     lines = ["[[camera]]"]
     if maker != "limelight":
         lines.append(f'maker = "{maker}"')

@@ -1,4 +1,4 @@
-"""Inputs of a robot program from the field besides its devices: modes, match time, game data, a map."""
+"""Field information for a robot program: modes, match time, game data and a map."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ _log = logging.getLogger(__name__)
 
 
 class DriverStationLink:
-    """Link between a match and the driver station, in the role of the field management system.
+    """Link between a match and the driver station, in the role of the field management system (FMS).
 
-    The match gets the enabled mode and the alliance; robot code gets match time and game data. With an FMS
-    attached, the FMS sends match time and game data.
+    The match receives the enabled mode and the alliance. Robot code receives match time and game data, unless an
+    attached FMS sends them.
 
-    An autonomous after the robot has been enabled is a new match: the link resets the field for it, unless that has
-    already happened or an FMS is attached.
+    If autonomous starts after the robot has already been enabled, the link resets the field for a new match, unless the
+    field has already been reset or an FMS is attached.
 
     Args:
-        match: Match whose clock follows the driver station from now on.
+        match: Match whose clock follows the driver station.
         number: Index of the driver station's robot.
-        placed: Called after a change of the alliance, which moves the robot to that alliance's start.
+        placed: Function to call after a change of alliance, which moves the robot to the start of the new alliance.
     """
 
     def __init__(self, match: Match, number: int, *, placed: Callable[[], object] = lambda: None) -> None:
@@ -48,11 +48,11 @@ class DriverStationLink:
         self._message = ""
         self._color: Any = None
         self._was_enabled = False
-        self._played_after = -1  # field resets when the robot was last enabled
+        self._played_after = -1  # number of field resets when the robot was last enabled
         match.timer.follow_driver_station()
 
     def update(self) -> None:
-        """Update the link at the end of a tick."""
+        """Exchange data between match and driver station at the end of a tick."""
         self._follow_alliance()
         is_enabled = RobotState.is_enabled()
         self._match.timer.set_enabled(is_enabled)
@@ -78,10 +78,10 @@ class DriverStationLink:
             _log.info("autonomous begins again: pieces and preloads are back where a match begins")
 
     def _follow_alliance(self) -> None:
-        """Place the robot at the chosen alliance's start until the first enable."""
+        """Move the robot to the start of the chosen alliance before the first enable."""
         if self._was_enabled:
             return
-        self._was_enabled = RobotState.is_enabled()  # the packet that enables may be the first with the alliance
+        self._was_enabled = RobotState.is_enabled()  # the first packet with the alliance may also enable the robot
         color = MatchState.get_alliance()
         if color is not None and color != self._color:
             self._color = color
@@ -89,7 +89,7 @@ class DriverStationLink:
             self._placed()
 
     def _show_time(self) -> None:
-        """Write the time left in the present mode, in whole seconds as on a field; -1 while disabled."""
+        """Write the remaining time of the present mode [s], in whole seconds as on a real field; -1 while disabled."""
         left = -1.0
         if self._mode != "disabled":
             timer = self._match.timer
@@ -99,10 +99,10 @@ class DriverStationLink:
         if left != self._shown:
             self._shown = left
             DriverStationSim.set_match_time(left)
-            DriverStationSim.notify_new_data()  # else robot code continues to read the old one
+            DriverStationSim.notify_new_data()  # otherwise robot code continues to read the old time
 
     def _send(self, message: str) -> None:
-        """Send the field's game data to robot code; text typed into the driver station stays."""
+        """Send the field's game data to robot code, unless a user has entered game data in the driver station."""
         if message == self._message:
             return
         if MatchState.get_game_data() == self._message:
@@ -112,13 +112,13 @@ class DriverStationLink:
 
 
 class FieldView:
-    """Map of the simulation GUI: the robot's true pose, and the pieces of every kind.
+    """Field map in the simulation GUI, with the robot's true pose and all game pieces.
 
-    Pieces are drawn five times a second, enough for a dashboard.
+    By default, pieces are drawn five times per second, which is enough for a dashboard.
 
     Args:
         field: `Field2d` to draw on.
-        every: Ticks between two drawings of the pieces.
+        every: Number of ticks between two updates of the pieces.
     """
 
     def __init__(self, field: Any, *, every: int = 10) -> None:
@@ -128,7 +128,7 @@ class FieldView:
         self._level = Rotation2d()
 
     def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
-        """Draw the true pose [m, m, rad] and all pieces [m], shape (n, 3) per kind, after a tick."""
+        """Draw the true pose [m, m, rad] and the piece positions [m], shape (n, 3) for each kind, after a tick."""
         x, y, yaw = pose
         self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
         if self._ticks % self._every == 0:

@@ -1,4 +1,4 @@
-"""Link between `robotpy sim` (or `robotpy test`) and a match."""
+"""Physics of a robot program: link between `robotpy sim` or `robotpy test` and a match."""
 
 from __future__ import annotations
 
@@ -46,63 +46,63 @@ __all__ = ["LatenessReport", "PhysicsTimes", "RobotPhysics", "field_control", "l
 
 _log = logging.getLogger(__name__)
 
-_MOST_OWED = 0.1  # [s]; a longer delay is skipped, not made up
-# Of parts that are done in one go after a stall, each waits until the devices, which run at 1 kHz of the wall clock,
-# have answered the last one; volts from before the stall would make steer motors oscillate.
-_ANSWER = 0.0015  # [s]
-_FINEST = 1, 2, 4, 5, 10, 20  # parts of a tick, each of whole milliseconds
-_HISTORY = 6000  # ticks; two minutes
-_ANY_LOOP = 0.005  # [s]; assumed period of a loop of the program's own
-_LATE_EVERY = 10.0  # [s]
-_MOST_MS = 15.0  # [ms]; robot code needs part of a tick's 20 ms, too
-_AT_START = 2.0  # [s]; every computer is late while a program starts, and nothing moves yet
+_MOST_OWED = 0.1  # longest delay that is made up; the rest of a longer delay is skipped [s]
+# When several parts run in a row after a stall, each part waits for the devices, which run at 1 kHz on the wall clock,
+# to respond to the last part. Voltages from before the stall would make steer motors oscillate.
+_ANSWER = 0.0015  # time to wait for the devices [s]
+_FINEST = 1, 2, 4, 5, 10, 20  # possible numbers of parts per tick, each of whole milliseconds
+_HISTORY = 6000  # number of ticks in the timing statistics, two minutes
+_ANY_LOOP = 0.005  # assumed period of a custom loop [s]
+_LATE_EVERY = 10.0  # default time between two reports of skipped time [s]
+_MOST_MS = 15.0  # longest acceptable tick, because robot code also needs part of the 20 ms [ms]
+_AT_START = 2.0  # default time before the first report, because every computer is late while a program starts [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhysicsTimes:
-    """Computing time of the physics, and how far it lags behind."""
+    """Computing time and lateness of the physics."""
 
     ticks: int
     median_ms: float
-    """Median computing time per 20 ms tick, wall time [ms]."""
+    """Median computing time per 20 ms tick, in wall time [ms]."""
     p99_ms: float
     max_ms: float
     late_parts: int
-    """Number of parts of a tick that were late by at least a whole part, and so ran back to back."""
+    """Number of parts that were at least one part late and therefore ran immediately after the previous part."""
     skipped: float
     """Time skipped because the robot program stalled too long [s]."""
     late_loops: int
-    """Number of robot loops that started more than half a period late, whatever the cause."""
+    """Number of robot loops that started more than half a period late, for any reason."""
     lateness_ms: float
-    """Lateness of parts in a test on the wall clock, 99th percentile [ms]; rotor readings are this old."""
+    """Lateness of parts in a test on the wall clock, 99th percentile [ms], which equals the age of rotor readings."""
 
 
 class RobotPhysics:
-    """Match driven by a robot program: base class of the `PhysicsEngine` in a team's physics.py.
+    """Match driven by a robot program; base class of the `PhysicsEngine` in a team's physics.py.
 
-    All work runs on the robot's thread, in parts of 5 ms: read volts from the devices, advance the match,
-    write sensors. A TimedRobot of any period calls the parts through `addPeriodic`; a robot with its own loop,
-    such as a MagicRobot, runs all parts that are due once per loop, in `_simulationPeriodic`.
+    All work runs on the robot's thread in parts of a tick: read voltages from the devices, advance the match, write
+    sensors. A TimedRobot of any period runs the parts through `addPeriodic`. A robot with its own loop, such as a
+    MagicRobot, runs all due parts once per loop, in `_simulationPeriodic`.
 
     Args:
         physics_controller: Object whose `field` is the Field2d of the simulation window.
         robot: Robot object.
-        match: Match with the robot on its field, closed when the program ends.
+        match: Match that contains the robot; closed when the program ends.
         number: Index of the robot that this program drives.
-        drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
-        motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
-        parts: Number of parts per tick; None: 4 of 5 ms on the wall clock. In simulated time None means 1 part for a
-            robot with a 20 ms loop, read in the middle of the loop, and more if a Notifier, an `addPeriodic` or the
-            loop itself is faster, down to 1 ms per part.
-        pace_tests: Whether tests with CTRE's own simulation (`--phoenix=real`) keep to the wall clock, on which Phoenix
-            6 runs, so that its loops behave as on the robot; False runs as fast as possible. In simulated time, the
-            default in tests, nothing waits for a clock.
-        auto_starts: Start poses of autos by dashboard name, as a blue robot, field frame [m, m, rad]. Any other auto
-            starts at the pose that it sets in its first loops.
+        drivetrain: Devices of the drivetrain, e.g. `SwerveDrivetrainSim`; None if the robot has no drivetrain.
+        motors: Devices of the mechanisms, e.g. `TalonFXMotorSim`.
+        parts: Number of parts per tick. None selects 4 parts of 5 ms on the wall clock. In simulated time, None selects
+            1 part for a robot with a 20 ms loop, read in the middle of the loop, and more parts if a Notifier, an
+            `addPeriodic` or the loop itself is faster, down to 1 ms per part.
+        pace_tests: Whether tests with CTRE's own simulation (`--phoenix=real`) run at wall-clock speed, so that Phoenix
+            6 loops behave as on a real robot; False runs as fast as possible. Tests in simulated time, the default,
+            always run as fast as possible.
+        auto_starts: Start poses of autos by dashboard name, for the blue alliance, field frame [m, m, rad]. Any other
+            auto starts at the pose that the auto sets in its first loops.
 
     Raises:
         ConfigError: Two devices share one simulation, an object is not a device, `parts` is not a whole number from 1
-            to 20, or the match has no robot of this number.
+            to 20, or the match has no robot `number`.
     """
 
     def __init__(
@@ -127,10 +127,10 @@ class RobotPhysics:
         """Robot object of the program."""
         self.match = match
         self.robot_sim = match.robots[number]
-        """Robot of the match that it drives."""
+        """Robot in the match that the program drives."""
         self._phoenix = _phoenix_time()
         self._period = _period_of(robot)
-        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # for a whole tick
+        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # one part is enough
         self._devices = ConnectedDevices(self.robot_sim, drivetrain, motors, clock=self._phoenix)
         self.robot_sim.connect(self._devices)
         self._start: float | None = None
@@ -145,7 +145,7 @@ class RobotPhysics:
         self._pace_tests = pace_tests and self._has_real_devices
         self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
-        # In simulated time nobody watches, and drawing a field of pieces takes half a millisecond.
+        # In simulated time the map is not watched, and drawing all pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
@@ -176,7 +176,7 @@ class RobotPhysics:
 
     @property
     def control(self) -> FieldControl:
-        """Field control: resets the field, adds pieces and places robots, effective from the next tick."""
+        """Field control for resetting the field, adding pieces and placing robots, effective from the next tick."""
         return self.match.control
 
     @property
@@ -185,10 +185,10 @@ class RobotPhysics:
         return self._h
 
     def after_tick(self) -> None:
-        """Do nothing; called after each 20 ms tick for subclasses to override, e.g. to log or to feed cameras."""
+        """Do nothing; subclasses may override this hook, which runs after each 20 ms tick, e.g. to log data."""
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Count late loops, and run the parts that are due if the robot has no `addPeriodic`; call once per loop."""
+        """Count late loops, and run all due parts if the robot has no `addPeriodic`; call this method once per loop."""
         if not hasattr(self, "_has_periodic"):
             raise ConfigError(
                 f"{type(self).__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
@@ -203,7 +203,7 @@ class RobotPhysics:
         self._devices.add(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
-        """Disconnect a motor; its device keeps its last values."""
+        """Disconnect a motor; the motor's device keeps its last values."""
         self._devices.remove(motor)
 
     @property
@@ -227,10 +227,11 @@ class RobotPhysics:
         if self._start is None:
             self._start = now - self._h
             gc.collect()
-            gc.freeze()  # field, pieces and robot live on: exclude them from garbage collection (5 % of a tick)
+            gc.freeze()  # exclude the long-lived field, pieces and robot from garbage collection (5 % of a tick)
             if self._phoenix is not None:
-                # A tick makes thousands of small objects, nearly all gone by its end: looking for cycles after every
-                # 700 took 5 to 8 % of a test's time. On the wall clock shorter pauses matter more.
+                # A tick creates thousands of small objects, and nearly all are deleted by the end of the tick. A search
+                # for cycles after every 700 objects took 5 to 8 % of a test's time. On the wall clock, short pauses
+                # matter more.
                 gc.set_threshold(20_000, *gc.get_threshold()[1:])
                 self._phoenix.catch_up(self._start)
         owed = int((now - self._start) / self._h + 0.5) - self._done
@@ -263,7 +264,7 @@ class RobotPhysics:
         self._most_owed = round(_MOST_OWED / self._h)
 
     def _follow_loops(self) -> bool:
-        """Make parts as short as the program's fastest loop; return whether they became shorter."""
+        """Shorten the parts to the period of the program's fastest loop; return whether the length changed."""
         fastest = min(fastest_period(), self._period) if self._may_follow else math.inf
         if fastest > self._h - 1e-6 or self._parts == _FINEST[-1]:
             return False
@@ -296,7 +297,7 @@ class RobotPhysics:
         begin = time.perf_counter()
         self._part = 0
         assert self._start is not None
-        # when it was due, not when the thread ran
+        # time at which the tick was due, not the time at which the thread ran
         self._clock.offset = self._start + self._done * self._h - (self.match.ticks + 1) * TICK
         self.robot_sim.estimated_pose = self._estimated_pose()
         self.robot_sim.setpoints = self._devices.setpoints()
@@ -339,7 +340,7 @@ class LatenessReport:
         self._is_first = True
 
     def note(self, seconds: float, *, tick_ms: float) -> None:
-        """Add time that physics has skipped.
+        """Add skipped time, and log a report if one is due.
 
         Args:
             seconds: Skipped time [s].
@@ -373,16 +374,16 @@ def latest_physics() -> RobotPhysics | None:
 
 
 def field_control() -> FieldControl | None:
-    """Return the field control of the running simulation; None without a simulation or before its physics is built.
+    """Return the field control of the running simulation; None before the physics is built.
 
-    Robot code may call it after `robotInit`, when the physics exists.
+    Robot code may call this function after `robotInit`, when the physics exists.
     """
     physics = latest_physics()
     return None if physics is None else physics.control
 
 
 def _period_of(robot: Any) -> float:
-    """Return the period of the robot's loop [s]; if unknown, a period shorter than any usual loop."""
+    """Return the period of the robot's loop [s]; if unknown, a period shorter than usual loops."""
     if isinstance(robot, IterativeRobotBase):
         return float(robot.get_period())
     if isinstance(robot, season.loop_classes()):
@@ -398,6 +399,6 @@ def _has_wpilib_loop(robot_class: type) -> bool:
 
 
 def _phoenix_time() -> PhoenixTime | None:
-    """Return the clock of simulated Phoenix 6 devices, or None without them; this never imports phoenix6."""
+    """Return the clock of simulated Phoenix 6 devices, or None without these devices; never import phoenix6."""
     module = sys.modules.get("simcore.robotcode.sim.simulated_phoenix")
     return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]

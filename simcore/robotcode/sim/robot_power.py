@@ -1,7 +1,7 @@
-"""Power supply as robot code reads it: the roboRIO's voltage, rails and brown-out, and the panels' currents.
+"""Power supply as robot code reads it: the roboRIO's voltage, rails and brown-out, and power distribution currents.
 
-A robot program does not say which motor is on which channel of a panel. So channels are assigned in order: the
-drivetrain's drive motors, its steer motors, then the mechanisms. Sums and total current are right whatever the wiring.
+A robot program does not state which motor is on which channel of a power distribution panel. Channels are therefore
+assigned in order: drive motors, steer motors, mechanisms. The total current is correct for any wiring.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ RoboRioSim = season.wpilib_simulation.RoboRioSim
 
 __all__ = ["PowerDistributionView", "RoboRioPower", "channel_currents"]
 
-_WATTS = 10.0  # of a roboRIO with few loads on its rails; estimate, +-50 %: NI publishes only the maximum, 45 W
-_MODULES = range(63)  # CAN ids
-_CHANNELS = 24  # of a REV PDH; WPILib's simulation keeps as many for a CTRE PDP, which has 16
-_LOOK = 50  # ticks between two checks for new panels of the program
+_WATTS = 10.0  # power of a roboRIO with few loads on its rails; estimate, +-50 %: NI publishes only the maximum, 45 W
+_MODULES = range(63)  # CAN ids of panels
+_CHANNELS = 24  # channels of a REV PDH; WPILib's simulation also has 24 for a CTRE PDP, which has 16
+_LOOK = 50  # number of ticks between two checks for new panels
 
 
 class RoboRioPower:
-    """Battery readings for robot code.
+    """Readings of a simulated battery in WPILib's `RobotController`.
 
-    In a brown-out a roboRIO switches off its outputs and its 6 V, 5 V and 3.3 V user rails, and counts a fault of
-    each: `RobotController.getEnabled6V()`, `getFaultCount6V()`. The counts include faults between two 20 ms loops.
-    `RobotController.isBrownedOut()`, a constant False in the simulated HAL (2026.2), answers for this battery from now
-    on; `setBrownoutVoltage` of a roboRIO 2 sets its level.
+    In a brown-out, a roboRIO disables its outputs and its 6 V, 5 V and 3.3 V user rails and counts a fault of each rail
+    (`RobotController.getEnabled6V()`, `getFaultCount6V()`). The counts include faults between two 20 ms loops.
+    `RobotController.isBrownedOut()`, always False in the simulated HAL (2026.2), is replaced to return the state of the
+    battery. `setBrownoutVoltage` of a roboRIO 2 sets the brown-out voltage of the battery.
 
     Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
 
     Args:
-        battery: Battery, which its owner steps.
+        battery: Battery to read.
     """
 
     def __init__(self, battery: Battery) -> None:
@@ -52,7 +52,7 @@ class RoboRioPower:
         self.show_voltage()
 
     def show_voltage(self) -> None:
-        """Write input voltage and current; once a robot loop is enough."""
+        """Write input voltage and current; call this method at least once per robot loop."""
         volts = self._battery.voltage
         RoboRioSim.set_vin_voltage(volts)
         season.show_input_current(_WATTS / volts if volts > 1.0 else 0.0)
@@ -61,7 +61,7 @@ class RoboRioPower:
             self._follow_level(level)
 
     def show_rails(self) -> None:
-        """Switch the rails where a brown-out has begun or ended; does nothing in between."""
+        """Switch the user rails after the start or end of a brown-out."""
         is_low = self._battery.browned_out
         if is_low == self._is_low:
             return
@@ -71,7 +71,7 @@ class RoboRioPower:
             count(self._battery.brownouts)
 
     def _follow_level(self, level: float) -> None:
-        """Take a new brown-out voltage from robot code [V]."""
+        """Apply a new brown-out voltage from robot code [V]."""
         self._level = level
         config = self._battery.config
         recovered = max(config.recovered_voltage, level)
@@ -79,9 +79,9 @@ class RoboRioPower:
 
 
 def channel_currents(robot: Robot, channels: int) -> list[float]:
-    """Return the current of each channel [A]; loads without their own channel share the last one.
+    """Return the current of each channel [A]; loads beyond the last channel are added to the last channel.
 
-    A panel measures no current that flows back: it reads zero while a motor brakes into the battery.
+    A panel does not measure reverse current: a channel reads zero while its motor brakes into the battery.
 
     Args:
         robot: Robot with drivetrain and mechanisms.
@@ -91,7 +91,7 @@ def channel_currents(robot: Robot, channels: int) -> list[float]:
     currents = list(drive.drive_motors.supply)
     if isinstance(drive, SwerveDrive):
         currents += drive.steer_motors.supply
-    else:  # its sides have several motors each
+    else:  # each side of the drivetrain has several motors
         motors = len([amps for side in drive.motor_currents().values() for amps in side]) // len(currents)
         currents = [current for current in currents for _ in range(motors)]
     for mechanism in robot.mechanisms.values():
@@ -103,10 +103,10 @@ def channel_currents(robot: Robot, channels: int) -> list[float]:
 
 
 class PowerDistributionView:
-    """Panels that a robot program has built.
+    """Power distribution panels built by a robot program.
 
     Args:
-        robot: Robot whose currents they show.
+        robot: Robot whose currents the panels measure.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -115,7 +115,7 @@ class PowerDistributionView:
         self._ticks = 0
 
     def update(self) -> None:
-        """Update the panels at the end of a tick."""
+        """Write voltage and currents of all panels at the end of a tick."""
         if self._ticks % _LOOK == 0:
             panels = (PowerDistributionSim(module) for module in _MODULES)
             self._panels = [panel for panel in panels if panel.get_initialized()]

@@ -1,4 +1,4 @@
-"""Access to a robot program from outside: its robot class, and the parts of its robot object."""
+"""Access to a robot program: loading the robot class and finding parts of the robot object."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["load_robot_class", "part_of"]
 
 
 def load_robot_class(robot_file: Path) -> Any:
-    """Import a robot.py as the RobotPy command line does, and return its robot class.
+    """Import a robot.py as the RobotPy command line does, and return the robot class.
 
     Raises:
-        ConfigError: Not exactly one class in it is a robot. Errors of the robot code itself pass through.
+        ConfigError: robot.py does not define exactly one robot class. Errors of the robot code propagate.
     """
     import robotpy.main
     import wpilib
@@ -48,7 +48,7 @@ def part_of(robot: object, path: str) -> Any:
     """Return the attribute at a dotted path, e.g. `part_of(robot, "container.drivetrain")`.
 
     Raises:
-        UnknownNameError: An attribute of the path is missing; the text names similar ones.
+        UnknownNameError: An attribute of the path is missing; the message suggests similar names.
 
     >>> part_of("frc", "upper").__name__
     'upper'

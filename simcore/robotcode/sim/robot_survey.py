@@ -1,10 +1,13 @@
-"""Devices and drivetrain of a robot program as a line of JSON, for `simcore init` and `simcore check`.
+"""Survey of a robot program's devices and drivetrain, printed as a line of JSON for `simcore init` and `simcore check`.
 
-`python -m simcore.robotcode.sim.robot_survey robot.py` builds the program without running it. Run it in its own
-process and folder: programs and vendors' libraries write files to the current folder. With `described` after the path
-it finds the drivetrain as simcore.toml describes it; with `started` it also places the robot on its field, as a start
-does. Phoenix 6 is simcore's own, which answers at once and writes nothing;
-with `real` it is CTRE's simulation, for programs that need unmodelled features.
+`python -m simcore.robotcode.sim.robot_survey robot.py` builds the program without running it. Run this command in its
+own process and folder, because programs and vendors' libraries write files to the current folder. Options after the
+path:
+
+- `described` finds the drivetrain by its description in simcore.toml.
+- `started` also builds the physics with the robot on the field.
+- `real` uses CTRE's simulation of Phoenix 6, for programs with unmodelled features. By default, simcore's emulator is
+  used, which responds immediately and writes no files.
 """
 
 from __future__ import annotations
@@ -43,13 +46,13 @@ from simcore.robotcode.sim.robot_program import load_robot_class
 
 __all__ = ["main"]
 
-_SETTLE = 0.1  # [s]; time in which all devices send their signals
+_SETTLE = 0.1  # time for all devices to send their signals [s]
 _kept: list[Any] = []
-"""Robot objects kept alive, because devices die with theirs."""
+"""Robot objects, kept alive because devices are deleted together with the robot object."""
 
 
 def main() -> None:
-    """Print the line and exit despite running threads, also after a program that failed halfway."""
+    """Print the survey and exit despite running threads, even if the program failed."""
     robot_file, options = Path(sys.argv[1]), sys.argv[2:]
     answer: dict[str, Any] = {}
     try:
@@ -84,14 +87,14 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
     season.initialize_hal()
     robot = load_robot_class(robot_file)()
     _kept.append(robot)
-    for step in ("robotInit", "_simulationInit", "simulation_init"):  # of 2026; of 2027
+    for step in ("robotInit", "_simulationInit", "simulation_init"):  # names of 2026, then 2027
         getattr(robot, step, lambda: None)()
     if clock is not None:
         clock.step(_SETTLE)
 
 
 def _start(folder: Path) -> str:
-    """Build the physics of a start and return the sentence of its error; empty: it starts."""
+    """Build the physics as at program start; return the error message, empty if there is no error."""
     AttachedPhysics.folder, AttachedPhysics.ownership = folder, watch_program()
     try:
         physics_or_none(SimpleNamespace(field=season.wpilib.Field2d()), _kept[0])
@@ -127,7 +130,7 @@ def _survey(folder: Path, *, is_described: bool) -> dict[str, Any]:
 
 
 def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return devices on ports of the roboRIO and pneumatics modules, and CTRE's sensors of switches or pieces."""
+    """Return devices on ports of the roboRIO and pneumatics modules, and CTRE's sensors for switches and pieces."""
     ports = [
         {"model": p.model, "channels": list(p.channels), "made_by": p.made_by}
         for p in built_ports()
@@ -157,7 +160,7 @@ def _describe(maker: Maker, group: FollowerGroup, graph: ObjectGraph) -> dict[st
     try:
         known["code"] = _view(group.leader)
         guess = maker.guess(group)
-    except (ConfigError, NotImplementedError) as error:  # the other motors matter even if one does not answer
+    except (ConfigError, NotImplementedError) as error:  # continue with the other motors
         return {**known, "remark": str(error), "turns_freely": False}
     m, box = guess.mechanism, guess.mechanism.gearbox
     reads = [f"{model} {address}" for model, address in guess.sensors]
@@ -175,10 +178,10 @@ def _describe(maker: Maker, group: FollowerGroup, graph: ObjectGraph) -> dict[st
 
 
 def _view(device: BuiltDevice) -> dict[str, Any] | None:
-    """Return the fields of a `CodeView` of a Talon; None: another device, which is not compared.
+    """Return the `CodeView` fields of a TalonFX or TalonFXS; None for any other device.
 
     Raises:
-        ConfigError: The device does not answer.
+        ConfigError: The device does not respond.
     """
     if device.model not in ("TalonFX", "TalonFXS"):
         return None

@@ -1,4 +1,4 @@
-"""A robot under test: the program of a project on its simulated field, driven step by step."""
+"""Robot test: a project's robot program on the simulated field, controlled step by step."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ __all__ = ["ConditionError", "RobotTest"]
 
 _log = logging.getLogger(__name__)
 
-_FIRST_LOOP = 1.0  # wall time for a loop of the program's own to run before time is stepped [s]
+_FIRST_LOOP = 1.0  # wall time to wait for the first run of a custom loop before time is stepped [s]
 _ENDS = 2.0  # wall time for a failed program to end [s]
 _SPAN = Quantity("s", 0.0, 1e6)
-_SETTLE = 0.5  # [s]; disabled before the first mode, for the alliance and the dashboard to arrive
+_SETTLE = 0.5  # disabled time before the first mode, so that robot code receives alliance and dashboard values [s]
 _NOT_STARTED = "the robot program has not finished robotInit"
 _NOT_LOOPED = "no robot loop has finished"
 _STATIONS = {
@@ -60,38 +60,38 @@ _STATIONS = {
 
 
 class ConditionError(SimcoreError, AssertionError):
-    """A condition that a test waited for did not come true in time."""
+    """Condition that did not become true within the timeout of a test."""
 
 
 class _NoSuchNameError(SimcoreError, AttributeError):
-    """A test asks the fixture for a name that it does not have."""
+    """Unknown attribute of the fixture `sim`."""
 
 
 class _WarningList(logging.Handler):
-    """Log handler that keeps warnings in a list, each once."""
+    """Log handler that collects warnings in a list without duplicates."""
 
     def __init__(self, kept: list[str]) -> None:
         super().__init__(logging.WARNING)
         self._kept = kept
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Add the record's message."""
+        """Add the message of a log record."""
         text = record.getMessage()
         if text not in self._kept:
             self._kept.append(text)
 
 
 class RobotTest:
-    """Fixture `sim`: starts the robot program at the first call that needs it, and stops it at the end.
+    """Fixture `sim`: starts the robot program when first needed and stops the program at the end of the test.
 
-    Methods run the robot; properties read the true state of the field, not the robot's estimate.
+    Methods run the robot. Properties return the true state of the field, not the robot's estimate.
 
     Args:
-        control: Test controller of the robot, pyfrc's or wpilib.testing's.
+        control: Test controller of the robot, from pyfrc or wpilib.testing.
         robot: Proxy of the robot object.
-        hook: Hook with the physics in the robot's loop.
-        hang: Longest time of one robot loop before the test ends with one sentence [s]; see `HangWatch`.
-        complaints: Stream for that sentence; None: no limit.
+        hook: Hook that runs the physics in the robot's loop.
+        hang: Longest time of one robot loop before `HangWatch` ends the test [s].
+        complaints: Stream for the report of `HangWatch`; None for no time limit.
 
     Example:
         def test_the_auto_scores(sim):
@@ -110,11 +110,11 @@ class RobotTest:
         complaints: TextIO | None = None,
     ) -> None:
         self.robot = robot
-        """Robot object, a proxy, for reading the robot's own state."""
+        """Proxy of the robot object, for reading the robot's own state."""
         self.own_threads: list[str] = []
-        """Names of the threads that the program has started; with any, two runs may differ."""
+        """Names of the program's own threads, which may make runs differ."""
         self.warnings: list[str] = []
-        """Warnings of simcore so far, each once."""
+        """Warnings logged by simcore, without duplicates."""
         self._control = control
         self._hook = hook
         self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
@@ -144,7 +144,7 @@ class RobotTest:
             DriverStationSim.set_enabled(False)
         with ExitStack() as quiet:
             if self.has_run and not self._control.robot_is_alive:
-                # RobotPy steps one more second, in which WPILib's watchdog would report that it is not fed
+                # RobotPy steps one more second, during which WPILib's watchdog would report a missing feed
                 controller = sys.modules[type(self._control).__module__]
                 for name in {"stepTimingAsync", "step_timing_async"} & vars(controller).keys():
                     quiet.enter_context(patch.object(controller, name, lambda seconds: None))
@@ -153,10 +153,10 @@ class RobotTest:
     # --- driver station -------------------------------------------------------------------------------------------
 
     def alliance(self, color: str, station: int = 1) -> None:
-        """Set the alliance, `"blue"` or `"red"`, and station 1..3. Until the first enable the robot moves to its start.
+        """Set alliance (`"blue"` or `"red"`) and station 1..3; before the first enable, the robot moves to its start.
 
         Raises:
-            ConfigError: There is no such alliance or station.
+            ConfigError: The alliance or station does not exist.
         """
         if (color, station) not in _STATIONS:
             raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
@@ -173,34 +173,34 @@ class RobotTest:
         """Set the game-specific message.
 
         Raises:
-            ConfigError: `text` is no string.
+            ConfigError: `text` is not a string.
         """
         if not isinstance(text, str):
             raise ConfigError(f"game_data: want a text, as the field sends it, got {text!r}")
         DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
-        """Return the joystick at a port, released."""
+        """Return the joystick at a port, with centered axes and released buttons."""
         return Joystick(port)
 
     def xbox(self, port: int = 0) -> XboxPad:
-        """Return the Xbox controller at a port, released."""
+        """Return the Xbox controller at a port, with centered axes and released buttons."""
         return XboxPad(port)
 
     # --- running --------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Start the robot program, disabled for half a second; the other methods call it if needed."""
+        """Start the robot program and run half a second disabled; other methods call `start` if needed."""
         if self._physics is not None:
             return
-        prepare()  # the first start on a computer takes longer than a hang's limit
+        prepare()  # the first start on a computer takes longer than the time limit of a robot loop
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
         note_threads()
         self._run_robot()
         self._step()  # waits until the program has built its physics
         if self._hook.engine is None:
-            self._control._thread.join(_ENDS)  # where physics could not be built the program is about to end
+            self._control._thread.join(_ENDS)  # the program ends if the physics could not be built
             self._raise_error_of_robot()
             raise SimcoreError(
                 f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
@@ -209,7 +209,7 @@ class RobotTest:
         physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
         require_varied(physics.match)
         self._physics = physics
-        self._stack.callback(gc.unfreeze)  # the physics has frozen earlier objects
+        self._stack.callback(gc.unfreeze)  # the physics has called gc.freeze
         physics.match.sinks.extend(self._sinks)
         physics.match.record.warnings = self.warnings
         self.run(_SETTLE)
@@ -220,17 +220,17 @@ class RobotTest:
             )
 
     def place(self, x: float, y: float, heading: float = 0.0) -> None:
-        """Place the robot's true pose there, at rest; the program's estimate does not change.
+        """Place the robot at rest at a true pose; the program's estimate does not change.
 
-        A later odometry reset of an auto does not move it.
+        A later odometry reset by an auto does not move the robot.
 
         Args:
-            x: Field frame, from the blue corner, whatever the alliance [m].
-            y: Field frame [m].
-            heading: Counter-clockwise from the direction to the red wall [rad].
+            x: x coordinate in the field frame, which has its origin at the blue corner for both alliances [m].
+            y: y coordinate in the field frame [m].
+            heading: Heading, counter-clockwise from the direction to the red alliance wall [rad].
 
         Raises:
-            ConfigError: It cannot stand there; the text gives a free place.
+            ConfigError: The robot cannot stand at the pose; the message suggests a free place.
         """
         require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
@@ -244,16 +244,16 @@ class RobotTest:
     ) -> None:
         """Run autonomous.
 
-        The robot starts at `start`, else where it was placed, else at the start of this auto in `simcore.toml`,
-        else at the pose to which the auto resets its odometry, else where it stands.
+        The robot starts at the first available of these poses: `start`, the pose from `place`, the start of the auto in
+        `simcore.toml`, the pose to which the auto resets its odometry, the present pose.
 
         Args:
-            name: Name of the auto in the dashboard's chooser; None leaves the choice as it is.
-            seconds: Duration; the robot stays enabled after it.
-            start: Pose as for `place` [m, m, rad].
+            name: Name of the auto in the dashboard's chooser; None to keep the present choice.
+            seconds: Duration [s], after which the robot stays enabled.
+            start: Start pose in the field frame, as for `place` [m, m, rad].
 
         Raises:
-            UnknownNameError: No chooser has that name; the text lists the options.
+            UnknownNameError: No chooser offers the name; the message lists the options.
         """
         _require_name("autonomous", name)
         self.start()
@@ -265,27 +265,27 @@ class RobotTest:
             else:
                 choose_auto(name)
             if self._mode == "disabled":
-                self.run(2 * TICK)  # a chooser gets it at the end of a loop
+                self.run(2 * TICK)  # a chooser receives the choice at the end of a loop
         self._auto = name or ", ".join(active_choices())
         self._enter("autonomous")
         self.run(seconds)
 
     def teleop(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run teleop, e.g. after moving the sticks; for an OpModeRobot the mode of this name, else its first."""
+        """Run teleop for a duration [s]; an OpModeRobot runs the op mode called `name`, else the first op mode."""
         self._play("teleop", name, seconds)
 
     def utility(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run the utility mode, called `test` until 2026; `name` as for `teleop`."""
+        """Run the utility mode, called `test` until 2026, for a duration [s]; `name` selects an op mode."""
         self._play("utility", name, seconds)
 
     def disable(self, *, seconds: float = 0.0) -> None:
-        """Disable, and wait."""
+        """Disable the robot and run for a duration [s]."""
         self.start()
         self._enter("disabled")
         self.run(seconds)
 
     def run(self, seconds: float) -> None:
-        """Continue in the present mode.
+        """Run for a duration [s] in the present mode.
 
         Raises:
             ConfigError: `seconds` is not a finite number >= 0.
@@ -296,18 +296,18 @@ class RobotTest:
             self._step()
 
     def run_until(self, condition: Callable[[], object], *, timeout: float) -> float:
-        """Continue until a condition holds, checked every 20 ms.
+        """Run in the present mode until a condition holds, checked every 20 ms.
 
         Args:
-            condition: Function, e.g. `lambda: sim.pieces.held >= 8`.
-            timeout: Simulated time after which it is an error [s].
+            condition: Function that returns whether the condition holds, e.g. `lambda: sim.pieces.held >= 8`.
+            timeout: Longest simulated time to wait [s].
 
         Returns:
-            Simulated time that it took [s].
+            Simulated time until the condition held [s].
 
         Raises:
-            ConditionError: It did not hold in time.
-            ConfigError: The condition is no function, or the time no number of seconds.
+            ConditionError: The condition did not hold within the timeout.
+            ConfigError: `condition` is not a function, or `timeout` is not a finite number >= 0.
         """
         if not callable(condition):
             raise ConfigError(
@@ -328,7 +328,7 @@ class RobotTest:
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Say where a name is that the fixture itself lacks."""
+        """Raise an error for an unknown attribute, with a hint to similar names."""
         if name.startswith("_"):
             raise AttributeError(name)
         parts = {"pieces": PieceCount, "score": Score, "record": RunRecord, "match": Match, "robot_sim": Robot}
@@ -348,14 +348,14 @@ class RobotTest:
 
     @property
     def physics(self) -> RobotPhysics:
-        """Project's PhysicsEngine."""
+        """Running physics of the project."""
         self.start()
         assert self._physics is not None
         return self._physics
 
     @property
     def match(self) -> Match:
-        """Match, with everything on the field."""
+        """Match that the robot plays."""
         return self.physics.match
 
     @property
@@ -396,7 +396,7 @@ class RobotTest:
 
     @property
     def battery(self) -> Battery:
-        """Voltage, its lowest so far, and the whole robot's current."""
+        """Battery of the robot, with present voltage, lowest voltage and total current."""
         return self.robot_sim.battery
 
     @property
@@ -406,23 +406,23 @@ class RobotTest:
 
     @property
     def record(self) -> RunRecord:
-        """Shots, pieces taken in, placements, distances and extremes: the data of the run's pages and reports."""
+        """Record of the run: shots, intakes, placements, distances and extremes, as used by pages and reports."""
         return self.match.record
 
     @property
     def digest(self) -> str:
-        """Digest of everything that moved since the start: equal only if two runs agree in every bit."""
+        """Digest of all motion since the start; equal digests mean bit-identical runs."""
         return self.match.digest.hexdigest()
 
     @property
     def realtime_factor(self) -> float:
-        """Simulated time over wall time so far."""
+        """Simulated time divided by wall time since the start [-]."""
         return self._ran / self._wall if self._wall > 0.0 else math.nan
 
     # --- output of a failed test -------------------------------------------------------------------------------------
 
     def add_sink(self, sink: TelemetrySink) -> None:
-        """Send telemetry to a sink from the next tick on."""
+        """Add a telemetry sink, effective from the next tick."""
         self._sinks.append(sink)
         if self._physics is not None:
             self._physics.match.sinks.append(sink)
@@ -433,10 +433,10 @@ class RobotTest:
         return self._physics is not None
 
     def require_played(self) -> None:
-        """Refuse a mode that the test has begun without playing a tick of it.
+        """Check that the robot has run for at least one tick in the present mode.
 
         Raises:
-            ConditionError: There is such a mode.
+            ConditionError: The test has entered the mode without running a tick.
         """
         if not self._is_played:
             raise ConditionError(
@@ -449,7 +449,7 @@ class RobotTest:
         return f"<sim at {self.summary()}>" if self.has_run else "<sim before its start>"
 
     def summary(self) -> str:
-        """Return one line: the auto, robot pose and score."""
+        """Return one line with time, auto, alliance, mode, robot pose and score."""
         x, y, yaw = self.robot_sim.chassis.pose
         auto = f"auto {self._auto!r}, " if self._auto else ""
         return (
@@ -463,7 +463,7 @@ class RobotTest:
         try:
             with self._watched(_NOT_STARTED):
                 self._stack.enter_context(self._control.run_robot())
-        except AssertionError as error:  # pyfrc's test class: robotInit has not finished
+        except AssertionError as error:  # raised by pyfrc if robotInit has not finished
             self._raise_error_of_robot()
             raise SimcoreError(f"{_NOT_STARTED}; {self._place()}") from error
         if not isinstance(self.robot, (season.wpilib.IterativeRobotBase, *season.loop_classes())):
@@ -491,7 +491,7 @@ class RobotTest:
         if mode == self._mode:
             return
         if self._mode != "disabled" and mode != "disabled":
-            self._enter("disabled")  # as the field does between auto and teleop
+            self._enter("disabled")  # as on a real field between auto and teleop
             self.run(5 * TICK)
         self.require_played()
         self._mode = mode
@@ -525,7 +525,7 @@ class RobotTest:
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """Exit the process with one sentence if the program hangs in the body of the context."""
+        """Exit the process with a report if the program hangs in the body of the context."""
         if self._watch is not None:
             self._watch.arm(awaited)
         try:
@@ -537,8 +537,8 @@ class RobotTest:
     def _advance(self, seconds: float) -> None:
         """Step time from loop to loop.
 
-        Stepping WPILib's clock blocks until all notifiers are waited for. A MagicBot frees its own between two
-        modes: time must stand until it has reached the first loop of the next mode.
+        A step of WPILib's clock blocks until threads wait on all notifiers. A MagicBot frees its notifier between two
+        modes, so time must not advance until the MagicBot has reached the first loop of the next mode.
         """
         left = round(1e6 * seconds)
         while left > 0:
@@ -558,25 +558,25 @@ class RobotTest:
         return float(Timer.get_monotonic_timestamp())
 
     def _wait(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
-        """Wait for the program's thread, for this wall time [s] at most, until the condition holds or it has ended."""
+        """Wait until the condition holds or the program has ended, at most for a wall time [s]."""
         end = time.monotonic() + patience
         while not condition() and self._control.robot_is_alive and time.monotonic() < end:
             time.sleep(0.0002)
 
     def _where(self) -> str:
-        """Return the line of the program that its thread, or another one except this, runs; else nothing."""
+        """Return the running program line, first of the robot's thread, then of other threads; empty if none."""
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
         return program_line([*filter(None, [frames.get(robot)]), *rest])
 
     def _place(self) -> str:
-        """Return the place in the program, as the end of a sentence."""
+        """Return the running program line, as the end of a sentence."""
         return f"it is at {self._where() or NO_LINE}"
 
 
 def _require_name(mode: str, name: object) -> None:
-    """Refuse a number of seconds given as a name."""
+    """Check that the name of a mode is text, because a duration may have been passed by mistake."""
     if name is not None and not isinstance(name, str):
         raise ConfigError(
             f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"

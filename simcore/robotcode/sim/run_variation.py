@@ -1,13 +1,13 @@
-"""Identity of one of many runs of a robot program: seed, scatter (`--sim-seed`, `--sim-scatter`), factors of a sweep.
+"""Variation of one run of a robot program: seed and scatter (`--sim-seed`, `--sim-scatter`), and factors of a sweep.
 
-A robot program builds its match in its own process. The starter of that process sets the variation here before the
-program starts; the code that builds the match reads it:
+A robot program builds its match in its own process. The code that starts the process sets the variation before the
+program starts, and the code that builds the match reads the variation:
 
     variation = run_variation()
     entry = RobotEntry(config=variation.robot(config))
     match = Match(variation.game(game), robots=[entry], seed=variation.seed, scatter=variation.scatter)
 
-A project with a `simcore.toml` does so by itself.
+Projects with a `simcore.toml` apply the variation automatically.
 """
 
 from __future__ import annotations
@@ -27,25 +27,29 @@ __all__ = ["RunVariation", "require_varied", "run_variation", "set_factors", "se
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunVariation:
-    """One of many runs of a robot program."""
+    """Seed, scatter and factors of one run of a robot program."""
 
     seed: int = 0
     """Seed of the match."""
     scatter: Scatter | None = None
-    """Standard deviations of the scatter; None: that of `simcore.toml`, else none."""
+    """Standard deviations of the scatter; None for the scatter of `simcore.toml`, or no scatter without a file."""
     factors: Mapping[str, FactorValue] = field(default_factory=dict)
-    """Values by factor that a sweep varies in robot and pieces."""
+    """Values of the factors of robot and pieces that a sweep varies, by factor name."""
 
     def robot(self, config: RobotConfig) -> RobotConfig:
-        """Return the robot of this run.
+        """Return the robot with the factors of this run applied.
 
         Raises:
-            ConfigError: There is no such factor, or it cannot have this value.
+            ConfigError: A factor is unknown or has an invalid value.
         """
         return vary_robot(config, self.factors)
 
     def game(self, game: Game) -> Game:
-        """Return the game of this run; errors as in `robot`."""
+        """Return the game with the factors of this run applied to the pieces.
+
+        Raises:
+            ConfigError: A factor is unknown or has an invalid value.
+        """
         return vary_pieces(game, self.factors)
 
 
@@ -58,21 +62,21 @@ def run_variation() -> RunVariation:
 
 
 def set_run_variation(variation: RunVariation) -> None:
-    """Set the variation for all matches of robot programs built from now on in this process."""
+    """Set the variation for all later matches of robot programs in this process."""
     global _variation
     _variation = variation
 
 
 def set_factors(factors: Mapping[str, FactorValue]) -> None:
-    """Set the factors of a sweep; keep seed and scatter."""
+    """Set the factors of a sweep and keep seed and scatter."""
     set_run_variation(replace(_variation, factors=factors))
 
 
 def require_varied(match: Match) -> None:
-    """Refuse a match that a project's own physics.py has built without this run's variation.
+    """Check that a match built by a project's own physics.py uses the variation of this run.
 
     Raises:
-        SimcoreError: It has another seed, scatter, robot or game.
+        SimcoreError: The match has a different seed, scatter, robot or game.
     """
     wanted = _variation
     if match.seed != wanted.seed or (wanted.scatter is not None and match.scatter != wanted.scatter):
@@ -82,7 +86,7 @@ def require_varied(match: Match) -> None:
             "scatter=run_variation().scatter), from simcore"
         )
     config = match.robots[0].config
-    # factors already at their values do not change them
+    # the factors change nothing in a robot and game to which they have been applied
     if wanted.robot(config) != config or wanted.game(match.game).pieces != match.game.pieces:
         raise SimcoreError(
             f"this run varies {', '.join(wanted.factors)}, but physics.py builds its match without; give it "

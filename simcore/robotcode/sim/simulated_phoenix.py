@@ -1,4 +1,4 @@
-"""Phoenix 6 in FPGA time: the emulator of CTRE's libraries, enabled and stepped by the robot program's clock."""
+"""Phoenix 6 in FPGA time: the emulator of CTRE's libraries, enabled and stepped with the robot program's clock."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ Timer = season.wpilib.Timer
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 
-_FEED_MS = 100  # fed by phoenix6's own Notifier, every 10 ms
+_FEED_MS = 100  # duration that phoenix6's own Notifier feeds every 10 ms
 
 
 class PhoenixTime:
-    """Clock of the simulated devices, tied to the FPGA's.
+    """Clock of the simulated devices, coupled to the FPGA clock.
 
-    Phoenix 6 feeds its enable signal from a Notifier, on its own thread: at instants at which the robot's loop
-    also runs, the order would be random. Here the feed comes before each step, on the stepping thread.
+    Phoenix 6 feeds the enable signal from a Notifier on a separate thread, so the order of a feed and a robot loop at
+    the same time would be random. Here, the stepping thread feeds the enable signal before each step.
 
     Args:
-        world: Devices.
+        world: Emulator that holds the devices.
     """
 
     def __init__(self, world: Emulator) -> None:
@@ -38,17 +38,17 @@ class PhoenixTime:
         self.world.step(dt)
 
     def catch_up(self, time: float) -> None:
-        """Advance the devices to `time` on the FPGA's clock [s]; never back."""
+        """Advance the devices to `time` on the FPGA clock [s] if they are behind."""
         behind = time - self.world.clock.now
         if behind > 0.0:
             self.step(behind)
 
 
 def install_simulated_phoenix() -> PhoenixTime:
-    """Run Phoenix 6 in simulated time from now on, without devices yet; call before the robot object is built.
+    """Switch Phoenix 6 to simulated time without devices; call this function before the robot object is built.
 
     Raises:
-        SeamError: The installed phoenix6 is incompatible; the text names a compatible version.
+        SeamError: The installed phoenix6 is incompatible; the message names compatible versions.
     """
     world = emulator.install()
     world.clock.reset(season.start_of_clock())
@@ -62,10 +62,10 @@ def install_simulated_phoenix() -> PhoenixTime:
 
 
 def phoenix_time() -> PhoenixTime | None:
-    """Return the clock of the simulated devices; None while Phoenix 6 is CTRE's own, on the wall clock."""
+    """Return the clock of the simulated devices; None while Phoenix 6 uses CTRE's libraries on the wall clock."""
     world = emulator.installed()
     return None if world is None else PhoenixTime(world)
 
 
 def _nothing(self: Any) -> None:
-    """Replace the Notifier that feeds the enable signal."""
+    """Do nothing, in place of starting or stopping the enable feed."""

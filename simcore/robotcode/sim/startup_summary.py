@@ -1,4 +1,4 @@
-"""Screen at the start of a run: found and guessed devices, unconnected ones, and tables to write."""
+"""Summary at the start of a run: found, guessed and unconnected devices, and tables to add to `simcore.toml`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simcore.robot_file.template import FILE_NAME
 __all__ = ["StartupSummary"]
 
 _WIDTH = 118
-_MOST = 6  # rows of one kind; the rest is counted
+_MOST = 6  # largest number of rows under one label
 _LABEL = 13
 _ON_NETWORK = "WPILib (5810, 1735){} on every interface of this computer"
 _NOT_ON_NETWORK = (
@@ -23,39 +23,39 @@ _NOT_ON_NETWORK = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartupSummary:
-    """Texts about a program's parts, by their owner."""
+    """Texts of the startup summary, by topic."""
 
     robot: str
-    """Measures and their sources."""
+    """Measures of the robot and their sources."""
     drivetrain: str
     """Devices of the drivetrain."""
     assumed: str = ""
-    """Guesses about the drivetrain."""
+    """Guessed measures of the drivetrain."""
     described: Sequence[str] = ()
-    """Mechanisms of simcore.toml, with devices."""
+    """Mechanisms in simcore.toml, with their devices."""
     sensors: Sequence[str] = ()
-    """Sensors of simcore.toml, with ports."""
+    """Sensors in simcore.toml, with their ports."""
     lights: str = ""
-    """Devices with lights in telemetry."""
+    """Devices whose lights are in telemetry."""
     guessed: Sequence[tuple[str, str]] = ()
-    """Devices, and their likely mechanisms."""
+    """Devices and the guessed mechanism of each group."""
     own: str = ""
-    """Devices that the project's own physics moves."""
+    """Devices that the project's own physics writes."""
     nobody: str = ""
     """Devices without a model."""
     cameras: str = ""
-    """Cameras that simcore runs."""
+    """Cameras that simcore simulates."""
     unseen: str = ""
-    """Cameras that the program uses and that nothing feeds."""
+    """Cameras that the program uses without a source of data."""
     pushed: str = ""
-    """Kinds of the field's pieces without a described intake."""
+    """Kinds of game pieces on the field, if no intake is described."""
     has_file: bool = True
-    """Whether there is a simcore.toml."""
+    """Whether the project has a simcore.toml."""
     is_on_network: bool | None = None
-    """Whether the program listens on its ports, False if another one does; None: no network."""
+    """Whether the program has its network ports; False if another program has them, None without a network."""
 
     def lines(self) -> list[str]:
-        """Return the screen: at most 30 lines of some 120 characters.
+        """Return the summary as at most 30 lines of about 120 characters.
 
         >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
         ...     print(line)
@@ -108,6 +108,6 @@ class StartupSummary:
 
 
 def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
-    """Return rows under one label, the first few of them."""
+    """Return the rows under one label, shortened to a count after the first rows."""
     shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
     return [(label if k == 0 else "", text) for k, text in enumerate(shown)]

@@ -1,7 +1,7 @@
 """NetworkTables tables that a robot program uses.
 
-Tables that a program only reads leave no trace. So this module wraps the functions of ntcore that name one, and
-searches modules loaded earlier.
+Tables that a program only reads leave no trace in NetworkTables. This module therefore wraps the ntcore functions that
+look up a table or topic, and searches modules that were loaded earlier.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["TableWatch", "table_watch"]
 
 
 class TableWatch:
-    """Top-level names of the requested topics and tables, in order."""
+    """Record of the top-level names of all requested topics and tables."""
 
     def __init__(self) -> None:
         self.names: dict[str, None] = {}
@@ -29,13 +29,13 @@ class TableWatch:
             setattr(cls, method, self._noting(getattr(cls, method)))
 
     def search(self, folder: Path) -> None:
-        """Record tables that loaded modules of a project keep at their top or in their classes.
+        """Record the tables in module variables and class attributes of a project's loaded modules.
 
         Args:
             folder: Folder of the project.
         """
         for module in list(sys.modules.values()):
-            names = getattr(module, "__dict__", {})  # not by getattr, which can trigger a lazy module's import
+            names = getattr(module, "__dict__", {})  # getattr for other names could trigger a lazy module's import
             file = names.get("__file__")
             if not isinstance(file, str) or "site-packages" in file or not Path(file).is_relative_to(folder):
                 continue
@@ -73,7 +73,7 @@ _watch: TableWatch | None = None
 
 
 def table_watch() -> TableWatch:
-    """Return the watch of this process; it starts with the first call."""
+    """Return the table watch of this process, which starts with the first call."""
     global _watch
     if _watch is None:
         _watch = TableWatch()

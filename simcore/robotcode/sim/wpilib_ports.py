@@ -1,7 +1,7 @@
 """WPILib's own devices: motor controllers on PWM and relays, encoders on DIO and analog inputs, gyros.
 
-Each is a port of a drivetrain or a mechanism, and all are one maker's. None runs on the wall clock, so a robot of
-these devices can be stepped as fast as the machine allows, and repeats exactly.
+The classes connect the devices to a drivetrain or mechanism, and `MAKER` describes all of them as one maker. WPILib's
+devices do not use the wall clock, so a robot with only these devices runs at full speed and repeats exactly.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ __all__ = [
     "MAKER", "ADISGyroPort", "AbsoluteEncoderPort", "ChannelMotor", "EncoderPort", "PWMMotorPort", "WPILibGyroPort",
 ]  # fmt: skip
 
-_RAIL = 5.0  # [V] at the roboRIO's analog inputs
+_RAIL = 5.0  # full-scale voltage of the roboRIO's analog inputs [V]
 
 
 class ChannelMotor(MotorPort):
-    """Motor controller on a port of the roboRIO, without sensor and configuration; off while disabled.
+    """Motor controller on a port of the roboRIO, without sensor or configuration; off while disabled.
 
     Args:
-        share: Returns its duty cycle [-].
-        coasts: Whether zero opens the circuit instead of braking.
+        share: Supplier of the duty cycle [-].
+        coasts: Whether the controller coasts instead of braking at zero output.
     """
 
     def __init__(self, share: FloatSupplier, *, coasts: bool = False) -> None:
@@ -58,36 +58,36 @@ class ChannelMotor(MotorPort):
         self._supply = 12.0
 
     def set_supply(self, volts: float) -> None:
-        """Set the voltage at its terminals [V]."""
+        """Set the supply voltage of the controller [V]."""
         self._supply = volts
 
     def is_open(self) -> bool:
-        """Return whether the circuit is open at zero."""
+        """Return whether the controller coasts at zero output."""
         return self._coasts
 
     def volts(self) -> float:
-        """Return the voltage on the motor [V]."""
+        """Return the motor voltage [V]."""
         return self._share() * self._supply if RobotState.is_enabled() else 0.0
 
     def duty_cycle(self) -> float:
-        """Return the duty cycle, its only output [-]."""
+        """Return the duty cycle [-]."""
         return self.volts() / self._supply
 
     def write(self, rotations: float, rps: float) -> None:
-        """Ignore the rotor, which no sensor reads; see `MotorPort`."""
+        """Ignore the rotor position and velocity, because the controller has no sensor."""
 
 
 class PWMMotorPort(ChannelMotor):
-    """A PWM motor controller without its own encoder: `PWMSparkMax`, `Talon`, `VictorSP`.
+    """PWM motor controller without an encoder, e.g. `PWMSparkMax`, `Talon` or `VictorSP`.
 
-    Signs are those of robot code, whatever `setInverted` says; the roboRIO resolves the output to 0.4 %.
-    Disabled, the roboRIO holds PWM neutral; WPILib's simulation does not, so this class does.
+    The sign of the output is that of robot code, before `setInverted`. The roboRIO resolves the output to 0.4 %. While
+    disabled, a roboRIO keeps PWM outputs neutral; WPILib's simulation does not, so this class does.
 
     Args:
-        controller: Controller of robot code, or its channel; followers (`addFollower`) need no port.
-        leader: Robot code's first controller on the shaft, whose inversion counts; None: that of
-            `controller`, without inversion for a channel.
-        coasts: Whether its jumper says coast instead of brake.
+        controller: Robot code's controller object, or a channel; followers (`addFollower`) need no port.
+        leader: Robot code's first controller on the shaft, which defines the inversion; None to use the inversion of
+            `controller`, or no inversion for a channel.
+        coasts: Whether the controller's jumper selects coast instead of brake.
     """
 
     def __init__(self, controller: Any, *, leader: Any = None, coasts: bool = False) -> None:
@@ -103,19 +103,19 @@ class PWMMotorPort(ChannelMotor):
 
 
 class EncoderPort:
-    """A quadrature `Encoder` on a shaft: zero at the shaft's first position, and where robot code resets it.
+    """Quadrature `Encoder` on a shaft, with zero at the shaft's initial angle or at the last reset by robot code.
 
-    Positive is forward, whatever the encoder's configured direction.
+    The configured direction of the encoder has no effect.
 
     Args:
-        encoder: Encoder of robot code, with its distance per pulse set; or its DIO channel A.
+        encoder: Robot code's encoder with its distance per pulse set, or the encoder's DIO channel A.
         pulses_per_turn: Pulses per turn of the encoder.
-        gearing: Turns of the encoder per turn of the model's shaft (wheel, azimuth, mechanism) [-].
-        reversed: Whether it counts down while the shaft turns in the positive direction.
+        gearing: Encoder turns per turn of the model's shaft (wheel, steering axis, mechanism) [-].
+        reversed: Whether the encoder counts down while the shaft turns in the positive direction.
         start: Initial angle of the shaft [rad].
 
     Raises:
-        ConfigError: A number is not above zero.
+        ConfigError: `pulses_per_turn` or `gearing` is not above zero.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class EncoderPort:
         self._base = self._written = start * self._per_rad
 
     def write(self, angle: float, rate: float) -> None:
-        """Write whole counts; see `AnglePort`."""
+        """Write the shaft's angle [rad] in whole counts, and its rate [rad/s]."""
         if self._sim.get_reset():
             self._base = self._written
         pulses = angle * self._per_rad
@@ -145,19 +145,19 @@ class EncoderPort:
 
 
 class AbsoluteEncoderPort:
-    """A `DutyCycleEncoder` or `AnalogEncoder` on a shaft: knows its angle from the start.
+    """Absolute encoder on a shaft, read as a `DutyCycleEncoder` or `AnalogEncoder`.
 
-    These have their own position in simulation; a bare `DutyCycle` reads the duty cycle of the pulse and an
-    `AnalogInput` or `AnalogPotentiometer` the volts of that angle.
+    WPILib simulates the position of these two classes. A bare `DutyCycle` reads the duty cycle for the angle, and an
+    `AnalogInput` or `AnalogPotentiometer` reads the voltage for the angle.
 
     Args:
-        encoder: Encoder of robot code; or its port, `("DIO", 4)` or `("Analog", 0)`, whatever class reads it.
-        zero: Reading of `get()` while the module points forward, in the encoder's own unit.
-        gearing: Turns of the encoder per turn of the shaft [-].
-        reversed: Whether it counts down while the module turns counter-clockwise.
+        encoder: Robot code's encoder; or a port, `("DIO", 4)` or `("Analog", 0)`, for any class on the port.
+        zero: Reading of `get()` at a shaft angle of zero (module pointing forward), in the encoder's unit.
+        gearing: Encoder turns per turn of the shaft [-].
+        reversed: Whether the encoder counts down while the shaft turns in the positive direction.
 
     Raises:
-        ConfigError: It is neither of the two.
+        ConfigError: `encoder` is an object of another class.
     """
 
     def __init__(self, encoder: Any, *, zero: float = 0.0, gearing: float = 1.0, reversed: bool = False) -> None:
@@ -176,7 +176,7 @@ class AbsoluteEncoderPort:
         self._zero = zero / self._range
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the angle within one turn; see `AnglePort`."""
+        """Write the shaft's angle [rad] as a position within one turn; the rate has no effect."""
         turns = (self._zero + angle * self._turns_per_rad) % 1.0
         if self._position is not None:
             self._position.set(turns * self._range)
@@ -184,7 +184,7 @@ class AbsoluteEncoderPort:
 
 
 def _port_of(encoder: Any) -> tuple[str, int]:
-    """Return model and channel of an absolute encoder."""
+    """Return kind of port and channel of an absolute encoder."""
     if isinstance(encoder, tuple):
         return encoder
     if isinstance(encoder, DutyCycleEncoder):
@@ -195,15 +195,15 @@ def _port_of(encoder: Any) -> tuple[str, int]:
 
 
 class WPILibGyroPort:
-    """An `ADXRS450_Gyro` or `AnalogGyro`: clockwise positive in degrees, like the devices; `reset()` works.
+    """Port of an `ADXRS450_Gyro` or `AnalogGyro`: degrees, clockwise positive, with a working `reset()`.
 
-    Another simulation's value lasts until the next `write`.
+    A value written by another simulation lasts until the next `write`.
 
     Args:
-        gyro: Gyro of robot code.
+        gyro: Robot code's gyro.
 
     Raises:
-        ConfigError: It is neither of the two.
+        ConfigError: `gyro` is an object of another class.
     """
 
     def __init__(self, gyro: Any) -> None:
@@ -219,13 +219,13 @@ class WPILibGyroPort:
             _analog.wrap(cls, {"reset": lambda port: port.reset()}, also_original=True)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the yaw, its only measurement; see `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write yaw [rad] and yaw rate [rad/s], the only measurements of the gyro."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
 
     def reset(self) -> None:
-        """Zero its angle, as robot code asks."""
+        """Zero the reading at the present angle, on a call by robot code."""
         self._zero = self._turned
 
 
@@ -235,14 +235,14 @@ _AXES = ("x", "y", "z")
 
 
 class ADISGyroPort:
-    """An `ADIS16448_IMU` or `ADIS16470_IMU`: counter-clockwise positive in degrees about each of its axes.
+    """Port of an `ADIS16448_IMU` or `ADIS16470_IMU`: degrees, counter-clockwise positive about each axis.
 
-    Its configured axes give the mounting, each pointing forward, left or up. WPILib's simulation has no `reset`,
-    does not set the tilt from the accelerometer, and `calibrate` of the ADIS16470 ends the program: this class
-    replaces them. Not simulated: accelerometer, magnetometer.
+    The configured axes of the IMU define the mounting; each axis points forward, left or up. In WPILib's simulation,
+    `reset` has no effect, the tilt from the accelerometer is not set, and `calibrate` of the ADIS16470 ends the
+    program; this class replaces these methods. Accelerometer and magnetometer are not simulated.
 
     Args:
-        imu: IMU of robot code.
+        imu: Robot code's IMU.
     """
 
     def __init__(self, imu: Any) -> None:
@@ -253,13 +253,13 @@ class ADISGyroPort:
         self._rates = [sim.get_double(f"gyro_rate_{axis}") for axis in _AXES]
         yaw = int(imu.getYawAxis())
         pitch, roll = (int(made.getPitchAxis()), int(made.getRollAxis())) if is_16470 else _others(yaw)
-        self._places = (roll, pitch, yaw)  # places that read rotation about the robot's x, y, z
-        self._turned = [0.0, 0.0, 0.0]  # about the sensor's axes [deg]
+        self._places = (roll, pitch, yaw)  # numbers of the sensor axes along the robot's x, y, z
+        self._turned = [0.0, 0.0, 0.0]  # rotation about the sensor's axes [deg]
         self._shown = [0.0, 0.0, 0.0]
         _adis.attach(imu, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the gyro's angles [rad] and rates about x, y, z [rad/s] to the sensor's axes."""
         for place, angle, rate in zip(self._places, (roll, pitch, yaw), rates, strict=True):
             turned = math.degrees(angle)
             self.set_angle(place, self._shown[place] + turned - self._turned[place])
@@ -267,26 +267,26 @@ class ADISGyroPort:
             self._rates[place].set(math.degrees(rate))
 
     def set_angle(self, place: int, angle: float) -> None:
-        """Set the reading of an axis, by number [deg]."""
+        """Set the reading [deg] of sensor axis `place`."""
         self._shown[place] = angle
         self._angles[place].set(angle)
 
     def reset(self) -> None:
-        """Zero all angles."""
+        """Zero the readings of all axes."""
         for place in range(3):
             self.set_angle(place, 0.0)
 
     def tilt(self, number: int) -> float:
-        """Return the tilt by gravity about the robot's x (0) or y (1) [deg]."""
+        """Return the tilt about the robot's x axis (0) or y axis (1) [deg]."""
         return self._turned[self._places[number]]
 
     def place_of(self, axis: Any) -> int:
-        """Return the number of an axis that robot code names: a sensor's axis, or yaw, pitch or roll."""
+        """Return the number of the sensor axis for robot code's axis: a sensor axis, or yaw, pitch or roll."""
         return {3: self._places[2], 4: self._places[1], 5: self._places[0]}.get(int(axis), int(axis))
 
 
 def _others(yaw: int) -> tuple[int, int]:
-    """Return axes for pitch and roll of an ADIS16448, which defines its yaw axis alone."""
+    """Return the pitch and roll axes of an ADIS16448, whose configuration defines only the yaw axis."""
     roll, pitch = (axis for axis in range(3) if axis != yaw)
     return pitch, roll
 
@@ -295,7 +295,7 @@ _adis = Answers[ADISGyroPort]()
 
 
 def _answer_for_adis() -> None:
-    """Replace the methods of both that WPILib's simulation lacks; may be called again."""
+    """Replace the methods of both IMU classes that WPILib's simulation lacks; repeated calls are harmless."""
     common: dict[str, Any] = {
         "reset": lambda port: port.reset(),
         "calibrate": lambda port: port.reset(),
@@ -320,9 +320,9 @@ def _answer_for_adis() -> None:
 # --- the maker ------------------------------------------------------------------------------------------------------
 
 _MOTORS = {"PWMSparkMax": "NEO", "PWMSparkFlex": "NEO Vortex", "PWMTalonFX": "Falcon 500"}
-"""Usual motor behind each PWM controller; behind others it is a CIM."""
+"""Usual motor on a PWM controller, by class; a CIM for all other classes."""
 _PULSES = 2048.0
-"""Pulses of an `Encoder` per turn of its shaft; any number works, as robot code sets the distance per pulse."""
+"""Pulses of an `Encoder` per turn of the shaft; any value works, because robot code sets the distance per pulse."""
 _GYROS = ("ADIS16448_IMU", "ADIS16470_IMU", "ADXRS450_Gyro", "AnalogGyro")
 _followers: list[tuple[Any, Any]] = []
 """Pairs of leader and follower on PWM from `addFollower`."""
@@ -396,4 +396,4 @@ def _port_of_gyro(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) ->
 
 
 MAKER = _WPILib()
-"""Maker object; see `simcore.robotcode.program.makers`."""
+"""Description of WPILib's devices, for `simcore.robotcode.program.makers`."""
