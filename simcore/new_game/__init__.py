@@ -1,1 +1,1 @@
-"""`simcore new-game`: a package for a new year's game that plays at once."""
+"""`simcore new-game`: template of a package for a new year's game."""

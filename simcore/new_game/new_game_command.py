@@ -1,4 +1,4 @@
-"""`simcore new-game NAME`: write a package for a new game that plays, and passes its tests, without a change."""
+"""`simcore new-game NAME`: write a package for a new game that runs and passes its tests without changes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _YEAR = Quantity("", 1992, 2992, is_whole=True)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the options of `simcore new-game`."""
     parser.add_argument("name", metavar="NAME", help="name of the game: lower-case letters, digits and _, e.g. discs")
     parser.add_argument(
         "--year",
@@ -38,11 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the package and return 0.
+    """Write the package and return the exit status 0.
 
     Raises:
-        ConfigError: If the name or the year is not valid.
-        OutputError: If the folder is not empty or cannot be written.
+        ConfigError: The name or the year is invalid.
+        OutputError: The folder is not empty or cannot be written.
     """
     year = args.year or _year_below(game.year for game in installed_games().values())
     folder = args.folder or Path(args.name)
@@ -58,24 +58,24 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _year_below(years: Iterable[int]) -> int:
-    """Return a year before all others, so that the new game does not become the default."""
+    """Return a year before all other games, so that the new game does not become the default."""
     return max(years, default=int(_YEAR.least) + 1) - 1
 
 
 def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
-    """Write the package of a game.
+    """Write a package for a new game.
 
     Args:
-        name: Name of the game and of its package.
+        name: Name of the game and the package.
         year: Year of the season.
         folder: Folder to write to, new or empty.
 
     Returns:
-        Files in the order of reading.
+        Written files, in the order in which to read them.
 
     Raises:
-        ConfigError: If the name or the year is not valid.
-        OutputError: If the folder is not empty or cannot be written.
+        ConfigError: The name or the year is invalid.
+        OutputError: The folder is not empty or cannot be written.
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in ("simcore", "games", "tests"):
         raise ConfigError(
@@ -109,7 +109,7 @@ def _title(name: str) -> str:
 
 
 def _files(name: str) -> list[tuple[Traversable, str]]:
-    """Return templates with their target paths."""
+    """Return the templates and their target paths."""
     template = resources.files("simcore.new_game") / "template"
     package = ("dimensions", "field", "pieces", "staging", "rules", "robot", "autos", "game")
     return [
