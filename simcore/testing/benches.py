@@ -1,4 +1,4 @@
-"""Test benches: a drivetrain alone on an endless carpet, and a chassis that forces move."""
+"""Test benches: a drivetrain on an unlimited carpet, and a chassis without a drivetrain."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["DriveBench", "LoneChassis", "hold"]
 
 
 class DriveBench:
-    """A robot that consists of a drivetrain only, on an endless carpet, level or rising along the field's x axis.
+    """Robot with only a drivetrain, on an unlimited carpet that is level or rises along the field's x axis.
 
     Args:
         drive: Drivetrain to test.
-        slope: Slope of the ground, up along x [rad].
+        slope: Slope of the carpet, positive if rising along x [rad].
     """
 
     def __init__(self, drive: WheeledDrive[Any], *, slope: float = 0.0) -> None:
@@ -38,10 +38,10 @@ class DriveBench:
         mass = MassDistribution(robot.mass, robot.center_of_mass, (roll, pitch, robot.yaw_inertia))
         self.chassis = ChassisSimulation(self.world, body, drivetrain=drive, mass=mass)
         self.ax = self.ay = 0.0
-        """Acceleration of the center of mass in the last step [m/s^2]."""
+        """Mean acceleration of the chassis over the last step, field frame [m/s^2]."""
 
     def reset(self, *, yaw: float = 0.0, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Place the robot at the origin, with a velocity in field axes."""
+        """Place the robot at the origin with a heading [rad] and a field-frame velocity [m/s, m/s, rad/s]."""
         self.world.set_pose(self.chassis.row, (0.0, 0.0, 0.0), from_yaw(yaw))
         self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
         self.chassis.read()
@@ -54,7 +54,7 @@ class DriveBench:
         self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
 
     def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Advance by h [s] with an external force (x, y [N], torque [N m]) on the center of mass."""
+        """Advance by h [s] with an external force (x [N], y [N], yaw torque [N m]) at the center of mass."""
         weight = self.chassis.distribution.mass * GRAVITY
         if self.slope or any(force):
             along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope))
@@ -66,12 +66,15 @@ class DriveBench:
         self.time += h
 
     def hold(self, h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
-        """Hold the robot at a velocity over ground for h [s] and return the velocity change that its tires would cause.
+        """Hold the robot at a velocity for h [s] and return the velocity change that the tires would cause.
 
         Args:
             h: Duration [s].
-            velocity: Velocity of its center of mass, robot axes [m/s, m/s, rad/s].
-            in_air: Whether its wheels are off the carpet.
+            velocity: Velocity of the robot at zero heading [m/s, m/s, rad/s].
+            in_air: Whether the wheels are off the carpet.
+
+        Returns:
+            Change of velocity [m/s, m/s, rad/s].
         """
         self.reset()
         if in_air:
@@ -89,7 +92,7 @@ class DriveBench:
         return changes[0], changes[1], changes[2]
 
     def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
-        """Advance by a time in steps of h [s], calling `each` after every step."""
+        """Advance by a duration [s] in steps of h [s], and call `each` after every step."""
         for _ in range(round(seconds / h)):
             self.step(h)
             if each is not None:
@@ -97,12 +100,12 @@ class DriveBench:
 
     @property
     def x(self) -> float:
-        """Position of the center of mass along x [m]."""
+        """Position of the center of mass along the field's x axis [m]."""
         return self.chassis.pos[0] + rotate(self.chassis.quat, self.chassis.distribution.center)[0]
 
     @property
     def y(self) -> float:
-        """Position of the center of mass along y [m]."""
+        """Position of the center of mass along the field's y axis [m]."""
         return self.chassis.pos[1] + rotate(self.chassis.quat, self.chassis.distribution.center)[1]
 
     @property
@@ -127,7 +130,7 @@ class DriveBench:
 
     @property
     def speed(self) -> float:
-        """Speed over ground [m/s]."""
+        """Speed over the carpet [m/s]."""
         return math.hypot(self.vx, self.vy)
 
     @property
@@ -137,7 +140,7 @@ class DriveBench:
 
     @property
     def kinetic_energy(self) -> float:
-        """Kinetic energy of the chassis, without its wheels [J]."""
+        """Kinetic energy of the chassis without the rotation of the wheels [J]."""
         mass, _, (_, _, yaw_inertia) = self.chassis.distribution
         return 0.5 * mass * (self.vx**2 + self.vy**2) + 0.5 * yaw_inertia * self.omega**2
 
@@ -148,10 +151,10 @@ def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool =
 
 
 class LoneChassis:
-    """A chassis without a drivetrain, as a robot of `Motion`; forces within its grip make it follow a velocity.
+    """Chassis without a drivetrain that follows a velocity by forces within the grip, for use as a robot of `Motion`.
 
     Args:
-        chassis: Chassis in a world.
+        chassis: Chassis in a physics world.
     """
 
     def __init__(self, chassis: ChassisSimulation) -> None:
@@ -159,11 +162,11 @@ class LoneChassis:
         self._wanted: Vector | None = None
 
     def follow(self, vx: float, vy: float, omega: float) -> None:
-        """Follow a velocity of its origin, robot frame [m/s, m/s, rad/s], until the next command."""
+        """Follow a robot-frame velocity of the chassis origin [m/s, m/s, rad/s] until the next command."""
         self._wanted = (vx, vy, omega)
 
     def step_devices(self, h: float) -> None:
-        """Push toward the velocity with at most mu m g, if it is on the carpet."""
+        """Apply a force of at most mu m g toward the commanded velocity if the chassis touches the carpet."""
         chassis = self.chassis
         chassis.read()
         if self._wanted is None:
@@ -186,5 +189,5 @@ class LoneChassis:
         chassis.apply_forces(force, (tx + ax, ty + ay, tz + az))
 
     def sense(self, dt: float) -> None:
-        """Read pose and velocity."""
+        """Read the pose and velocity of the chassis."""
         self.chassis.read()

@@ -9,7 +9,7 @@ __all__ = ["ManualClock", "MemorySink"]
 
 
 class ManualClock:
-    """Clock that moves only by `advance`, for use as a supplier of time.
+    """Clock that advances only by calls of `advance`, for use as a time supplier.
 
     >>> clock = ManualClock()
     >>> clock.advance(0.02)
@@ -18,7 +18,7 @@ class ManualClock:
     """
 
     def __init__(self, time: float = 0.0) -> None:
-        """Start at this time [s]."""
+        """Start the clock at a time [s]."""
         self.time = time
 
     def __call__(self) -> float:
@@ -26,10 +26,10 @@ class ManualClock:
         return self.time
 
     def advance(self, seconds: float) -> None:
-        """Advance the time [s].
+        """Advance the clock by a duration [s].
 
         Raises:
-            ConfigError: If the amount is negative or not finite.
+            ConfigError: The duration is negative or not finite.
         """
         require("ManualClock", "seconds", seconds, Quantity("s", 0.0, 1e6))
         self.time += seconds

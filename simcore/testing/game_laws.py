@@ -1,4 +1,4 @@
-"""Laws that every game keeps: functions for a game's tests that play it and raise AssertionError if a law is broken."""
+"""Laws for every game, as functions that play an auto and raise AssertionError if the game breaks the law."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ __all__ = [
     "check_repeatable",
 ]
 
-_NEAR = 0.02  # [m]; largest distance of mirrored paths: sums round differently, and contacts amplify it
-_SUNK = 0.03  # [m]; depth to which a piece may dip into the carpet when it lands
+_NEAR = 0.02  # largest distance between mirrored paths, because contacts amplify rounding differences [m]
+_SUNK = 0.03  # largest depth of a landing piece in the carpet [m]
 
 
 def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = "blue", seed: int = 0) -> AutoRun:
@@ -36,7 +36,7 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 
 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that pieces are conserved: after every tick all of them are somewhere."""
+    """Check that no piece is lost or created, after every tick."""
 
     def check(match: Match) -> None:
         count = match.count
@@ -48,7 +48,7 @@ def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> N
 
 
 def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that two runs of one seed are equal to the last bit."""
+    """Check that two runs with the same seed are bit-identical."""
     digests = []
     for _ in range(2):
         run = _play(game, auto, seconds=seconds)
@@ -58,13 +58,13 @@ def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> 
 
 
 def check_questions(game: Game, auto: str, *, seconds: float | None = None, times: int = 100) -> None:
-    """Check that queries of the rules change nothing: a watched match equals an unwatched one.
+    """Check that queries of the rules do not change the match: runs with and without queries are equal.
 
     Args:
         game: Game whose rules are queried.
         auto: Auto to play.
-        seconds: Simulated time to play [s]; None: until the auto is over.
-        times: Number of repetitions of each query in each tick.
+        seconds: Simulated time to play [s]; None to play until the auto is over.
+        times: Number of repetitions of each query per tick.
     """
 
     def ask(match: Match) -> None:
@@ -83,7 +83,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that red is blue under the game's symmetry: equal path and equal score."""
+    """Check that red mirrors blue under the game's symmetry, with equal paths and equal scores."""
     blue = _play(game, auto, seconds=seconds, alliance="blue")
     red = _play(game, auto, seconds=seconds, alliance="red")
     blue.match.close()
@@ -104,7 +104,7 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
 
 
 def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that no piece is under the carpet or outside the field, at any tick."""
+    """Check that no piece is below the carpet or outside the field, after every tick."""
     length, width = game.field.size
 
     def check(match: Match) -> None:
@@ -116,21 +116,21 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
             low = float((pos[:, 2] - _rest_heights(match, supply.kind, slots)).min())
             assert low > -_SUNK, f"{game.name}, tick {match.ticks}: a {supply.kind.name} is {-low:.3f} m too low"
             inside = (pos[:, 0] > 0.0) & (pos[:, 0] < length) & (pos[:, 1] > 0.0) & (pos[:, 1] < width)
-            high = pos[:, 2] > 1.0  # a piece shot over the wall comes back by hand
+            high = pos[:, 2] > 1.0  # people return pieces that fly over the wall
             assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
 
     play_auto(game, auto, seconds=seconds, on_tick=check).match.close()
 
 
 def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
-    """Compute heights of pieces of a kind at rest on the carpet in their attitudes [m], shape (n,)."""
+    """Return the rest heights of pieces of one kind on the carpet in their orientations [m], shape (n,)."""
     if isinstance(kind.shape, Sphere):
         return np.full(len(slots), kind.rest_height)
     return np.array([kind.rest_height_at((x, y, z, w)) for w, x, y, z in match.pieces.attitudes(slots).tolist()])
 
 
 def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that placed pieces lie in their places, within capacity, and that events add up to their number."""
+    """Check that pieces are within the zones and capacities of their places, and that events match the counts."""
     events: Counter[str] = Counter()
 
     def counted(match: PlayedMatch) -> Rules:
