@@ -1,7 +1,7 @@
 """simcore: physics for FIRST Robotics Competition robots written in Python.
 
-The everyday names are here, each loaded on first use (PEP 562): importing this package loads neither the physics
-engine nor wpilib. (PYTEST_DONT_REWRITE: it is imported before pytest, and asserts nothing.)
+The package exports the everyday names and loads each name on first use (PEP 562), so importing the package loads
+neither the physics engine nor wpilib. (PYTEST_DONT_REWRITE: pytest imports the package early; it has no assertions.)
 
 >>> from simcore import FieldSymmetry
 >>> FieldSymmetry.__module__
@@ -125,20 +125,20 @@ _OTHERS = {
     "PlayedMatch": "it is Match now",
     "sim": "it is a fixture, which pytest hands to a test: def test_it(sim)",
 }
-"""Former names, and names that are not in a module, with the hint of the error."""
+"""Hints for former names and for names that no module defines, by name."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load an everyday name from its module."""
+    """Load an everyday name from the module that defines it."""
     if name not in _HOME:
         raise _missing(name)
     return getattr(import_module(_HOME[name]), name)
 
 
 def _missing(name: str) -> Exception:
-    """Return the error for a name that is not here; an ImportError if its module is known.
+    """Return the error for an unknown name; an ImportError if there is a hint.
 
-    `from simcore import X` would hide the message of an AttributeError.
+    `from simcore import X` hides the message of an AttributeError.
     """
     folder = Path(__file__).parent
     if name.startswith("_") or (folder / name).is_dir() or (folder / f"{name}.py").is_file():
@@ -154,5 +154,5 @@ def _missing(name: str) -> Exception:
 
 
 def __dir__() -> list[str]:
-    """Return the everyday names, for completion."""
+    """Return the everyday names, for tab completion."""
     return sorted(__all__)

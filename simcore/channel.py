@@ -1,4 +1,4 @@
-"""Row of the telemetry schema; most are in `simcore.match.channels`, games and robot programs add theirs."""
+"""Telemetry channel; `simcore.match.channels` defines most channels, games and robot programs add others."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ FIELD_OF = {
     "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
     "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
 }  # fmt: skip
-"""Field of a `simcore.telemetry.snapshot.Snapshot` by the kind of a channel."""
+"""Field of `simcore.telemetry.snapshot.Snapshot` that holds a channel's value, by kind of channel."""
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """Channel of telemetry: a key with the description of its values.
+    """Telemetry channel: a key and a description of the values.
 
     >>> Channel("Arm/IsHome", "bool", lambda robot: True, "the arm is at its stop")
     Traceback (most recent call last):
@@ -27,17 +27,17 @@ class Channel:
     """
 
     key: str
-    """Key, without the prefix of the robot for a robot's channel; the source gives a name for `<...>`."""
+    """Key, without the robot's prefix for a robot channel; the source replaces `<...>` with a name."""
     kind: str
-    """Type of the values, one of `FIELD_OF`."""
+    """Type of the values, a key of `FIELD_OF`."""
     of: Callable[[Any], Any]
-    """Function that gives the value, or values by name for a key with `<...>`; None: not published now."""
+    """Function that returns the value, values by name for a key with `<...>`, or None if not published now."""
     meaning: str
     unit: str = ""
     decimals: int | None = None
-    """Decimal places to which values are rounded; None: not rounded."""
+    """Number of decimal places to which values are rounded; None for no rounding."""
     owner: type = object
-    """Type of the mechanisms that have it, for a channel of mechanisms."""
+    """Type of the mechanisms with this channel, for mechanism channels."""
 
     def __post_init__(self) -> None:
         if self.kind not in FIELD_OF:
@@ -45,5 +45,5 @@ class Channel:
 
     @property
     def field(self) -> str:
-        """Snapshot field that has its values."""
+        """Name of the snapshot field that holds the channel's values."""
         return FIELD_OF[self.kind]

@@ -1,4 +1,4 @@
-"""The `simcore` command: a table of subcommands, each loaded when called."""
+"""The `simcore` command, whose subcommands are loaded when called."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ __all__ = ["COMMANDS", "Command", "main"]
 
 
 class Command(NamedTuple):
-    """Subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
+    """Subcommand, implemented by `add_arguments(parser)` and `run(args) -> int` in its module.
 
-    A module whose arguments depend on others also has `add_further_arguments(parser, words)`; a module with
-    `takes_command` gets the words after `--` as `args.behind`.
+    A module whose options depend on other arguments also defines `add_further_arguments(parser, words)`. A module with
+    `takes_command` receives the words after `--` as `args.behind`.
     """
 
     module: str
@@ -56,18 +56,18 @@ COMMANDS = {
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml next to robot.py"),
 }
-"""Subcommands by name; each module is imported only when its command is called, since it may need extras."""
+"""Subcommands by name; a module may need extras, so it is imported only when its subcommand is called."""
 
 
 def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
-    """Run a subcommand; without one, print the list of subcommands.
+    """Run a subcommand, or print the list of subcommands if none is given.
 
     Args:
-        argv: Arguments without the program's name; None: `sys.argv[1:]`.
+        argv: Arguments without the program's name; None for `sys.argv[1:]`.
         program: Program name in messages: `simcore`, or the command line up to the options of a subcommand.
 
     Returns:
-        0 for success, 1 for an explained error, 2 for a usage error, 130 after Ctrl-C.
+        Exit status: 0 for success, 1 for an explained error, 2 for a usage error, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
@@ -81,7 +81,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         return status
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:  # the reader of our output is gone, e.g. `| head -1`: no error
+    except BrokenPipeError:  # the reader has closed the pipe, e.g. `| head -1`, which is not an error
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # otherwise Python reports it at exit
         return 0
 
@@ -103,7 +103,7 @@ def _run(words: list[str], program: str) -> int:
     except SimcoreError as error:
         print_error(called, str(error))
         return 1
-    except Exception as error:  # show a mistake of a game or a robot's file from where its code begins
+    except Exception as error:  # start the traceback of an error in a game or robot file at its own code
         start = outside_part(error)
         if start is None and isinstance(error, ImportError) and (error.name or "simcore").split(".")[0] != "simcore":
             print_error(called, f"{error}: {install_command()} installs what simcore needs")
@@ -116,11 +116,11 @@ def _run(words: list[str], program: str) -> int:
 
 
 def _parse(words: list[str], program: str) -> argparse.Namespace | None:
-    """Parse the arguments; return None if help was printed instead.
+    """Parse the arguments; return None if the list of subcommands was printed instead.
 
     Raises:
-        SystemExit: If the arguments are invalid or help was printed.
-        SimcoreError: If something that the arguments depend on cannot be found.
+        SystemExit: The arguments are invalid, or `--help` or `--version` was given.
+        SimcoreError: An object that the arguments depend on cannot be found.
     """
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
@@ -153,7 +153,7 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
 
 @contextmanager
 def _modules_of_folder() -> Iterator[None]:
-    """Add the working directory at the end of the import path; a console script, unlike `python -m`, leaves it out."""
+    """Append the working directory to the import path, as `python -m` does but a console script does not."""
     folder, before = os.getcwd(), list(sys.path)
     if folder not in before and "" not in before:
         sys.path.append(folder)

@@ -1,4 +1,4 @@
-"""Error types, each also the builtin error that a caller expects; and how a program ends with one."""
+"""Error types, each derived from the builtin error that a caller expects, and functions that report errors."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ __all__ = [
 
 
 class SimcoreError(Exception):
-    """Base of all errors that simcore raises on purpose."""
+    """Base class of all errors that simcore raises on purpose."""
 
 
 class ConfigError(SimcoreError, ValueError):
-    """Setting that cannot work; the message says which, what was got and what would work."""
+    """Invalid setting; the message states the setting, the value and the allowed values."""
 
 
 class NonFiniteError(SimcoreError, ValueError):
-    """NaN or infinity where physics needs a number."""
+    """NaN or infinity where physics needs a finite number."""
 
 
 class CapacityError(SimcoreError, RuntimeError):
-    """More pieces than there is room for."""
+    """Number of game pieces above the capacity."""
 
 
 class EngineError(SimcoreError, RuntimeError):
-    """Physics engine that is missing or closed, or that refused a call."""
+    """Physics engine that is missing, is closed or rejected a call."""
 
 
 class FieldMeshError(SimcoreError, ValueError):
@@ -63,7 +63,7 @@ class OutputError(SimcoreError, OSError):
 
 
 class VendorError(SimcoreError, ImportError):
-    """Vendor library that is missing or of an unsupported year."""
+    """Vendor library that is missing or from an unsupported year."""
 
 
 class LogError(SimcoreError, ValueError):
@@ -71,11 +71,11 @@ class LogError(SimcoreError, ValueError):
 
 
 class ModelError(SimcoreError, ValueError):
-    """Folder of models that AdvantageScope or the browser view cannot use."""
+    """Model folder that AdvantageScope or the browser view cannot use."""
 
 
 class UnknownNameError(SimcoreError, KeyError):
-    """Unknown name, with the nearest known ones."""
+    """Unknown name, reported with similar known names."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind = kind
@@ -86,11 +86,11 @@ class UnknownNameError(SimcoreError, KeyError):
         super().__init__(self.message)
 
     def __str__(self) -> str:
-        return self.message  # KeyError would show the repr of it
+        return self.message  # KeyError would show the repr of the message
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the question "Did you mean ...?" for an unknown name; empty without a similar one."""
+    """Return the question "Did you mean ...?" for an unknown name; empty if no known name is similar."""
     return _question(_near(name, sorted(known), 1))
 
 
@@ -103,7 +103,7 @@ def _question(near: list[str]) -> str:
 
 
 def home_of(name: str) -> str:
-    """Return the module of simcore that defines a class or function; empty for none.
+    """Return the simcore module that defines a class or function; empty if no module does.
 
     >>> home_of("PieceSupply"), home_of("PieceSuply")
     ('simcore.match.game', '')
@@ -119,23 +119,23 @@ def print_error(program: str, sentence: str) -> None:
     """Print an error after a blank line and all earlier output.
 
     Args:
-        program: Name of the program, as it was called.
-        sentence: Message: what was wrong, what was got and what would work.
+        program: Program name as called.
+        sentence: Error message.
     """
     sys.stdout.flush()
     print(f"\n{program}: {sentence}", file=sys.stderr, flush=True)
 
 
 def start_sentence(error: BaseException, folder: Path, *, base: Path | None = None) -> str:
-    """Return the message of a start error with its place in the files of a project.
+    """Return the message of a start error, with file and line if the error passed through a project's code.
 
     >>> start_sentence(SimcoreError("mass must be > 0 kg, got -1"), Path("/project"))
     'mass must be > 0 kg, got -1'
 
     Args:
         error: Error that was caught.
-        folder: Folder of the project, or its only file; places in its own files are named, those in libraries are not.
-        base: Folder to which paths are relative; None: the project's.
+        folder: Folder of the project, or its only file; only lines in the project's own files are named.
+        base: Folder to which paths are relative; None for `folder`.
     """
     text = str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}{_moved(error)}"
     own = [(_file(at), at.tb_lineno) for at in _places(error) if _is_in(_file(at), folder)]
@@ -150,14 +150,14 @@ def start_sentence(error: BaseException, folder: Path, *, base: Path | None = No
 
 
 def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
-    """End the process at once: threads of vendors' libraries may crash while a program ends.
+    """Report an error and exit immediately, because threads of vendors' libraries may crash during a normal exit.
 
-    An error that simcore raises on purpose is one sentence. Any other is a mistake in the project's code or in simcore:
-    its traceback comes before the sentence, from where the project's code begins.
+    An error that simcore raises on purpose is reported in one sentence. For any other error, a mistake in the project's
+    code or in simcore, a traceback from the first line of the project's code precedes the sentence.
 
     Args:
-        error: Reason why the program cannot start.
-        program: Name of the program, as it was called.
+        error: Error that prevents the program from starting.
+        program: Program name as called.
         folder: Folder of the project.
     """
     if not isinstance(error, SimcoreError):
@@ -169,7 +169,7 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
 
 
 def outside_part(error: BaseException) -> TracebackType | None:
-    """Return the traceback of an error from where a game's or a robot's code begins; None if all of it is simcore's."""
+    """Return the traceback of an error from the first frame of game or robot code; None if there is no such frame."""
     here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
     for at in _places(error):
         path = Path(_file(at)).resolve()
@@ -180,7 +180,7 @@ def outside_part(error: BaseException) -> TracebackType | None:
 
 
 def _moved(error: BaseException) -> str:
-    """Return the new modules of names imported from a former module of simcore, to follow a sentence."""
+    """Return a hint to the new modules of names imported from a former simcore module, to append to a sentence."""
     asked = str(getattr(error, "name", "") or "")
     if not isinstance(error, ImportError) or asked.partition(".")[0] != "simcore":
         return ""
@@ -192,7 +192,7 @@ def _moved(error: BaseException) -> str:
 
 
 def _places(error: BaseException) -> Iterator[TracebackType]:
-    """Yield the places that an error passed, the innermost last."""
+    """Yield the traceback entries of an error, innermost last."""
     at = error.__traceback__
     while at is not None:
         yield at
@@ -204,7 +204,7 @@ def _file(at: TracebackType) -> str:
 
 
 def _is_in(file: str, folder: Path) -> bool:
-    """Return whether a file belongs to the project: neither Python's own, nor in a library installed below."""
+    """Return whether a file belongs to a project instead of Python or a library installed in the project's folder."""
     path, folder = Path(file).resolve(), folder.resolve()
     own = path.is_file() and path.is_relative_to(folder)
     return own and "site-packages" not in path.relative_to(folder).parts

@@ -1,7 +1,7 @@
-"""Commands that install simcore again from its origin, here and on another computer: for errors, and CI.
+"""Commands for installing simcore again from its origin, on this or another computer, for error messages and CI.
 
-A command has the bare name of the distribution only where pip took simcore from an index by that name: on another index
-the name may be free, or a stranger's.
+A command contains only the distribution's name if pip installed simcore from an index under that name. On another
+index, the name may be unused or belong to another project.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAGE) -> str:
-    """Return the command that installs extras, with its folder where that matters.
+    """Return the command that installs extras, including the folder in which to run the command if necessary.
 
-    A checkout is named by its folder, an install by the origin that pip recorded (PEP 610): a folder, a git address or
-    a file, or none for an index. If the origin is unknown or gone, the reader has to find the folder of simcore's
-    source.
+    The command names a checkout by its folder and an installed package by the origin that pip recorded (PEP 610): a
+    folder, a git address, a file, or an index. If the origin is unknown or missing, the command refers to the folder of
+    simcore's source, which the user has to find.
 
     >>> print(install_command("view", package=Path("/home/me/env/site-packages/simcore")))
     `python -m pip install ".[view]"` in the folder of simcore's source
 
     Args:
-        extras: Names of extras; none: simcore with its required packages.
-        upgrade: Whether installed packages may be too old.
+        extras: Names of extras; empty for simcore with only its required packages.
+        upgrade: Whether to upgrade installed packages.
         package: Folder of the simcore package.
     """
     pip = f"{_PIP} --upgrade" if upgrade else _PIP
@@ -54,14 +54,14 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
 
 
 def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE) -> str:
-    """Return the requirement by which pip on another computer installs this simcore; empty without a known origin.
+    """Return pip's requirement for installing this version of simcore elsewhere; empty if the origin is unknown.
 
     >>> shared_requirement("robotpy", package=Path("/home/me/env/site-packages/simcore"))
     ''
 
     Args:
         extras: Names of extras.
-        source: Address for pip, `git+https://...`; empty: the index, address or clone of the simcore here.
+        source: Address for pip, `git+https://...`; empty for the origin of the installed simcore.
         package: Folder of the simcore package.
     """
     name = f"simcore[{','.join(extras)}]"
@@ -72,7 +72,7 @@ def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE)
 
 
 def _address(package: Path) -> str:
-    """Return pip's address of the installed commit; empty if it is on this computer only."""
+    """Return pip's address of the installed commit; empty if the commit exists only on this computer."""
     origin = _origin(package)
     url, version_control = str(origin.get("url", "")), origin.get("vcs_info")
     if version_control:
@@ -84,7 +84,7 @@ def _address(package: Path) -> str:
 
 
 def _clone_address(folder: Path) -> str:
-    """Return the address of a clone's origin at its commit, without user names and passwords."""
+    """Return pip's address of a clone's origin at the checked-out commit, without user name and password."""
     output = []
     for words in (["remote", "get-url", "origin"], ["rev-parse", "HEAD"]):
         try:
@@ -105,14 +105,14 @@ def is_source(folder: Path) -> bool:
 
 
 def _index_version(package: Path) -> str:
-    """Return the version that pip took from an index, which leaves no record of an origin; empty otherwise."""
+    """Return the version that pip installed from an index, without a recorded origin; empty for another origin."""
     found = [] if is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
     is_named = found and not (found[-1] / "direct_url.json").exists()
     return found[-1].name.removeprefix("simcore-").removesuffix(".dist-info") if is_named else ""
 
 
 def _origin(package: Path) -> Mapping[str, Any]:
-    """Return pip's record of the origin, `direct_url.json` next to the metadata; empty without one."""
+    """Return pip's record of the origin, `direct_url.json` next to the metadata; empty if there is no record."""
     notes = sorted(package.parent.glob("simcore-*.dist-info/direct_url.json"))
     try:
         found = json.loads(notes[-1].read_text(encoding="utf-8")) if notes else {}

@@ -1,8 +1,8 @@
-"""Checks of numbers from outside: allowed range and unit of each quantity, and the message if a number is wrong.
+"""Checks of input numbers: allowed range and unit of each quantity, and the error message for a wrong number.
 
-Configs name the quantity of each number (`require_fields`, which checks other fields by their declared types),
-functions that of an argument (`require`), and readers of files call `Quantity.problem`. Bounds leave room for every
-robot and field that can be built, and for none that is given in another unit.
+Configs state the quantity of each number with `require_fields`, which checks all other fields by their declared types.
+Functions check an argument with `require`, and readers of files call `Quantity.problem`. The bounds admit every robot
+and field that can be built, but reject sizes in a wrong unit.
 """
 
 from __future__ import annotations
@@ -101,16 +101,16 @@ _OTHER_UNITS = {
     "rad": (("degrees", math.pi / 180.0),),
     "1/s": (("rpm", 1.0 / 60.0),),
 }
-"""Size of people's units in each SI unit."""
+"""Common units that users write by mistake, with their size in the SI unit, by SI unit."""
 
-_TINY = 1e-12  # a number this close above an open bound acts as 0 in every formula that divides by it
-_MOST_ITEMS = 10_000_000  # in a row: `range(10**12)` is also a sequence
-_MOST_COMMANDED = 1e6  # V, A, m/s: squares of larger numbers soon overflow
+_TINY = 1e-12  # distance above an open bound within which a number acts like 0 as a divisor
+_MOST_ITEMS = 10_000_000  # largest number of items in a row, because `range(10**12)` is also a sequence
+_MOST_COMMANDED = 1e6  # largest command [V, A or m/s], because powers of larger numbers may overflow
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Allowed values of a number.
+    """Range and unit of the allowed values of a number.
 
     >>> ROBOT_LENGTH.problem(34.0)
     'must be a number above 0 and up to 3 m, got 34.0. As inches that is 0.864 m'
@@ -122,14 +122,14 @@ class Quantity:
     least: float
     most: float
     is_open: bool = False
-    """Whether `least` itself is not allowed."""
+    """Whether `least` is excluded from the range."""
     is_whole: bool = False
-    """Whether it is a count."""
+    """Whether the number must be a whole number."""
     may_be_infinite: bool = False
-    """Whether `math.inf` is allowed, for no limit."""
+    """Whether `math.inf` is allowed, with the meaning of no limit."""
 
     def problem(self, value: object) -> str | None:
-        """Return what is wrong with a value, to follow its name in a message; None if nothing is."""
+        """Return the error message for a value, to append to the value's name; None if the value is allowed."""
         number = value if type(value) is float else _number(value)
         if number is not None and self.least <= number <= self.most:
             good = number > self.least + _TINY or not self.is_open
@@ -141,7 +141,7 @@ class Quantity:
         return f"must be {self}, got {shown(value)}{hint}"
 
     def in_other_units(self, number: float) -> str:
-        """Return the SI value of a length, mass, heading or speed given in another unit; empty if none makes sense."""
+        """Return a hint with the SI value if the number is plausible in another unit; empty otherwise."""
         for name, size in _OTHER_UNITS.get(self.unit, ()):
             if self.least <= number * size <= self.most:
                 return f". As {name} that is {number * size:.3g} {self.unit}"
@@ -158,7 +158,7 @@ class Quantity:
 MASS = Quantity("kg", 0.0, 1000.0, is_open=True)
 MASS_OR_NONE = Quantity("kg", 0.0, 1000.0)
 ROBOT_LENGTH = Quantity("m", 0.0, 3.0, is_open=True)
-"""Length of a part of a robot or of a piece."""
+"""Length of a part of a robot or game piece."""
 WHEEL_RADIUS = Quantity("m", 0.0, 0.3, is_open=True)
 """Radius of wheels, rollers, drums and pinions."""
 ROBOT_HEIGHT = Quantity("m", 0.0, 3.0)
@@ -168,11 +168,11 @@ FIELD_LENGTH = Quantity("m", 0.0, 100.0, is_open=True)
 FIELD_PLACE = Quantity("m", -100.0, 100.0)
 ANGLE = Quantity("rad", -10_000.0, 10_000.0)
 POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
-"""Position and heading on the field."""
+"""Position and heading in the field frame."""
 ATTITUDE = (Quantity("", -1e6, 1e6),) * 4
-"""Components of a unit quaternion x, y, z, w; `require_fields` and `require_attitude` also check its norm."""
+"""Components x, y, z, w of a unit quaternion; `require_fields` and `require_attitude` also check the norm."""
 START = (FIELD_PLACE, FIELD_PLACE, Quantity("rad", -math.tau, math.tau))
-"""Position and heading as people write them: headings within a turn, because larger ones are degrees."""
+"""Position and heading entered by a user; headings are within one turn, because larger numbers are degrees."""
 DEGREES = Quantity("deg", -36_000.0, 36_000.0)
 FIELD_OF_VIEW = Quantity("deg", 1.0, 179.0)
 NOISE_DEGREES = Quantity("deg", 0.0, 360.0)
@@ -208,7 +208,7 @@ FRICTION = Quantity("", 0.0, 10.0)
 FACTOR = Quantity("", 0.0, 1000.0)
 POSITIVE = Quantity("", 0.0, 1000.0, is_open=True)
 GEARING = Quantity("", 0.0, 10_000.0, is_open=True)
-"""Rotor turns per turn of the driven part."""
+"""Rotor turns per turn of the driven part [-]."""
 RATIO = Quantity("", -1000.0, 1000.0)
 GAIN = Quantity("", 0.0, 1e6)
 COUNT = Quantity("", 0, 10_000, is_whole=True)
@@ -216,20 +216,20 @@ MOTORS = Quantity("", 1, 20, is_whole=True)
 PORT = Quantity("", 0, 65_535, is_whole=True)
 
 Row: TypeAlias = "tuple[Quantity | Row, ...] | list[Quantity | Row]"
-"""Quantities of a row's numbers; a list of one is for a row of any length. Rows may contain rows."""
+"""Quantities of the numbers in a row, possibly nested; a list with one quantity allows a row of any length."""
 
 
 def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
-    """Raise an error for a number out of range.
+    """Check that a number is in range.
 
     Args:
-        owner: Owner of the number, for the message.
-        name: Name of the number.
-        value: Given value, of any type.
+        owner: Owner of the number, for the error message.
+        name: Name of the number, for the error message.
+        value: Value to check, of any type.
         quantity: Allowed values.
 
     Raises:
-        ConfigError: If the value is not allowed; the message has what was got, what would work and the unit.
+        ConfigError: The value is not allowed; the message states the value, the allowed values and the unit.
 
     >>> require("ArmConfig", "mass", "5", MASS)
     Traceback (most recent call last):
@@ -241,14 +241,14 @@ def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
 
 
 def checked_number(what: str, value: Any) -> float:
-    """Return a command as a plain float.
+    """Return a commanded value as a plain float.
 
     Args:
-        what: Name, for the message.
-        value: Given value.
+        what: Name of the command, for the error message.
+        value: Value to check, of any type.
 
     Raises:
-        NonFiniteError: If it is not a number or not finite.
+        NonFiniteError: The value is not a number, not finite or too large.
     """
     number = value if type(value) is float else _number(value)
     if number is None or not abs(number) <= _MOST_COMMANDED:
@@ -257,16 +257,16 @@ def checked_number(what: str, value: Any) -> float:
 
 
 def require_row(owner: str, name: str, values: Any, row: Row) -> None:
-    """Raise an error for a row of numbers, e.g. a place, with a wrong number or a wrong length.
+    """Check the length and all numbers of a row, for example a position.
 
     Raises:
-        ConfigError: If it is wrong; the message has the index, from 0.
+        ConfigError: The length or a number is wrong; the message states the index of the number, from 0.
     """
     if isinstance(values, (str, bytes)) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     try:
         numbers = list(islice(values, _MOST_ITEMS + 1))
-    except TypeError:  # an array of no dimension
+    except TypeError:  # a zero-dimensional array
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}") from None
     quantities = row * len(numbers) if isinstance(row, list) else row
     if len(numbers) != len(quantities) or len(numbers) > _MOST_ITEMS:
@@ -277,10 +277,10 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
 
 
 def require_count(what: str, values: Any, count: int, things: str) -> None:
-    """Raise an error for a command without one value for each of some things.
+    """Check that a command has `count` values, one for each of the named things.
 
     Raises:
-        ConfigError: If the count differs or it is not a row.
+        ConfigError: `values` is not a row or has another length.
     """
     is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict)) and getattr(values, "ndim", 1) > 0
     if not is_row or len(values) != count:
@@ -289,10 +289,10 @@ def require_count(what: str, values: Any, count: int, things: str) -> None:
 
 
 def require_attitude(owner: str, name: str, quat: Any) -> None:
-    """Raise an error for anything but a unit quaternion x, y, z, w.
+    """Check that a value is a unit quaternion x, y, z, w.
 
     Raises:
-        ConfigError: If it is not one.
+        ConfigError: The value is not a unit quaternion.
     """
     require_row(owner, name, quat, ATTITUDE)
     if not math.isclose(math.hypot(*quat), 1.0, abs_tol=1e-6):
@@ -300,12 +300,12 @@ def require_attitude(owner: str, name: str, quat: Any) -> None:
 
 
 def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:
-    """Raise an error for anything but rows of three numbers, for a wrong number, or for too few rows.
+    """Check that a value is an array of at least `least` points, shape (n, 3), with all numbers in range.
 
     Raises:
-        ConfigError: If it is wrong; the message has the row, from 0.
+        ConfigError: The shape, type or a number is wrong; the message states the row of the number, from 0.
     """
-    import numpy as np  # commands that only print their options import this module, too: 0.1 s less
+    import numpy as np  # imported here to save 0.1 s in commands that only print their options
 
     if isinstance(points, Sequence) and len(points) > _MOST_ITEMS:
         raise ConfigError(f"{owner}: {name} must be an array of shape (n >= {least}, 3), got {shown(points)}")
@@ -319,19 +319,19 @@ def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, le
 
 
 def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quantity | Row) -> None:
-    """Raise an error for a config with a wrong field; call it first in `__post_init__`.
+    """Check all fields of a config; call this function first in `__post_init__`.
 
-    Fields that are not named are checked by their declared types: a config, a shape, a text, one of a few words, a
-    tuple or dict of these. Numbers of other libraries become Python's own.
+    Fields without a quantity are checked by their declared types: configs, shapes, text, literals, and tuples or dicts
+    of these types. Numbers of other libraries are converted to Python's number types.
 
     Args:
         config: Config to check.
-        owner: Name for messages; empty: the class name.
-        fields: Allowed values of each numeric field; for a dict, of each of its values. None is accepted where it is
-            the default.
+        owner: Name for the error message; empty for the class name.
+        fields: Allowed values of each numeric field, or of each value in a dict. None is allowed if None is the default
+            of the field.
 
     Raises:
-        ConfigError: If a field is wrong; the message has owner, field, what was got, what would work and the unit.
+        ConfigError: A field is wrong; the message states owner, field, value, allowed values and unit.
     """
     owner = f"{owner}" or type(config).__name__
     kinds = _field_types(type(config))
@@ -343,7 +343,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
         if wrong is not None:
             where, value, wanted = wrong
             raise ConfigError(f"{owner}: {where} must be {_type_text(wanted)}, got {_got(value)}")
-        if get_origin(kind) is tuple and isinstance(value, list):  # a list is not hashable
+        if get_origin(kind) is tuple and isinstance(value, list):  # lists are not hashable
             object.__setattr__(config, name, tuple(value))
     for name, quantity in fields.items():
         value = getattr(config, name)
@@ -366,14 +366,14 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
 
 
 class _ByName(type):
-    """Metaclass for a class that a module imports only for type checkers: it is known by name."""
+    """Metaclass for placeholders of classes imported only for type checking; instances are matched by class name."""
 
     def __instancecheck__(cls, value: object) -> bool:
         return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
 
 
 class _Names(dict[str, Any]):
-    """Names that the annotations of a module use."""
+    """Namespace for evaluating a module's annotations, with placeholders for unknown names."""
 
     def __missing__(self, name: str) -> Any:
         return getattr(builtins, name, None) or _ByName(name, (), {})
@@ -393,7 +393,7 @@ def _field_types(config: type[DataclassInstance]) -> dict[str, Any]:
 
 
 def _misfit(name: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
-    """Return path, value and wanted type of the first misfit in a value; numbers are checked by quantities."""
+    """Return path, value and declared type of the first type error in a value, or None; numbers are not checked."""
     origin, parts = get_origin(kind), get_args(kind)
     fits = True
     if origin in (Union, UnionType):
@@ -427,7 +427,7 @@ def _got(value: object) -> str:
 
 
 def _type_text(kind: Any) -> str:
-    """Describe a type for messages."""
+    """Return the description of a type for error messages."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Literal or origin in (Union, UnionType):
         texts = [repr(part) if origin is Literal else _type_text(part) for part in parts]
@@ -445,7 +445,7 @@ def _type_text(kind: Any) -> str:
 
 
 _OWN_BUSES = ("", "rio", "can_s2")
-"""Names of the default CAN bus: of a roboRIO and, since 2027, of a Systemcore.
+"""Names of the default CAN bus of a roboRIO and, since 2027, of a Systemcore.
 
 Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 """
@@ -453,7 +453,7 @@ Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 
 @dataclass(frozen=True, slots=True, order=True)
 class DeviceAddress:
-    """Address of a device.
+    """Address of a device on CAN or on a port.
 
     >>> str(DeviceAddress(3, "canivore")), DeviceAddress(3, "rio") == DeviceAddress(3)
     ('canivore:3', True)
@@ -462,9 +462,9 @@ class DeviceAddress:
     """
 
     number: int
-    """CAN id, or channel of a port."""
+    """CAN id or port channel."""
     bus: str = ""
-    """Name of the CAN bus; empty: the controller's own."""
+    """Name of the CAN bus; empty for the robot controller's default bus."""
 
     FORM: ClassVar[str] = 'a whole number from 0 to 62, or as "canivore:3" on another bus'
 
@@ -477,12 +477,12 @@ class DeviceAddress:
 
     @property
     def in_file(self) -> int | str:
-        """Form in simcore.toml."""
+        """Address as written in simcore.toml."""
         return str(self) if self.bus else self.number
 
     @classmethod
     def parse(cls, value: object) -> DeviceAddress | None:
-        """Parse an address of simcore.toml; return None if it is not one."""
+        """Parse an address from simcore.toml; return None if the value is not a valid address."""
         bus = ""
         if isinstance(value, str):
             bus, _, digits = value.rpartition(":")
@@ -490,7 +490,7 @@ class DeviceAddress:
         return cls(value, bus) if type(value) is int and 0 <= value <= 62 else None
 
     def among(self, built: Iterable[DeviceAddress]) -> DeviceAddress:
-        """Return the matching address of these: without a bus, the only one with its number on any bus.
+        """Return the built address that this address means: without a bus, the only address with this number.
 
         >>> DeviceAddress(3).among([DeviceAddress(3, "canivore"), DeviceAddress(4)])
         DeviceAddress(number=3, bus='canivore')
@@ -500,11 +500,11 @@ class DeviceAddress:
 
 
 DeviceKey: TypeAlias = tuple[str, DeviceAddress]
-"""Device or port: model, as its maker writes it, and address."""
+"""Key of a device or port: model name as written by the maker, and address."""
 
 
 def number_flag(quantity: Quantity) -> Callable[[str], float]:
-    """Make the `type` of a numeric command option.
+    """Return an argparse `type` function for a numeric option.
 
     >>> number_flag(PORT)("99999")
     Traceback (most recent call last):
@@ -524,7 +524,7 @@ def number_flag(quantity: Quantity) -> Callable[[str], float]:
 
 
 def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Make the `type` of a command option from a function that parses text and raises `SimcoreError`."""
+    """Return an argparse `type` function from a function that parses text and raises `SimcoreError`."""
 
     def checked(text: str) -> Any:
         try:
@@ -536,7 +536,7 @@ def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def row_text(row: Quantity | Row) -> str:
-    """Describe the allowed values of a row, for messages."""
+    """Return the description of a row's allowed values for error messages."""
     if isinstance(row, Quantity):
         return str(row)
     if isinstance(row, list):
@@ -546,26 +546,26 @@ def row_text(row: Quantity | Row) -> str:
 
 
 def shown(value: object) -> str:
-    """Format any value for messages, within eighty characters."""
+    """Return the text of a value for error messages, shortened if longer than eighty characters."""
     try:
         text = repr(value)
-    except Exception:  # over 4300 digits, nested deeper than the stack, or of a class without a working repr
+    except Exception:  # more than 4300 digits, too deeply nested, or a broken __repr__
         text = f"{type(value).__name__} that cannot be shown"
     return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
 
 
 def _number(value: object) -> float | None:
-    """Convert to float; None for anything that is not a number, booleans included."""
+    """Return the value as a float; None for a boolean or anything else that is not a number."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
         return float(value)
-    except OverflowError:  # an integer of over 308 digits
+    except OverflowError:  # an integer with more than 308 digits
         return None
 
 
 def _plain(value: Any) -> Any:
-    """Return numbers of other types (numpy's float16, Fraction) as Python's own: compiled code accepts no others."""
+    """Convert numbers of other types (numpy float16, Fraction) to Python's types, as compiled code requires."""
     if isinstance(value, Mapping):
         plain = {key: _plain(one) for key, one in value.items()}
         return value if all(plain[key] is one for key, one in value.items()) else plain
@@ -575,14 +575,14 @@ def _plain(value: Any) -> Any:
     if getattr(value, "ndim", 0) and value.dtype.kind == "f":
         return value.astype(float, copy=False)
     if type(value) is float:
-        return value or 0.0  # a range from -x to x must not have the bound -0.0
+        return value or 0.0  # replace -0.0, so that a range from -x to x has the bound 0.0
     if type(value) in (bool, int) or not isinstance(value, Real):
         return value
     return value.__index__() if hasattr(value, "__index__") else float(value)
 
 
 def _as_tuples(value: Any) -> Any:
-    """Return rows of numbers as tuples, which can be keys, unlike lists and arrays."""
+    """Convert rows of numbers to tuples, which unlike lists and arrays can be dict keys."""
     if getattr(value, "ndim", 0):
         return _as_tuples(value.tolist())
     if not isinstance(value, (tuple, list)):

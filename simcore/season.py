@@ -1,8 +1,8 @@
-"""WPILib of 2026 and 2027 under the names of 2027: the only module that imports it and checks which one is installed.
+"""WPILib of 2026 and 2027 under the names of 2027; the only module that imports WPILib and checks the season.
 
-Since 2027 every public name is snake_case. Where 2026 is installed, the classes that simcore uses get those names in
-addition to their own (`NAMES`), so that other code is written once. Modules are imported on first use:
-`season.wpilib_simulation` imports wpilib.simulation, and importing this module needs nothing of WPILib.
+Since 2027, every public name is snake_case. If 2026 is installed, this module adds the names of 2027 to the classes
+that simcore uses (`NAMES`), so that other code works with both seasons. Modules are imported on first use:
+`season.wpilib_simulation` imports wpilib.simulation. Importing this module requires no part of WPILib.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _KINDS = "raw double double_array float float_array integer integer_array"
 _SUBSCRIBERS = ("Boolean", "Double", "Integer", "Raw", "String", "DoubleArray", "IntegerArray")
 
 EPOCH = 1e7
-"""Longest uptime of a computer [s]; robots under test start at a multiple of it on the controller's clock."""
+"""Upper bound of a computer's uptime; tests start at a multiple of this time on the controller's clock [s]."""
 
 _GEOMETRY = ("Pose2d", "Pose3d", "Quaternion", "Rotation2d", "Rotation3d", "Transform3d", "Translation3d")
 DRIVES = (*(f"SwerveDrive{n}" for n in (2, 3, 4, 6)), "DifferentialDrive", "MecanumDrive")
@@ -50,7 +50,7 @@ DRIVES = (*(f"SwerveDrive{n}" for n in (2, 3, 4, 6)), "DifferentialDrive", "Meca
 _KINEMATICS = ("Kinematics", "Odometry", "Odometry3d")
 
 NAMES: dict[str, dict[str, str]] = {
-    # module: class of it, or "" for the module: the names that simcore uses, those of 2027
+    # module: class in the module, or "" for the module itself: names of 2027 that simcore uses
     "ntcore": {
         "NetworkTable": "get_sub_table get_string_topic get_integer_topic get_instance get_path",
         "NetworkTableEntry": "get_string get_string_array set_string set_string_array get_name",
@@ -163,8 +163,8 @@ NAMES: dict[str, dict[str, str]] = {
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },
 }
-"""Names of 2027 by module and class. A name of 2026 that is not its camel case follows a `=`; if it has a dot, it is
-looked up in the module."""
+"""Names of 2027, by module and class. After `=` follows the name of 2026 if this is not the name of 2027 in camel case;
+a name with a dot is looked up in the module."""
 
 
 def __getattr__(name: str) -> ModuleType:
@@ -204,10 +204,10 @@ def _value(module: ModuleType, path: str) -> Any:
 
 
 def own_name(owner: Any, name: str, old: str = "") -> str:
-    """Return the spelling of a WPILib name in this season, e.g. of a method that robot code overrides.
+    """Return a WPILib name in the spelling of the installed season, e.g. of a method that robot code overrides.
 
     Args:
-        owner: Class that has it.
+        owner: Class or module that defines the name.
         name: Name in 2027.
         old: Name in 2026, if it is not the camel case of `name`.
     """
@@ -216,22 +216,22 @@ def own_name(owner: Any, name: str, old: str = "") -> str:
 
 
 def class_before_2027(module: str, name: str) -> Any:
-    """Return a class that 2027 lacks; there, return a class without instances."""
+    """Return a class that exists only before 2027; in 2027, return an empty placeholder class."""
     return getattr(_module(module), name, None) or type(name, (), {})
 
 
 def loop_classes() -> tuple[Any, ...]:
-    """Return robot classes with WPILib's loop and `add_periodic`: TimedRobot, and OpModeRobot since 2027."""
+    """Return the robot classes with WPILib's loop and `add_periodic`: TimedRobot and, since 2027, OpModeRobot."""
     wpilib = _module("wpilib")
     return tuple(getattr(wpilib, name) for name in ("TimedRobot", "OpModeRobot") if hasattr(wpilib, name))
 
 
 def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
-    """Call a function once per period [s] of a robot of `loop_classes`, never at the time of its loop."""
+    """Schedule a function once per period [s] between the loops of a robot of one of the `loop_classes`."""
     if isinstance(robot, _module("wpilib").TimedRobot):
         robot.add_periodic(call, period, period / 2.0)
         return
-    halves = cycle((call, None))  # an OpModeRobot has no offset: every second call is at the time of its loop
+    halves = cycle((call, None))  # an OpModeRobot has no offset, so every second call coincides with a loop
 
     def half() -> None:
         due = next(halves)
@@ -242,11 +242,11 @@ def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> No
 
 
 def set_mode(mode: str, name: str = "") -> None:
-    """Select a mode on the driver station, and for an OpModeRobot the op mode of this name, or else the first.
+    """Select a mode on the driver station and, for an OpModeRobot, an op mode.
 
     Args:
         mode: `autonomous`, `teleop` or `utility` (`test` in 2026).
-        name: Name of an op mode.
+        name: Name of the op mode; if unknown, the first op mode of the mode is selected.
     """
     sim = _module("wpilib.simulation").DriverStationSim
     if hasattr(sim, "setAutonomous"):
@@ -264,7 +264,7 @@ def set_mode(mode: str, name: str = "") -> None:
 
 
 def op_modes(mode: str) -> list[str]:
-    """Return names of the op modes that the driver station offers in a mode."""
+    """Return the names of the op modes that the driver station offers in a mode."""
     sim, hal = _module("wpilib.simulation").DriverStationSim, _module("hal")
     if not hasattr(sim, "get_opmode_options"):
         return []
@@ -274,7 +274,7 @@ def op_modes(mode: str) -> list[str]:
 
 
 def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
-    """Plug in a joystick with these numbers of axes, buttons and POVs."""
+    """Connect a joystick with the given numbers of axes, buttons and POVs."""
     sim = _module("wpilib.simulation").DriverStationSim
     for count, old, new in ((axes, "Axis", "axes"), (buttons, "Button", "buttons"), (povs, "POV", "povs")):
         if hasattr(sim, f"setJoystick{old}Count"):
@@ -284,13 +284,13 @@ def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
 
 
 def press_button(port: int, number: int, down: bool) -> None:
-    """Press or release a button of a joystick, counted from 1 as drivers do (in 2027 WPILib counts from 0)."""
+    """Press or release a joystick button, numbered from 1 as on a driver's device (WPILib 2027 counts from 0)."""
     sim = _module("wpilib.simulation").DriverStationSim
     sim.set_joystick_button(port, number if hasattr(sim, "setJoystickButton") else number - 1, down)
 
 
 def clock_rate() -> float:
-    """Return the rate of NetworkTables time stamps: microseconds in 2026, nanoseconds in 2027 [1/s]."""
+    """Return the rate of NetworkTables timestamps [1/s]: microseconds in 2026, nanoseconds in 2027."""
     try:
         return 1e6 if hasattr(import_module("ntcore").NetworkTableInstance, "getDefault") else 1e9
     except ImportError:
@@ -305,12 +305,12 @@ def is_chooser(instance: NetworkTables, key: str) -> bool:
 
 
 def chooser_keys() -> tuple[str, str]:
-    """Return the subkeys of a chooser for the requested choice and for the active one."""
+    """Return the subkeys of a chooser for the requested choice and for the active choice."""
     return ("selected", "active") if clock_rate() == 1e6 else ("selected/tune", "selected/value")
 
 
 def set_pov(port: int, angle: int | None) -> None:
-    """Press the first hat of a joystick, clockwise from forward in steps of 45 [deg]; None releases it."""
+    """Press a joystick's first POV hat at an angle clockwise from forward, in steps of 45 [deg]; None to release."""
     sim, wpilib = _module("wpilib.simulation").DriverStationSim, _module("wpilib")
     if hasattr(sim, "setJoystickPOV"):
         sim.setJoystickPOV(port, 0, -1 if angle is None else angle)
@@ -321,7 +321,7 @@ def set_pov(port: int, angle: int | None) -> None:
 
 
 def silence_joystick_warnings() -> None:
-    """Switch off WPILib's warning about missing joysticks."""
+    """Turn off WPILib's warning about missing joysticks."""
     wpilib = _module("wpilib")
     if hasattr(wpilib, "DriverStationBackend"):
         wpilib.DriverStationBackend.silence_joystick_connection_alert(True)
@@ -330,13 +330,13 @@ def silence_joystick_warnings() -> None:
 
 
 def spark_sim_name(spark: Any, model: str) -> str:
-    """Return the SimDevice name of a SPARK; since 2027 with the CAN port, because there are several buses."""
+    """Return the SimDevice name of a SPARK; since 2027, the name includes the CAN port."""
     port = f"{int(spark.get_can_port())}," if hasattr(spark, "get_can_port") else ""
     return f"{model} [{port}{spark.get_device_id()}]"
 
 
 def spark_factors(encoder: Any) -> tuple[float, float]:
-    """Return robot code's readings per turn and per rpm of a SPARK's encoder; since 2027 both are 1.
+    """Return a SPARK encoder's position and velocity conversion factors; since 2027, both are 1.
 
     Args:
         encoder: Encoder part of the SPARK's `config_accessor`.
@@ -347,7 +347,7 @@ def spark_factors(encoder: Any) -> tuple[float, float]:
 
 
 def spark_wrap(loop: Any) -> tuple[float, float] | None:
-    """Return the range in which a SPARK's position loop wraps: one turn since 2027; None without wrapping.
+    """Return the wrapping range of a SPARK's position loop, since 2027 one turn; None without wrapping.
 
     Args:
         loop: Closed-loop part of the SPARK's `config_accessor`.
@@ -364,55 +364,55 @@ def centered_spark_encoder(encoder: Any, written: bool) -> bool:
 
     Args:
         encoder: Encoder part of the SPARK's `config_accessor`.
-        written: Setting that the program has configured; 2026 can write it, but not read it.
+        written: Setting written by the program, because the setting cannot be read in 2026.
     """
     return bool(encoder.is_zero_centered()) if hasattr(encoder, "is_zero_centered") else written
 
 
 def spark_answer(read: Callable[[], Any], value: float | bool) -> Any:
-    """Return a value in the form of a SPARK's answer: since 2027 a signal with error and time.
+    """Return a value in the type of a SPARK reading; since 2027, a signal with error and timestamp.
 
     Args:
-        read: Function that returns REVLib's own answer.
-        value: Value to return instead.
+        read: Function that returns REVLib's own reading.
+        value: Value to return instead of REVLib's value.
     """
     own = read()
     return type(own)(value, own.get_error(), own.get_timestamp()) if hasattr(own, "get_timestamp") else value
 
 
 def show_field(field: Any, *, again: bool = False) -> None:
-    """Publish a `Field2d` under the name that the simulation GUI shows; `again` after each change of it."""
+    """Publish a `Field2d` under the name that the simulation GUI shows; call with `again` after each change."""
     wpilib = _module("wpilib")
     if not hasattr(wpilib, "SmartDashboard"):
         import_module("telemetry").log("Field", field)
-    elif not again:  # it publishes changes itself
+    elif not again:  # SmartDashboard publishes changes automatically
         wpilib.SmartDashboard.putData("Field", field)
 
 
 def module_speed(state: Any) -> float:
-    """Return the speed of a `SwerveModuleState`, in 2027 a `SwerveModuleVelocity` [m/s]."""
+    """Return the speed of a `SwerveModuleState` or, in 2027, a `SwerveModuleVelocity` [m/s]."""
     return float(state.speed if hasattr(state, "speed") else state.velocity)
 
 
 def pwm_speed(sim: Any) -> float:
-    """Return the motor controller's request from a PWM output with pulses of 1 to 2 ms [-1..1]."""
+    """Return the requested motor output [-1..1] of a PWM signal with pulses of 1 to 2 ms."""
     if hasattr(sim, "getSpeed"):
         return float(sim.getSpeed())
     return max(-1.0, min(1.0, (float(sim.get_pulse_microsecond()) - 1500.0) / 500.0))
 
 
 def pwm_position(sim: Any) -> float:
-    """Return the servo's request from a PWM output with pulses of 1 to 2 ms [0..1]."""
+    """Return the requested servo position [0..1] of a PWM signal with pulses of 1 to 2 ms."""
     return float(sim.getPosition()) if hasattr(sim, "getPosition") else 0.5 * (pwm_speed(sim) + 1.0)
 
 
 def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> Any:
-    """Make RobotPy's pytest plugin for one robot in its own process: pyfrc's, or that of wpilib.testing.
+    """Return RobotPy's pytest plugin for one robot in its own process, from pyfrc or wpilib.testing.
 
     Args:
         robot_class: Robot class of the program.
-        robot_file: Path of its robot.py.
-        patience: Wall time within which the program must start [s].
+        robot_file: Path of robot.py.
+        patience: Largest wall time for the program to start [s].
     """
     if is_installed("wpilib.testing"):
         return import_module("wpilib.testing.pytest_plugin").RobotTestingPlugin(robot_class, robot_file, True)
@@ -420,23 +420,23 @@ def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> An
 
 
 def test_controller() -> Any:
-    """Import the module of wpilib.testing that starts a robot under test."""
+    """Return the wpilib.testing module that starts a robot under test."""
     return import_module("wpilib.testing.controller")
 
 
 def led_sim(channel: int) -> Any:
-    """Return the simulation of an `AddressableLED` on a channel."""
+    """Return the simulation object of the `AddressableLED` on a channel."""
     cls = _module("wpilib.simulation").AddressableLEDSim
     return cls.createForChannel(channel) if hasattr(cls, "createForChannel") else cls(channel)
 
 
 def is_led_running(sim: Any) -> bool:
-    """Return whether an LED strip shows its data; since 2027 it always does."""
+    """Return whether an LED strip is started; since 2027, always True."""
     return bool(sim.getRunning()) if hasattr(sim, "getRunning") else True
 
 
 def show_input_current(amps: float) -> None:
-    """Set the controller's reading of its own current [A]; that of 2027 does not measure it."""
+    """Set the robot controller's input current [A]; no effect in 2027, because a Systemcore does not measure it."""
     sim = _module("wpilib.simulation").RoboRioSim
     if hasattr(sim, "setVInCurrent"):
         sim.setVInCurrent(amps)
@@ -445,8 +445,8 @@ def show_input_current(amps: float) -> None:
 def start_of_clock() -> float:
     """Return the time at which a robot under test starts, on the controller's clock [s].
 
-    RobotPy sets the clock to zero before each test, which since 2027 has no effect: it counts from the start of the
-    computer. So the clock is stopped here, at a time that is equal in all processes.
+    RobotPy resets the clock before each test. Since 2027, the reset has no effect, because the clock counts from the
+    start of the computer. Therefore, this function stops the clock at a time that is the same in all processes.
     """
     sim = _module("wpilib.simulation")
     if hasattr(sim.DriverStationSim, "setAutonomous"):
@@ -458,7 +458,7 @@ def start_of_clock() -> float:
 
 
 def user_rails() -> list[tuple[Any, Any]]:
-    """Return the setters of each user rail of the controller: for its state, and for its count of faults."""
+    """Return two setters for each user rail of the robot controller: rail active, and number of faults."""
     sim = _module("wpilib.simulation").RoboRioSim
     rails = [
         (getattr(sim, f"setUserActive{rail}"), getattr(sim, f"setUserFaults{rail}"))
@@ -469,7 +469,7 @@ def user_rails() -> list[tuple[Any, Any]]:
 
 
 def camel_case(name: str, *, first: bool = False) -> str:
-    """Convert a name of 2027 to that of 2026; with `first`, the first letter is also a capital.
+    """Convert a snake_case name of 2027 to the camelCase name of 2026, or to CamelCase with `first`.
 
     >>> camel_case("get_double_topic"), camel_case("value_all", first=True)
     ('getDoubleTopic', 'ValueAll')
@@ -484,9 +484,9 @@ _SEASONAL |= {f"robotpy-{part}" for part in "commands-v2 wpilib-utilities rev ct
 
 
 def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, list[str]]:
-    """Return installed packages of WPILib and of vendors by season: names with versions.
+    """Return the names and versions of installed WPILib and vendor packages, by season.
 
-    Phoenix 6 has its own years; from 26.50 on it belongs to 2027.
+    Phoenix 6 has its own version scheme; versions from 26.50 on belong to 2027.
 
     >>> installed_seasons([("wpilib", "2026.2.2"), ("phoenix6", "26.70.0a2"), ("numpy", "2.4")])
     {2026: ['wpilib 2026.2.2'], 2027: ['phoenix6 26.70.0a2']}
@@ -508,7 +508,7 @@ def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, lis
 
 
 def mixed_seasons(seasons: dict[int, list[str]]) -> str:
-    """Return one sentence if libraries of several seasons are installed; otherwise empty."""
+    """Return an error sentence if libraries of several seasons are installed; empty otherwise."""
     if len(seasons) < 2:
         return ""
     main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
@@ -520,12 +520,12 @@ def is_installed(name: str) -> bool:
     """Return whether a package of WPILib can be imported."""
     try:
         return find_spec(name) is not None
-    except ModuleNotFoundError:  # its parent package is missing
+    except ModuleNotFoundError:  # the parent package is missing
         return False
 
 
 def pub_sub_options(**options: Any) -> Any:
-    """Make NetworkTables' `PubSubOptions` from the names of 2027: `periodic`, `poll_storage`, `send_all`, ..."""
+    """Return NetworkTables `PubSubOptions`, with option names of 2027 such as `periodic` and `poll_storage`."""
     options_class = _module("ntcore").PubSubOptions
     try:
         return options_class(**options)
@@ -534,33 +534,33 @@ def pub_sub_options(**options: Any) -> Any:
 
 
 def is_local(instance: NetworkTables) -> bool:
-    """Return whether only this program can see an instance, as under `robotpy test`."""
+    """Return whether an instance is local to this program, as under `robotpy test`."""
     modes = _module("ntcore").NetworkTableInstance.NetworkMode
     local = modes.LOCAL if hasattr(modes, "LOCAL") else modes.kNetModeLocal
     return int(instance.get_network_mode()) == int(local)
 
 
 def initialize_hal() -> None:
-    """Start the hardware layer in simulation, as a robot program does.
+    """Initialize the HAL in simulation, as a robot program does.
 
     Raises:
-        ConfigError: If it cannot be started.
+        ConfigError: The HAL cannot be initialized.
     """
     hal = _module("hal")
     try:
         is_up = hal.initialize()
-    except TypeError:  # of 2026: a timeout, and what to do with other programs
+    except TypeError:  # 2026 requires a timeout [ms] and a mode for other running programs
         is_up = hal.initialize(500, 0)
     if not is_up:
         raise ConfigError("WPILib's hardware layer does not start; is another robot program running?")
 
 
 def start_server(instance: NetworkTables, address: str, port: int) -> None:
-    """Serve NetworkTables 4 at an address, with nothing kept on disk and nothing announced.
+    """Start a NetworkTables 4 server at an address, without persistent file and mDNS announcement.
 
-    The clock of NetworkTables then counts from the start of the process, as in a robot program, and not from 1970.
+    NetworkTables time then counts from the start of the process, as in a robot program, instead of from 1970.
     """
     _module("ntcore")
-    import_module("hal")  # loading it sets the clock of ntcore's time stamps; it starts nothing else
-    third = "" if hasattr(type(instance), "start_ds_client") else 0  # the mDNS service, in 2026 the port of NT3
+    import_module("hal")  # this import only sets the clock of ntcore's timestamps
+    third = "" if hasattr(type(instance), "start_ds_client") else 0  # mDNS service in 2027, NT3 port in 2026
     instance.start_server("", address, third, port)

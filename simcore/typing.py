@@ -1,4 +1,4 @@
-"""Names of the arrays, suppliers and literals that packages exchange."""
+"""Type aliases shared by several packages: arrays, suppliers and literals."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ IntArray: TypeAlias = npt.NDArray[np.int64]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 FloatSupplier: TypeAlias = Callable[[], float]
-"""Supplier of one number, called once a tick."""
+"""Supplier of one number, called once per tick."""
 
 
 def alliance_in(name: str) -> Alliance | None:
-    """Return `blue` or `red` if it is the first word of a name, otherwise None.
+    """Return the alliance, `blue` or `red`, that is the first word of a name; None for any other name.
 
     >>> alliance_in("blue_tower"), alliance_in("RedShelf"), alliance_in("bluebird")
     ('blue', 'red', None)

@@ -1,4 +1,4 @@
-"""Conversion of the game manual's units to SI, so that code can show numbers as printed, and a portable sum."""
+"""Conversion of the game manual's units to SI, so that code contains numbers as printed, and a portable sum."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ GRAVITY = 9.80665
 """Standard gravity [m/s^2] (CGPM 1901)."""
 
 TICK = 0.02
-"""Length of a tick [s], the period of a TimedRobot."""
+"""Length of a tick [s], the default period of a TimedRobot."""
 
 
 def inches(value: float) -> float:
@@ -44,10 +44,10 @@ def rpm(value: float) -> float:
 
 
 def plain_sum(values: Iterable[float]) -> float:
-    """Add from left to right; the result is bit-identical on every Python version.
+    """Return the sum from left to right, bit-identical in every Python version.
 
-    Since Python 3.12 the builtin `sum` compensates rounding errors of floats, so a simulation that used it would give
-    different results on older versions.
+    Since Python 3.12, the builtin `sum` compensates for rounding errors of floats, so a simulation with `sum` would
+    give different results in older versions.
 
     >>> plain_sum([0.1] * 10)
     0.9999999999999999
