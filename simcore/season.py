@@ -163,8 +163,8 @@ NAMES: dict[str, dict[str, str]] = {
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },
 }
-"""Names of 2027, by module and class. After `=` follows the name of 2026 if this is not the name of 2027 in camel case;
-a name with a dot is looked up in the module."""
+"""Names of 2027, by module and class. An entry `new=old` also gives the name of 2026 if `old` is not `new` in camel
+case; an `old` name with a dot is looked up in the module."""
 
 
 def __getattr__(name: str) -> ModuleType:
@@ -412,7 +412,7 @@ def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> An
     Args:
         robot_class: Robot class of the program.
         robot_file: Path of robot.py.
-        patience: Largest wall time for the program to start [s].
+        patience: Longest wall time for the program to start [s].
     """
     if is_installed("wpilib.testing"):
         return import_module("wpilib.testing.pytest_plugin").RobotTestingPlugin(robot_class, robot_file, True)
@@ -556,7 +556,7 @@ def initialize_hal() -> None:
 
 
 def start_server(instance: NetworkTables, address: str, port: int) -> None:
-    """Start a NetworkTables 4 server at an address, without persistent file and mDNS announcement.
+    """Start a NetworkTables 4 server at an address, without a persistent file or mDNS announcement.
 
     NetworkTables time then counts from the start of the process, as in a robot program, instead of from 1970.
     """

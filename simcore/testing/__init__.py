@@ -1,1 +1,1 @@
-"""Public doubles and assertions for tests."""
+"""Public test doubles, test benches and assertions."""

@@ -38,7 +38,7 @@ class DriveBench:
         mass = MassDistribution(robot.mass, robot.center_of_mass, (roll, pitch, robot.yaw_inertia))
         self.chassis = ChassisSimulation(self.world, body, drivetrain=drive, mass=mass)
         self.ax = self.ay = 0.0
-        """Mean acceleration of the chassis over the last step, field frame [m/s^2]."""
+        """Mean acceleration of the center of mass over the last step, field frame [m/s^2]."""
 
     def reset(self, *, yaw: float = 0.0, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
         """Place the robot at the origin with a heading [rad] and a field-frame velocity [m/s, m/s, rad/s]."""
@@ -70,7 +70,7 @@ class DriveBench:
 
         Args:
             h: Duration [s].
-            velocity: Velocity of the robot at zero heading [m/s, m/s, rad/s].
+            velocity: Velocity of the center of mass, robot frame [m/s, m/s, rad/s].
             in_air: Whether the wheels are off the carpet.
 
         Returns:
@@ -115,12 +115,12 @@ class DriveBench:
 
     @property
     def vx(self) -> float:
-        """Velocity of the center of mass along x [m/s]."""
+        """Velocity of the center of mass along the field's x axis [m/s]."""
         return self.chassis.vel[0]
 
     @property
     def vy(self) -> float:
-        """Velocity of the center of mass along y [m/s]."""
+        """Velocity of the center of mass along the field's y axis [m/s]."""
         return self.chassis.vel[1]
 
     @property
@@ -151,7 +151,7 @@ def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool =
 
 
 class LoneChassis:
-    """Chassis without a drivetrain that follows a velocity by forces within the grip, for use as a robot of `Motion`.
+    """Chassis without a drivetrain that follows a velocity within its grip, for use as a robot of `Motion`.
 
     Args:
         chassis: Chassis in a physics world.

@@ -174,7 +174,7 @@ class SCurve(Profile):
 
 
 class VelocityRamp(Profile):
-    """Profile of velocity towards a goal with limited acceleration and jerk; `p` is unused."""
+    """Profile of the velocity setpoint with limited acceleration and jerk; `p` is unused."""
 
     __slots__ = ()
 
@@ -327,7 +327,7 @@ def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
 PROFILE_LOOPS = 10
 """Number of control loops between two moves of a profile's setpoint."""
 Law = Callable[[int], float]
-"""Function from a number of control loops to the output after them [V, duty cycle or A]."""
+"""Function that returns the output after a number of control loops [V, duty cycle or A]."""
 
 
 @dataclass(slots=True)
@@ -414,7 +414,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
 
 
 def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
-    """Return the law of position control, which takes the shorter way round with `wrap`."""
+    """Return the law of position control; with `wrap`, the law turns the shorter way."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -472,7 +472,7 @@ def _profiled(
     profile: SCurve | Expo,
     advance: Callable[[float], None],
 ) -> Law:
-    """Return the law of position control along a profile; `advance` moves the profile on by a time [s]."""
+    """Return the law of position control along a profile; `advance` advances the profile by a time [s]."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:

@@ -351,7 +351,7 @@ class FaultFlags:
         return True
 
     def read(self, spn: int) -> float | None:
-        """Return 1 or 0 for a fault, a count for the totals of faults, or None for any other signal."""
+        """Return 1 or 0 for a fault, the number of faults for a fault total, or None for any other signal."""
         if spn in _STICKY:
             return float(_STICKY[spn] in self._sticky)
         if spn in _ALL:
@@ -391,7 +391,7 @@ def period_of(hz: float) -> int:
 
 
 class EmulatedDevice:
-    """One emulated device, whose last status frame robot code reads.
+    """Emulated device; robot code reads the device's last status frame.
 
     Args:
         address: CAN id and bus.
@@ -477,7 +477,7 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that `sim_state` reads by a name; None if the device has no value of that name."""
+        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
         return None
 
     # ---- status

@@ -79,7 +79,7 @@ def between(start: Pose, end: Pose) -> Pose:
 
 
 def then(start: Pose, way: Pose) -> Pose:
-    """Return the field-frame pose at `way`, a pose in the frame of `start`."""
+    """Return `way`, a pose in the frame of `start`, in the field frame."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return start[0] + cos * way[0] - sin * way[1], start[1] + sin * way[0] + cos * way[1], start[2] + way[2]
 
@@ -156,7 +156,7 @@ class Kinematics:
 
 
 def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[float, float]]:
-    """Scale all speeds by one factor that reduces the fastest to `limit` [m/s]."""
+    """Scale all module speeds by one factor so that no speed exceeds `limit` [m/s]."""
     fastest = max(abs(speed) for speed, _ in states)
     if fastest <= limit:
         return states
@@ -164,7 +164,7 @@ def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[fl
 
 
 def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float, float, float]:
-    """Return the constant robot-frame velocity that, while turning, reaches the end pose of a field-frame velocity.
+    """Return the robot-frame velocity that reaches the same pose in one period as a constant field-frame velocity.
 
     Source: WPILib's ChassisSpeeds.Discretize.
     """
@@ -599,7 +599,7 @@ class Brake:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn every wheel along its line to the robot's center."""
+        """Point every wheel at the robot's center."""
         _send(self, drivetrain, [(0.0, math.atan2(y, x)) for x, y in drivetrain.kinematics.positions])
 
 

@@ -74,7 +74,7 @@ RENAMED = {
         for frame in ("robot", "field")
     },
 }
-"""Names of 26.3 that 26.70 changed without a change of arguments, with the names in 26.70."""
+"""Name in 26.70 of each renamed function with unchanged arguments, by name in 26.3."""
 GONE = frozenset({"c_ctre_phoenix_report_error"})
 """Functions that only 26.3 has."""
 ADDED = frozenset(
@@ -781,7 +781,7 @@ class SwerveNative(NativeLibrary):
         )
 
     def module_get_position(self, number: int, index: int, refresh: bool) -> Any:
-        """Return the present position if `refresh`, else the cached one; odometry is not changed."""
+        """Return the present position, or the cached position without `refresh`; odometry is not changed."""
         module = self._drivetrains[number].modules[index]
         if not refresh:
             return self.module_get_cached_position(number, index)

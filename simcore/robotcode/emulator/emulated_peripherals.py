@@ -40,7 +40,7 @@ class CANcoderFrame(NamedTuple):
     supply: float
     health: int
     top: float
-    """Configured position at which the absolute position wraps."""
+    """Configured position at which the absolute position wraps [rotations]."""
 
     @property
     def absolute(self) -> float:
@@ -99,7 +99,7 @@ class EmulatedCANcoder(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that `sim_state` reads by a name; None if the device has no value of that name."""
+        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
         if name == "Position":
             return self.position
         return {"RawPosition": self.raw, "Velocity": self.raw_velocity, "SupplyVoltage": self.supply}.get(name)
@@ -220,11 +220,11 @@ class EmulatedCANdi(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that `sim_state` reads by a name; None for any name but `OutputCurrent`."""
+        """Return the `sim_state` value called `name`; None for every name except `OutputCurrent`."""
         return self._current if name == "OutputCurrent" else None
 
     def is_closed(self, pin: int) -> bool:
-        """Return whether pin 0 or 1 is now closed by the configured close state."""
+        """Return whether pin 0 or 1 is closed now, according to the configured close state."""
         return _CLOSED[self._close[pin]](self.states[pin])
 
     def pwm_position(self, pin: int) -> float:
@@ -372,7 +372,7 @@ class EmulatedPigeon2(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the value that `sim_state` reads by a name; None if the device has no value of that name."""
+        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
         if name.startswith("AngularVelocity"):
             return self.rates["XYZ".index(name[-1])]
         return {

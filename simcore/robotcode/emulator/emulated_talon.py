@@ -111,7 +111,7 @@ class TalonLimit:
             )
 
     def is_closed(self, devices: Devices) -> bool:
-        """Return whether the limit switch is now closed (connected to ground)."""
+        """Return whether the limit switch is closed (connected to ground) now."""
         if self._source == _PIN:
             return self.closed
         if self._source == _TALON:
@@ -828,7 +828,7 @@ class EmulatedTalon(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return a `sim_state` value: shafts counter-clockwise positive, torque current with robot code's sign."""
+        """Return a `sim_state` value; shafts are counter-clockwise positive, torque current has robot code's sign."""
         bridge = self.bridge
         if name == "MotorVoltage":
             return bridge.volts * self.turn

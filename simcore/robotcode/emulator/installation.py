@@ -161,7 +161,7 @@ def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emul
     A second call resets and returns the emulator of the first call.
 
     Args:
-        delays: Delays from the enable feed to its effect on the devices; None for the measured delays.
+        delays: Delays from the enable feed to its effect on the devices; None for the defaults.
         mirror: Whether device objects copy their outputs to WPILib SimDevices every tick, for the simulation GUI.
 
     Raises:

@@ -126,7 +126,7 @@ class Bridge:
     """Bridge that drives one motor by voltage, duty cycle or current, with the signs that robot code uses.
 
     Args:
-        motor: Motor to compute with while no robot model sets the motor state.
+        motor: Motor to simulate until a robot model sets voltage and current.
     """
 
     def __init__(self, motor: ConnectedMotor) -> None:
@@ -141,7 +141,7 @@ class Bridge:
         """Whether a neutral bridge brakes by shorting the motor instead of coasting."""
         self._volts = self._current = 0.0
         self._is_due = False
-        """Whether voltage and current must be recomputed when read, because computing them costs more than the loop."""
+        """Whether the next read must recompute voltage and current, which takes longer than a control loop."""
         self.has_model = False
         """Whether a robot model sets voltage and current."""
         self.supply = 12.0
@@ -157,7 +157,7 @@ class Bridge:
         self.max_duty = 1.0
         """Largest duty cycle of the torque current request [-]."""
         self.blocked_forward = self.blocked_reverse = False
-        """Whether a limit blocks the direction."""
+        """Whether a limit blocks forward or reverse output."""
         self.is_blocked = False
         self._foc = True
         self._last = self._over = 0.0

@@ -215,7 +215,7 @@ def is_ours(physics: types.ModuleType) -> bool:
 
 
 def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) -> Any:
-    """Return a subclass of the robot class whose simulation hooks run the program's own hook, then physics."""
+    """Return a subclass of the robot class whose simulation hooks run the program's code, then physics."""
 
     def begin(self: Any) -> None:
         getattr(super(physics_robot, self), init, lambda: None)()

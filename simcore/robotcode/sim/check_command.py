@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     """Check the robot, print the findings and write the page.
 
     Returns:
-        Exit status: 1 if a finding is wrong, else 0.
+        Exit status: 1 if a finding is an error, else 0.
 
     Raises:
         ConfigError: The folder contains no robot, or the robot description is invalid.

@@ -1,7 +1,7 @@
 """Connection of robot code's devices to one robot of a match: voltages in, sensor readings out, at least every 5 ms.
 
-The robot reads the controllers before each part of its step. Parts last at most 5 ms, because a steer loop overshoots
-if voltages hold for 20 ms. In simulated time, the clock of the devices follows the parts, so a tick may be one part;
+The robot reads the controllers before each substep of at most 5 ms, because a steer loop overshoots if voltages hold
+for 20 ms. In simulated time, the clock of the devices advances with the substeps, so a tick can be a single part;
 engine, pieces and gyro keep their own steps. On the wall clock, a tick consists of parts of 5 ms, and the devices run
 between the parts.
 """

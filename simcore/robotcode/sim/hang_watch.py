@@ -31,7 +31,7 @@ NO_LINE = "no line of its own"
 _STANDARD = sysconfig.get_path("stdlib")
 _LOOK = 0.25  # time between two checks [s]
 _WORKS = 0.1  # processor load above which the process counts as working instead of waiting [-]
-_UNSEEN = 10.0  # factor of patience while no program line is running, e.g. while a slow computer builds a field [-]
+_UNSEEN = 10.0  # factor on the patience while no program line runs, e.g. while a slow computer builds a field [-]
 
 _unwaited: dict[int, str] = {}
 """Program line that created each notifier on which no thread has waited so far, by notifier handle."""

@@ -17,7 +17,7 @@ from simcore import season
 
 __all__ = ["wait_for_plans"]
 
-_PATIENCE = 5.0  # largest wall time for one plan [s]
+_PATIENCE = 5.0  # longest wall time to wait for one plan [s]
 _REST = 2e-4  # time between two polls of the planner for requests [s]
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["INIT_TIMEOUT", "sim"]
 
 INIT_TIMEOUT = 120.0
-"""Largest time for a robot program to finish robotInit [s]."""
+"""Longest time for a robot program to finish robotInit [s]."""
 _PLAIN = (
     "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
     "in the folder of robot.py; options of pytest follow behind --, as in `python -m robotpy test -- -k %s`"
@@ -113,7 +113,7 @@ def _fit_into_pyfrc(config: pytest.Config) -> None:
 
 
 class _RobotClass:
-    """Robot class that unpickles in another process by a recorded import."""
+    """Robot class that another process unpickles by importing and recording the program."""
 
     def __init__(self, robot_class: Any, simulated: bool) -> None:
         self._names = robot_class.__module__, robot_class.__qualname__

@@ -34,7 +34,7 @@ class RunVariation:
     scatter: Scatter | None = None
     """Standard deviations of the scatter; None for the scatter of `simcore.toml`, or no scatter without a file."""
     factors: Mapping[str, FactorValue] = field(default_factory=dict)
-    """Values of the factors of robot and pieces that a sweep varies, by factor name."""
+    """Value of each factor of robot or pieces that a sweep varies, by factor name."""
 
     def robot(self, config: RobotConfig) -> RobotConfig:
         """Return the robot with the factors of this run applied.

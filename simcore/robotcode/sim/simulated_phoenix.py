@@ -16,7 +16,7 @@ Timer = season.wpilib.Timer
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 
-_FEED_MS = 100  # duration that phoenix6's own Notifier feeds every 10 ms
+_FEED_MS = 100  # duration of one enable feed, as in phoenix6's own Notifier [ms]
 
 
 class PhoenixTime:
