@@ -135,7 +135,7 @@ class MirroredPorts:
             sim.EncoderSim(encoder).set_reset(True)
 
     def _take_gyro(self, number: int, _: int, value: float) -> None:
-        """Reset the gyro if the program has: its angle became zero without an input of zero."""
+        """Reset the mirrored gyro after a reset by the program, seen as an angle of zero that simcore did not send."""
         gyro = self._open.get(("AnalogGyro", number))
         if gyro and value == 0.0 != sim.AnalogGyroSim(number).getAngle():
             gyro.reset()

@@ -85,7 +85,7 @@ class Record(NamedTuple):
 
     @property
     def parts(self) -> list[str]:
-        """Strings in the record's text, which is separated by zero bytes."""
+        """Strings in the record's text, split at zero bytes."""
         return self.text.decode("utf-8", "replace").split("\0")
 
 

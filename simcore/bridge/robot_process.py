@@ -27,7 +27,7 @@ __all__ = ["PORT", "ProgramError", "RobotProcess"]
 
 PORT = 9810
 """TCP port on which simcore listens for a program that another process starts."""
-_STEP = 0.05  # [s], wall time between two checks whether the program is running
+_STEP = 0.05  # [s], wall time between checks that the program is running
 _ENDS = 2.0  # [s], wall time that a program gets to end by itself
 _MOST_PRINTED = 2000  # lines of output passed on to stderr
 _MOST_KEPT = 10_000_000  # [bytes], largest size of the output file
@@ -35,7 +35,7 @@ _LAST = 6  # lines of output quoted in an error
 
 
 class ProgramError(SimcoreError, RuntimeError):
-    """Robot program has ended, hangs or has never connected."""
+    """Robot program that has ended, hangs or has never connected."""
 
 
 class RobotProcess:

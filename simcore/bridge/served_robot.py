@@ -28,8 +28,8 @@ __all__ = ["ServedRobot", "require_ports"]
 
 _log = logging.getLogger(__name__)
 
-_LOOK = 5  # [ticks], time between two requests for the choosers while the robot is disabled
-_POLL = 0.005  # [s], wall time between two checks whether the program has started
+_LOOK = 5  # [ticks], time between requests for the choosers while the robot is disabled
+_POLL = 0.005  # [s], wall time between checks for the start of the program
 
 
 class Program:
@@ -115,7 +115,7 @@ class ServedRobot(RobotTest):
         self._exchange(0.5 * self._served.part, self._ports.driver_station())
 
     def _advance(self, seconds: float) -> None:
-        """Step program and physics alternately by parts of a tick; the first call builds the physics instead.
+        """Step program and physics in turn, one part of a tick at a time; the first call builds the physics instead.
 
         The program's clock is half a part ahead, so each loop reads the sensors at its own time. Driver station data
         are sent with the last part of the tick, in which the program's loop runs, as for a program in this process.

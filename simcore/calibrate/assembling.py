@@ -16,7 +16,7 @@ from simcore.typing import FloatArray
 
 __all__ = ["assembled"]
 
-_ON = 0.3  # [V], least voltage of driven motors
+_ON = 0.3  # [V], minimum voltage of driven motors
 _PAUSE = 0.6  # [s], pause without voltage that ends a drive
 _BEFORE = 0.2  # [s], time kept before the start of a drive
 _LONGEST = 30.0  # [s], longest drive
@@ -34,7 +34,7 @@ def assembled(
     Args:
         log: Log to convert.
         sided: Whether to separate left and right sides, for a tank drive.
-        radius: Wheel radius of the described robot [m]; None for a mechanism, whose runs are angles.
+        radius: Wheel radius of the described robot [m]; None to get the angles of a mechanism.
         volts_per_speed: Back-EMF constant of the drive [V s/m], or of the mechanism [V s/rad].
         gearing: Rotor turns per turn of wheel or mechanism [-].
         devices: Side of each drive motor by its name in logs, as in `find_roles`.
@@ -235,7 +235,7 @@ _ODD = 0.55  # largest deviation from the typical fraction, as a logarithm: a fa
 
 
 def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
-    """Return the speed in the log's unit over the speed that the voltage allows, at high voltage; 0 without data.
+    """Return the ratio of logged speed, in the log's unit, to the speed that a high voltage allows; 0 without data.
 
     Raises:
         LogError: The robot drives backward at positive voltage.

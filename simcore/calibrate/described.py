@@ -24,7 +24,7 @@ __all__ = ["Described", "described"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Described:
-    """Robot of a project before calibration."""
+    """Robot of a project before calibration, its origin (`about`), and the sides of motors in logs (`devices`)."""
 
     config: RobotConfig
     settings: RobotSettings

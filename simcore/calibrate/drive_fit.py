@@ -23,8 +23,8 @@ _FAST = 0.3  # fraction of a run's top speed; slower data are ignored, as fricti
 _TOLERANCES = {"speed": 0.05, "sides": 0.01, "lag": 0.012}
 """Smallest deviations that are fitted: relative free speed (motors differ by 3 %, treads wear by 2.5 %), relative
 efficiency of the sides, and delay between volts and readings [s]. Smaller ones cannot be separated from kS and mass."""
-_BRISK = 0.5  # [m/s^2], least acceleration from which a mass can be fitted
-_FOLDS = 5  # largest number of folds of the cross-validation
+_BRISK = 0.5  # [m/s^2], minimum acceleration from which the mass can be fitted
+_FOLDS = 5  # maximum number of folds in the cross-validation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

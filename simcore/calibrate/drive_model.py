@@ -24,7 +24,7 @@ from simcore.world.world import PhysicsWorld
 __all__ = ["DriveConfig", "Driven", "drive", "varied"]
 
 DriveConfig: TypeAlias = SwerveConfig | TankConfig | MecanumConfig
-_BUS = 12.5  # [V], least bus voltage of the model
+_BUS = 12.5  # [V], minimum bus voltage of the model
 
 
 class Driven(NamedTuple):

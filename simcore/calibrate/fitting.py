@@ -15,9 +15,9 @@ from simcore.typing import FloatArray
 __all__ = ["Estimate", "Fit", "Parameter", "fit"]
 
 _CONFIDENCE = 0.975  # one-sided confidence of each end of an interval
-_BLOCKS = 10  # least number of blocks for the jackknife
+_BLOCKS = 10  # minimum number of blocks for the jackknife
 _FIRST, _AGAIN = 12, 4  # evaluations from a first guess, and from a fit to nearly the same data
-_LEAST = 4  # least number of blocks for a meaningful jackknife
+_LEAST = 4  # minimum number of blocks for a meaningful jackknife
 Model = Callable[[FloatArray], Sequence[FloatArray]]
 """Function from parameter values to the errors of each run, each of shape (n,)."""
 

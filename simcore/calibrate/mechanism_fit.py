@@ -22,7 +22,7 @@ from simcore.units import GRAVITY
 __all__ = ["FittedMechanism", "MechanismFit", "fit_mechanism"]
 
 FittedMechanism: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig
-_BUS = 12.5  # [V], least bus voltage of the model
+_BUS = 12.5  # [V], minimum bus voltage of the model
 _WINDOW = 0.06  # [s], window over which angles are compared
 _CREEPS = 0.05  # fraction of the top speed; slower data are ignored
 

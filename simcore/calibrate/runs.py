@@ -54,7 +54,7 @@ class Run:
 
 
 def thinned_run(run: Run, period: float = TICK) -> Run:
-    """Return the run with samples at least a period [s] apart; volts are averaged, other values are picked."""
+    """Return the run with samples at least a period [s] apart; volts are averaged, other values are subsampled."""
     times = run.times
     if len(times) < 3 or np.median(np.diff(times)) > 0.75 * period:
         return run

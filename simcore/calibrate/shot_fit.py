@@ -30,7 +30,7 @@ _KEYS: dict[str, Quantity] = {
 _OUTCOMES = {"1": "hit", "hit": "hit", "0": "miss", "miss": "miss", "short": "short", "long": "long"}
 _OTHER = {"rpm": ("rps", 1.0 / 60.0), "rad_s": ("rps", 1.0 / math.tau), "flight_time": ("time", 1.0),
           "angle_deg": ("elevation_deg", 1.0)}  # fmt: skip
-"""Alternative keys, with the key in `_KEYS` and the factor of the unit."""
+"""Alternative keys: the key in `_KEYS`, and the factor that converts the unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +97,7 @@ class ShotFit:
     """Result of a shooter fit."""
 
     estimates: dict[str, Estimate]
-    """Estimates: exit_efficiency [-], and spin as a fraction of the spin without slip on the wheels [-]."""
+    """Estimates: exit_efficiency [-], and spin over the spin from wheels without slip [-]."""
     rows: Sequence[tuple[Shot, float, float]]
     """Each shot with its prediction from the other shots: distance beyond the goal's middle [m], time of flight [s]."""
     unknown: Sequence[str]

@@ -24,7 +24,7 @@ class Signal:
     values: FloatArray
     """Sample values in the signal's unit, shape (n,)."""
     unit: str = ""
-    """Unit given by the log; empty if only the name may give a unit."""
+    """Unit given by the log; empty if the log gives none."""
     is_kept: bool = False
     """Whether the signal was logged only when its value changed."""
 
@@ -61,7 +61,7 @@ _WORDS = {
 }
 """Words for each quantity; with words of several quantities, the first quantity wins."""
 _SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
-"""Words that turn volts and amperes into those of the battery."""
+"""Words that mark a voltage or current as the battery's."""
 _UNITS = {
     **dict.fromkeys(("m", "meter", "meters", "mps", "metre"), "m"),
     **dict.fromkeys(("in", "inch", "inches"), "in"),

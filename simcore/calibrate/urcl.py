@@ -2,7 +2,7 @@
 
 URCL revision 3 (2025 and 2026) logs raw CAN frames in the entries `URCL/Raw/Persistent` (ID, 6 bytes),
 `URCL/Raw/Periodic` (time in ms, ID, 8 bytes) and `URCL/Raw/Aliases` (JSON). The lowest 6 bits of an ID are the device,
-the next 4 bits the frame index, and the bits above the frame class, which is 46 for periodic frames.
+the next 4 bits the frame index, and the higher bits the frame class (46 for periodic frames).
 
 Sources: URCL's `URCLDriver.cpp` and `URCL.java`; AdvantageScope's docs, "Unofficial REV-Compatible Logger", and
 AdvantageScope's `spark-frames-2026.ts` for positions and scales of fields. Signal names are AdvantageScope's.
@@ -28,7 +28,7 @@ _DUTY, _VOLTS, _AMPS = 0.00003082369457075716, 0.0073260073260073, 0.03663003663
 
 
 def urcl_signals(log: TelemetryLog) -> Iterator[tuple[str, Signal]]:
-    """Yield name and signal of each reading of each SPARK; turns and rpm, unless robot code sets conversion factors."""
+    """Yield the name and signal of each SPARK reading, in turns or rpm unless robot code sets conversion factors."""
     for key, column in log.columns.items():
         if not key.endswith("Raw/Periodic"):
             continue

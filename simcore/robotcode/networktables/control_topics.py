@@ -28,7 +28,7 @@ _OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True
 
 
 class ControlTopics:
-    """Listener for dashboard commands to a match; publishes their results.
+    """Listener for dashboard commands to a match, which also publishes the result of each command.
 
     Not for tests: values arrive on the wall clock, so two runs would differ.
 
@@ -99,7 +99,7 @@ class ControlTopics:
                 self._control.refuse(f"do what {topic} asks for", str(error))
 
     def close(self) -> None:
-        """Unpublish the topics and stop listening; safe to call twice."""
+        """Unpublish the topics and stop listening; safe to call more than once."""
         if self.read in self._control.sources:
             self._control.sources.remove(self.read)
         for one in (self._poller, self._everything, *self._publishers.values()):

@@ -65,7 +65,7 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
     Args:
         frame: Frame of the camera.
         config: Configuration of the camera.
-        field_size: Length and width of the field [m], for poses with other origins than the blue corner.
+        field_size: Length and width of the field [m], for poses with an origin other than the blue corner.
     """
     tag, piece = frame.primary_tag, frame.primary_piece
     seen = tag or piece
@@ -136,7 +136,7 @@ def _poses(
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the pose estimate with the origin at the field center, the blue corner and the red corner.
 
-    Each is 11 numbers plus 7 per tag; without an estimate, the pose is zero and there are no tags.
+    Each result has 11 numbers plus 7 per tag; without an estimate, the pose is zero and there are no tags.
     """
     latency = 1e3 * frame.latency
     if found is None:
@@ -349,7 +349,7 @@ class LimelightTable:
     Args:
         instance: NetworkTables instance, owned by the caller; the default instance in a robot program.
         config: Configuration of the camera.
-        field_size: Length and width of the field [m], for poses with other origins than the blue corner.
+        field_size: Length and width of the field [m], for poses with an origin other than the blue corner.
         clock: Clock that converts simulated time to NetworkTables time.
     """
 
@@ -427,7 +427,7 @@ class LimelightTable:
             self._publishers["json"].set(frame_json(frame, values, stamp), stamp)
 
     def close(self) -> None:
-        """Unpublish the topics, but keep the instance; safe to call twice."""
+        """Unpublish the topics, but keep the instance; safe to call more than once."""
         for publisher in self._publishers.values():
             publisher.close()
         self._poller.close()

@@ -57,8 +57,8 @@ class NetworkTablesSink:
 
         Args:
             instance: NetworkTables instance, owned by the caller.
-            period: Simulated time between two snapshots [s]; faster than real time, ntcore drops values but never
-                blocks.
+            period: Simulated time between two snapshots [s]; in a run faster than real time, ntcore drops values but
+                never blocks.
             stays: Whether `close` keeps the last values readable until `withdraw`.
             field: Name of a `Field2d` to publish for dashboards, with the robots' true poses, the first robot's
                 estimated pose, and the game pieces; None for no `Field2d`, as a robot program has its own.
@@ -127,13 +127,13 @@ class NetworkTablesSink:
         self._set_all("double[]", objects)
 
     def close(self) -> None:
-        """Stop publishing, and unpublish the topics unless `stays` was set; safe to call twice."""
+        """Stop publishing, and unpublish the topics unless `stays` was set; safe to call more than once."""
         self.closed = True
         if not self._stays:
             self.withdraw()
 
     def withdraw(self) -> None:
-        """Unpublish the topics, but keep the instance; safe to call twice."""
+        """Unpublish the topics, but keep the instance; safe to call more than once."""
         for publisher in self._publishers.values():
             publisher.close()
         self._publishers.clear()

@@ -89,7 +89,7 @@ class QuestNavTable:
             self._device.set(device_message(battery_percent), self._clock.to_network(last.time))
 
     def close(self) -> None:
-        """Unpublish the topics, but keep the instance; safe to call twice."""
+        """Unpublish the topics, but keep the instance; safe to call more than once."""
         self._is_closed = True
         for publisher in (self._frames, self._device, self._response):
             publisher.close()

@@ -35,7 +35,7 @@ _READS = re.compile(
 )
 """Method names that read sensors, in lower case without underscores."""
 _TURNS = (math.tau, 360.0, 1.0)
-"""One turn in the units that programs use for plain-number angles."""
+"""One turn in each unit that programs use for angles given as plain numbers."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
 _TURN = 1.0 / 64.0  # [turns], movement of a steer encoder: less than a turn, and exact for coarse encoders
 _LEAST = 1e-6  # smallest change of an answer that counts
@@ -53,7 +53,7 @@ class ModulePorts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Belief:
-    """Relation between sensor readings and the values that one swerve module returns."""
+    """Response of a swerve module's position in robot code to its sensors."""
 
     zero: float | None = None
     """Module angle while all sensors read zero [rad]; None if the module returns no angle."""
@@ -62,9 +62,9 @@ class Belief:
     angle_per_rotor_turn: float = 0.0
     """Module angle per rotor turn of the steer motor [rad]; 0 if the angle does not depend on the rotor."""
     meters_per_rotor_turn: float = 0.0
-    """Distance per rotor turn of the drive motor [m]; 0 without a distance, or if it does not depend on the rotor."""
+    """Distance per rotor turn of the drive motor [m]; 0 if the module returns no distance or ignores the rotor."""
     meters_per_wheel_turn: float = 0.0
-    """Distance per turn of the wheel encoder [m]; 0 without a distance, or if it does not depend on the encoder."""
+    """Distance per turn of the wheel encoder [m]; 0 if the module returns no distance or ignores the encoder."""
     says_way: bool = False
     """Whether the module returns a distance."""
 
@@ -179,7 +179,7 @@ def _probe(
 
 
 def _turn_of_number(per_encoder_turn: float, per_rotor_turn: float) -> float:
-    """Return one turn in the unit of an angle, judged by the change with the sensors; 2 pi if undecided."""
+    """Return the size of one turn in an angle's unit, inferred from the change with the sensors; 2 pi if undecided."""
     for turn in _TURNS:
         if math.isclose(abs(per_encoder_turn), turn, rel_tol=0.05):
             return turn
@@ -235,7 +235,7 @@ def _question(objects: Sequence[Any]) -> _Question | None:
 
 
 def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
-    """Return the queries for all modules through one shared method, in the order of the kinematics; may be empty."""
+    """Return the queries for all modules through one shared method, in kinematics order; empty without a method."""
     for made in above:
         for ask in _questions(made, _NAME, ()):
             answer = _answer(ask)

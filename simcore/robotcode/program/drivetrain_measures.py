@@ -39,7 +39,7 @@ _SANE = {
 """Plausible range of each measure [m, -, kg, kg m^2, A]; values outside are reported and ignored."""
 _FAR = 1.5  # [m], largest plausible distance of a wheel from the center
 _SAME = 0.02  # largest relative difference between two values that count as equal
-_WEAK = 3.0  # [V], least plausible feedforward at free speed; a gain in fractions of full output gives 1
+_WEAK = 3.0  # [V], minimum plausible feedforward at free speed; a gain in fractions of full output gives 1
 _MAXSWERVE = MODULES["REV MAXSwerve"]
 _IS_MAXSWERVE = f"{_MAXSWERVE.name} has this ratio"
 _GUESSES: dict[str, dict[str, float]] = {
@@ -49,7 +49,7 @@ _GUESSES: dict[str, dict[str, float]] = {
 }
 """Guesses for measures without a source: an SDS MK4i L2 for swerve, FIRST's kit bot for the others."""
 _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
-"""Measures that PathPlanner and Choreo store for every robot although this kind of drive has none, by kind."""
+"""Measures to ignore for each kind of drive, because PathPlanner and Choreo store them for every robot."""
 _GEARINGS = (3.0, 24.0)
 _SPEEDS = (1.0, 8.0)  # [m/s], plausible top speeds of robots, up to the fastest gearing on sale
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
@@ -165,7 +165,7 @@ def _of_file(settings: RobotSettings) -> dict[str, Measure]:
 def _fill_wheel(
     known: dict[str, Measure], found: FoundDrivetrain, of_projects: Sequence[Measure], differences: list[str]
 ) -> None:
-    """Choose wheel radius and gearing so that one rotor turn drives the distance that the program counts for it.
+    """Choose wheel radius and gearing to match the distance per rotor turn in the program.
 
     Teams measure the distance in robot code on the robot, while settings of PathPlanner and Choreo often date from an
     older robot, so the program's value wins. A distance that is far too large, and whose inverse is a plausible

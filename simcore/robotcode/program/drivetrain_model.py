@@ -92,7 +92,7 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
 
 
 def _own_friction(found: FoundDrivetrain, name: str) -> dict[str, float]:
-    """Return the friction field from the kS configured for the drive motors; empty without a plausible kS."""
+    """Return the friction argument of the model configuration from the drive motors' kS; empty without a valid kS."""
     measures, device = found.measures, found.wheels[0].motors[0]
     gearing = float(measures["drive_gearing"].value) if "drive_gearing" in measures else 1.0
     gearbox = GearboxConfig(motor=motor(measures["drive_motor"].value), gearing=gearing)
@@ -187,7 +187,7 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """Sensor whose count is scaled to the distance per turn that the program assumes, if known."""
+    """Sensor whose reading is scaled to the distance per turn that the program assumes, if known."""
 
     way: _Way | None = None
     turned = shown = 0.0
@@ -298,8 +298,8 @@ class _DecidingMotor(_Mounted):
 
     With the wrong sign, the loop drives the module away from its goal. If the loop takes the shortest path, the output
     keeps changing sign at large values, half a turn from the goal (a quarter turn if the module may reverse the
-    wheel); if not, the module turns without end. Either one makes this class reverse the motor; if that does not help,
-    the class restores the original sign for good.
+    wheel); if not, the module turns without end. In either case the motor is reversed; if that does not help, the
+    original sign is restored for good.
     """
 
     def __init__(

@@ -59,7 +59,7 @@ class FoundWheel:
     encoder_sign: float = 1.0
     """-1 if the steer encoder counts clockwise as positive in robot code, seen from above, else 1."""
     encoder_turns: float = 1.0
-    """Turns of the steer encoder per turn of the steering axis [-]; for a pulse encoder measured from robot code."""
+    """Turns of the steer encoder per turn of the steering axis [-]; for a pulse encoder, inferred from robot code."""
     zero: float = 0.0
     """Module angle in robot code while the steer encoder reads zero [rad]."""
     meters_per_encoder_turn: float | None = None
@@ -96,11 +96,11 @@ class FoundDrivetrain:
     differences: tuple[str, ...] = ()
     """Contradictions between robot code, path-planner settings and simcore.toml, one sentence each."""
     about: str = ""
-    """Where the drivetrain was found, as a phrase for messages."""
+    """Short description of the drivetrain for messages: `sides of DifferentialDrive`."""
     kinematics: str = ""
     """Class name of the kinematics that gives the wheel positions; empty if the program has no kinematics."""
     drives_itself: bool = False
-    """Whether a library's object drives the robot, which simcore finds without a `[drivetrain]` table."""
+    """Whether an object of a vendor library controls the drivetrain, so that no `[drivetrain]` table is needed."""
 
     @property
     def keys(self) -> tuple[DeviceKey, ...]:
@@ -111,7 +111,7 @@ class FoundDrivetrain:
 
     @property
     def hardware(self) -> list[Any]:
-        """Robot code's objects for the devices of the drivetrain."""
+        """Device objects in robot code."""
         gyro = [] if self.gyro is None else [self.gyro]
         return [d.hardware for d in (*(d for wheel in self.wheels for d in wheel.devices), *gyro)]
 
@@ -171,7 +171,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
 
 
 def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
-    """List the lines that a start prints: kind of drive, guesses and contradictions."""
+    """List the lines printed at startup: kind of drive, guesses and contradictions."""
     loops = {str(found.measures[name].value) for name in _LOOPS if name in found.measures}
     closed = f", loops on the {' and on the '.join(sorted(loops))}" if loops else ""
     lines = [f"{found.kind} drive: {found.about}, {found.gyro or 'no gyro'}{closed}"]

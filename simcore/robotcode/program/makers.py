@@ -1,8 +1,8 @@
 """Makers of motor controllers, encoders and gyros: find, read, guess and connect the devices of a robot program.
 
 To add a maker, derive a class from `Maker` in the maker's own package (for example `makers/navx/navx_maker.py`), list
-the models and override the methods that apply. `watch` records the maker's classes in `devices`; a maker of gyros
-alone overrides only `watch` and `gyro_port`. Assign an instance to `MAKER` in the new module, and add the module to
+the models and override the methods that apply. `watch` records the maker's classes in `devices`; for a maker that only
+has gyros, `watch` and `gyro_port` are enough. Assign an instance to `MAKER` in the new module, and add the module to
 `MAKER_MODULES` here, with the Python package that the module needs. The rest of simcore is independent of makers.
 
 A port passes the model's measurements to robot code, and robot code's requests to the model: derive from `MotorPort`,
@@ -143,7 +143,7 @@ class Maker:
     """
 
     name: str = ""
-    """Name of the maker in documents."""
+    """Name of the maker in the documentation."""
     motors: tuple[str, ...] = ()
     """Models of motor controllers, as named in simcore.toml."""
     encoders: tuple[str, ...] = ()
@@ -168,10 +168,10 @@ class Maker:
         """Devices that the program has built."""
 
     def watch(self) -> None:
-        """Record devices that the program builds from now on; safe to call again."""
+        """Record devices that the program builds from now on; safe to call more than once."""
 
     def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
-        """Check each write of a team's own simulation to a device; safe to call again.
+        """Check each write of a team's own simulation to a device; safe to call more than once.
 
         Args:
             may_write: Function of model and address; False drops the write, because the device belongs to simcore.
@@ -345,7 +345,7 @@ def device_of(made: Any) -> BuiltDevice | None:
 
 
 def known_device(made: Any) -> BuiltDevice:
-    """Return the device behind an object of robot code, which must be known.
+    """Return the device behind an object of robot code, or raise an error if it is unknown.
 
     Raises:
         ConfigError: The object was built before simcore was loaded.
@@ -365,7 +365,7 @@ def find_device(where: str, models: str | Sequence[str], address: DeviceAddress)
     Args:
         where: Part of simcore.toml that names the device, for messages.
         models: Model name, or alternatives in order of preference.
-        address: Address; without a bus, a number that is unique across buses is enough.
+        address: Address of the device; the bus may be omitted if the number is unique across buses.
 
     Raises:
         ConfigError: The program has built no such device, or the maker's library is not installed.

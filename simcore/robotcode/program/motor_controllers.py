@@ -19,7 +19,7 @@ class BuiltDevice:
     """Model in the maker's spelling: `TalonFX`, `SPARK MAX`."""
     address: DeviceAddress
     hardware: Any
-    """Robot code's object for the device."""
+    """Device object in robot code."""
 
     @property
     def key(self) -> DeviceKey:

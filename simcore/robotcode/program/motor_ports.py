@@ -28,11 +28,11 @@ class Setpoint(NamedTuple):
     is_rotor: bool
     """Whether the loop uses the rotor's sensor instead of a sensor on the mechanism."""
     turns: float
-    """Commanded velocity of the sensor's shaft [turns/s], or distance left to the commanded position [turns]."""
+    """Commanded velocity of the sensor's shaft [turns/s], or remaining distance to the commanded position [turns]."""
 
 
 class MotorPort:
-    """Base class of the simulated side of a motor controller; all signs are those of robot code."""
+    """Base class for the simulated side of a motor controller, with robot code's signs."""
 
     def set_supply(self, volts: float) -> None:
         """Set the voltage at the controller's terminals [V]."""
@@ -66,7 +66,7 @@ class MotorPort:
         """Write the modelled voltage [V] and current [A] of one motor, with the sign of `volts`."""
 
     def run(self, dt: float) -> None:
-        """Advance the loops that no vendor library simulates by dt [s]."""
+        """Advance by dt [s] the loops that no vendor library simulates."""
 
 
 class AnglePort(Protocol):
@@ -86,7 +86,7 @@ class GyroPort(Protocol):
 
 
 class MotorDevices(Protocol):
-    """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may also have `run`, as `MotorPort`."""
+    """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may have `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
         """Set the controllers' supply [V], and the mechanism's volts from the controllers."""
@@ -156,9 +156,9 @@ class SuppliedMotor(MotorPort):
 def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
     """Return the kind of each controller's request, and the volts or duty cycles.
 
-    An open circuit carries no current, which equals a voltage of exactly the back-EMF [V]; the back-EMF is computed
-    only for open circuits, since there are few. A duty cycle must not be converted to fixed volts while the supply
-    sags: the next one would refer to a recovered supply, and supply and volts would oscillate.
+    An open circuit carries no current, as if the voltage were exactly the back-EMF [V]; the back-EMF is computed only
+    for open circuits, which are rare. A duty cycle must not be converted to fixed volts while the supply sags: the next
+    one would refer to a recovered supply, and supply and volts would oscillate.
     """
     modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
     for k, port in enumerate(ports):

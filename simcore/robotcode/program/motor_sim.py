@@ -87,7 +87,7 @@ class MotorSim:
         )
 
     def run(self, dt: float) -> None:
-        """Advance those loops of the leader that no vendor library simulates by dt [s]."""
+        """Advance by dt [s] the leader's loops that no vendor library simulates."""
         self._ports[0].run(dt)
 
     def update(self, dt: float, battery_voltage: float | None = None, *, powered: bool = True) -> None:
@@ -96,7 +96,7 @@ class MotorSim:
         Args:
             dt: Time step [s]; up to 5 ms, the devices' own 1 kHz loops are as stable as on the robot.
             battery_voltage: Battery voltage [V]; None for the roboRIO's measurement, so step the battery first.
-            powered: Whether the roboRIO enables its outputs; in a brownout it does not, and the motor coasts.
+            powered: Whether the roboRIO's outputs are enabled; if not (brownout), the motor coasts.
         """
         self.run(dt)
         supply = RobotController.get_battery_voltage() if battery_voltage is None else battery_voltage
@@ -109,7 +109,7 @@ class MotorSim:
 
         Args:
             battery_voltage: Battery voltage [V].
-            powered: Whether the roboRIO enables its outputs.
+            powered: Whether the roboRIO's outputs are enabled; if not, the motor coasts.
         """
         leader, m = self._ports[0], self.mechanism
         for port in self._ports:

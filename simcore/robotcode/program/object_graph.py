@@ -17,8 +17,8 @@ from simcore.robotcode.program.recorder import Built, built
 
 __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
-_MOST = 20_000  # largest number of objects searched
-_NEAR = 3  # largest number of attributes from a holder to its own device; longer paths lead to other subsystems
+_MOST = 20_000  # maximum number of objects to search
+_NEAR = 3  # maximum number of attributes from a holder to its own device; longer paths lead to other subsystems
 _MAKERS = {package for package, _ in MAKER_MODULES}
 _VENDORS = _MAKERS - {"wpilib"}
 _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
@@ -74,7 +74,7 @@ class ObjectGraph:
         return ((self._names[key], made) for key, made in self._objects.items())
 
     def built(self, kind: str, name: str) -> list[Built]:
-        """Return the WPILib objects that the program has built, those still reachable first.
+        """Return the WPILib objects that the program has built, reachable ones first.
 
         Args:
             kind: Kind of object, as in `Built.kind`.

@@ -32,7 +32,7 @@ Reset: TypeAlias = tuple[tuple[float, float] | None, float | None]
 PoseReset: TypeAlias = Callable[[tuple[float, float] | None, float | None], object]
 """Callback that takes the position and heading of a `Reset`."""
 
-_EARLY = 10  # largest number of resets kept before a listener is registered
+_EARLY = 10  # maximum number of resets kept before a listener is registered
 
 
 class PoseResets:
@@ -61,7 +61,7 @@ class PoseResets:
 
 
 class _Program:
-    """Key that stands for the odometry in use."""
+    """Key for the resets of the odometry in use."""
 
 
 _resets = PoseResets()
@@ -149,7 +149,7 @@ def why_still() -> str:
 
 
 class _EveryLoop:
-    """Detector of a program that sets one pose or heading in every loop while enabled."""
+    """Detector for a program that sets a pose or heading in every loop while enabled."""
 
     def __init__(self, what: str) -> None:
         self._what = what
@@ -162,7 +162,7 @@ class _EveryLoop:
 
         Args:
             is_of_simulation: Whether simulation-only code makes the call.
-            is_seen: Whether the value is close to the robot's true position, as a camera would give.
+            is_seen: Whether the value is close to the robot's true position, as a camera measurement would be.
             place: File and line of the call.
             is_updated: Whether the odometry is also updated from sensors; if not, the call is kept.
         """

@@ -62,7 +62,7 @@ _noted: set[tuple[Any, str, str, str]] = set()
 
 
 def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Settings], object]) -> None:
-    """Call `note` after each call of a method from now on; safe to call again.
+    """Call `note` after each call of a method from now on; safe to call more than once.
 
     Args:
         owner: Class that has the method.
@@ -94,7 +94,7 @@ def guard(
     drops: bool = True,
     dropped: object = None,
 ) -> None:
-    """Check each call of a method with which a team's own simulation writes; see `Maker.watch_simulations`.
+    """Check each call of a method that writes to a device from a team's simulation; see `Maker.watch_simulations`.
 
     Args:
         owner: Class that has the method; an earlier guard is replaced.
@@ -117,7 +117,7 @@ def guard(
 
 
 def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:
-    """Call `note` with each new object of a class and its constructor arguments; safe to call again."""
+    """Call `note` with each new object of a class and its constructor arguments; safe to call more than once."""
 
     def note_built(made: Any, _: Any, args: Arguments, settings: Settings) -> None:
         note(made, args, settings)
@@ -127,7 +127,7 @@ def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -
 
 
 class Answers(Generic[T]):
-    """Replacement of vendor library methods whose simulation is missing or runs on the wall clock.
+    """Replacements for vendor library methods whose simulation is missing or runs on the wall clock.
 
     Each method is wrapped once. Calls on an attached object of robot code get simcore's reply; calls on any other
     object go to the vendor library.
@@ -147,7 +147,7 @@ class Answers(Generic[T]):
         self._by_object: weakref.WeakKeyDictionary[Any, T] = weakref.WeakKeyDictionary()
 
     def attach(self, made: Any, answering: T) -> None:
-        """Answer the calls on an object of robot code from `answering` from now on."""
+        """Use `answering` as the source of replies for an object of robot code from now on."""
         self._by_object[made] = answering
 
     def of(self, made: Any) -> T | None:
@@ -155,7 +155,7 @@ class Answers(Generic[T]):
         return self._by_object.get(made)
 
     def wrap(self, cls: Any, replies: Mapping[str, Callable[..., Any]], *, also_original: bool = False) -> None:
-        """Wrap methods of a class; safe to call again.
+        """Wrap methods of a class; safe to call more than once.
 
         Args:
             cls: Class of the vendor library.

@@ -172,7 +172,7 @@ def _members_of(given: Any) -> Sequence[Any]:
 
 
 def _drive_sign(motor: BuiltDevice) -> float:
-    """Return -1 if the program drives a motor through an inverted group, else 1."""
+    """Return -1 if inverted motor controller groups reverse a motor, else 1."""
     groups = [r.made for r in built("group") if motor.key in {m.key for m in _motors_of(r.made)}]
     return -1.0 if sum(bool(group.get_inverted()) for group in groups) % 2 else 1.0
 

@@ -1,8 +1,8 @@
-"""Watch on `isReal`, `isSimulation` and `getSerialNumber`: calls by the program, and the values returned.
+"""Interception of the program's `isReal`, `isSimulation` and `getSerialNumber` calls.
 
-Code that makes such calls may behave differently in simulation. With `real = true` under `[robot]` of simcore.toml,
-the calls tell the program that it runs on the robot, so that the program builds the robot's devices. Libraries still
-get the true value.
+Code that makes these calls may behave differently in simulation. With `real = true` under `[robot]` of simcore.toml,
+`isReal` returns True and `isSimulation` False, so the program builds the robot's devices. Libraries still get the
+actual values.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def place_of_question() -> str:
 
 
 def answering_keys() -> list[str]:
-    """Return the keys of `[robot]` that set the values of the program's calls."""
+    """Return the keys of `[robot]` that set the values returned to the program."""
     return ["real"] * bool(_asked) + ["serial_number"] * bool(_serial_numbers)
 
 
@@ -64,7 +64,7 @@ def _settings(folder: Path) -> RobotSettings:
 
 
 def watch_questions() -> None:
-    """Intercept the calls from now on; safe to call again."""
+    """Intercept the calls from now on; safe to call more than once."""
     cls = season.wpilib.RobotBase
     for name, is_real in (("is_simulation", False), ("is_real", True)):
         own = season.own_name(cls, name)

@@ -1,4 +1,4 @@
-"""Discovery of a swerve drivetrain in the program's own classes: modules, positions, and signs and zeros of sensors."""
+"""Discovery of a swerve drivetrain in the program's own classes: modules, positions, sensor signs and zeros."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _UNPLACED = "no kinematics or settings say where modules stand"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find modules of two motors each: one per kinematics position, or four with steer motors without kinematics.
+    """Find modules with two motors each: one per kinematics position or, without kinematics, four that steer.
 
     Returns:
         Drivetrain, or None if the program has no swerve drive.
@@ -64,7 +64,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
 def _drivetrain(
     modules: Sequence[Holder], places: Sequence[tuple[float, float]], kinematics: str = ""
 ) -> FoundDrivetrain:
-    """Assign positions to modules by corner names, or in order without such names."""
+    """Assign positions to modules by corner names if every module has one, else in order."""
     ordered, is_named = _in_order(modules, places)
     wheels = tuple(_wheel(holder, place) for holder, place in zip(ordered, places, strict=True))
     measures: dict[str, Measure] = {}
@@ -251,7 +251,7 @@ def _ports(wheel: FoundWheel) -> ModulePorts:
 
 
 def _zeros_of_odometry(count: int) -> list[float | None]:
-    """Return the module angles passed to the odometry's constructor while all sensors read zero [rad]; None unknown."""
+    """Return the module angles passed to the odometry's constructor at zero sensor readings [rad]; None if unknown."""
     for record in reversed(built("odometry", "SwerveDrive")):
         for value in (*record.args, *record.settings.values()):
             if isinstance(value, (list, tuple)) and len(value) == count and hasattr(value[0], "angle"):

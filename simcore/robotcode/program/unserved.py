@@ -1,4 +1,4 @@
-"""Devices of the program that simcore does not simulate, for a warning at the start."""
+"""Devices of the program that simcore does not simulate, for a warning at startup."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ MODELS: dict[str, Any] = {
     model: getattr(hardware, model)
     for model in ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 }
-"""Robot code's class for each model."""
+"""Device class in robot code, by model."""
 DEVICES = BuiltDevices()
 """Devices that the program has built, without placeholders such as `TalonFX.none()`, whose ID is negative."""
 MOTORS_OF_TALON_FXS = {
@@ -75,7 +75,7 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
         ),
     ),
 }
-"""Methods with which a team's own simulation writes the simulated state of a device, by model."""
+"""Simulated state class of each model, and the setters that a team's own simulation may call."""
 
 
 _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()

@@ -276,7 +276,7 @@ class CANdiSwitchSim:
         self.set_active(False)
 
     def set_active(self, active: bool) -> None:
-        """Set the pin state for a pressed switch or a broken beam, or for the opposite."""
+        """Set whether the switch is pressed or the beam is broken."""
         self._set(self._acting if active else self._idle)
 
 

@@ -240,7 +240,7 @@ def swerve_config(
         wheel_cof: Coefficient of friction of the wheels on carpet [-].
         drive_motor: Drive motor; None for the motor in the constants, where `TALON_FX_INTEGRATED` is a Kraken X60 with
             FOC.
-        steer_motor: Steer motor; None as for `drive_motor`.
+        steer_motor: Steer motor; None for the motor in the constants.
 
     Raises:
         ConfigError: A constant is missing or invalid; the message names the module.

@@ -1,4 +1,4 @@
-"""TalonFX and TalonFXS: volts read from the simulated device, rotor motion written to it, and mechanisms connected."""
+"""Simulated side of TalonFX and TalonFXS: motor volts out, rotor motion in; and their connection to a mechanism."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class TalonPort(MotorPort):
         return getattr(self._state, "duty_cycle", None)
 
     def limits(self) -> tuple[float, float]:
-        """Return the stator and supply current limits [A], infinite with CTRE's own simulation, which applies them."""
+        """Return the stator and supply current limits [A]; infinite if CTRE's own simulation applies the limits."""
         return getattr(self._state, "limits", super().limits())
 
     def setpoint(self) -> Setpoint | None:

@@ -134,7 +134,7 @@ class PhotonCameraPort:
         topics.heartbeatPublisher.set(frame.number, stamp)
 
     def close(self) -> None:
-        """Unpublish the topics; safe to call twice."""
+        """Unpublish the topics; safe to call more than once."""
         self._poller.close()
         for name, publisher in vars(self._topics).items():
             if name.endswith(("Publisher", "Entry")) or name.startswith("bestTarget"):

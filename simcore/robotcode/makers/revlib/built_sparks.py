@@ -20,14 +20,14 @@ __all__ = [
 ]  # fmt: skip
 
 MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex}
-"""Robot code's class by REV's product name, which is also in the names of SimDevices."""
+"""Device class in robot code, by REV's product name, which SimDevices use as well."""
 
 SPARKS = BuiltDevices()
 """SPARKs that the program has built."""
 
 _configured: dict[DeviceKey, int] = {}
 _centered: dict[DeviceKey, bool] = {}
-_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # from 2027 on, readable instead
+_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # readable from 2027 on
 _controllers: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 

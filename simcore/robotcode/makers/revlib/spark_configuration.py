@@ -24,7 +24,7 @@ def read_spark_configuration(spark: Any) -> SparkConfiguration:
     """Return the complete configuration of a controller; the read takes 0.3 ms.
 
     Args:
-        spark: Robot code's `SparkMax` or `SparkFlex`.
+        spark: `SparkMax` or `SparkFlex` of the robot program.
     """
     accessor = spark.config_accessor
     loop, switches, soft = accessor.closed_loop, accessor.limit_switch, accessor.soft_limit

@@ -50,7 +50,7 @@ class MotionLimits:
     cruise: float = 0.0
     acceleration: float = 0.0
     allowed_error: float = 0.0
-    """Largest error before the profile restarts at the mechanism's position; 0 for no limit."""
+    """Profile error above which the profile restarts at the mechanism's position; 0 for no limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +62,7 @@ class SlotGains:
     d: float = 0.0
     d_filter: float = 0.0
     i_zone: float = 0.0
-    """Largest error before the integral is reset; 0 for no limit."""
+    """Error above which the integral is reset; 0 for no limit."""
     i_most: float = 0.0
     """Largest absolute value of the integral; 0 for no limit."""
     allowed_error: float = 0.0
@@ -290,7 +290,7 @@ def _sign(value: float) -> float:
 
 
 def _ramped(asked: float, last: float, loops: int, ramp: float) -> float:
-    """Return the duty cycle after a number of loops, within -1 to 1, if `ramp` is the time to full output [s]."""
+    """Return the duty cycle after a number of loops; `ramp` is the time from 0 to full output [s], 0 for no ramp."""
     asked = min(max(asked, -1.0), 1.0)
     if ramp <= 0.0:
         return asked

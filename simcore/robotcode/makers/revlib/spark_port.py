@@ -95,7 +95,7 @@ class SparkPort(MotorPort):
     clock, in real time and in simulated time. On a mechanism, the port is part of a `SparkMotorSim`.
 
     Args:
-        device: Robot code's `SparkMax` or `SparkFlex`.
+        device: `SparkMax` or `SparkFlex` of the robot program.
         sign: -1 if positive in robot code is negative for the mechanism, else 1.
 
     Raises:
@@ -251,7 +251,7 @@ class SparkPort(MotorPort):
         self._show()
 
     def write_encoder(self, turns: float, rps: float) -> None:
-        """Write position [rotations] and velocity [rotations/s] of the encoder on the mechanism only."""
+        """Write position [rotations] and velocity [rotations/s] of the mechanism's encoder, but not of the rotor."""
         self._encoder = turns, rps
         self._show()
 
