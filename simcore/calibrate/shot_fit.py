@@ -199,7 +199,7 @@ def _elevation(task: ShotTask, shot: Shot) -> float:
 
 
 def _flight(task: ShotTask, shot: Shot, elevation: float, efficiency: float, spin: float) -> tuple[float, float]:
-    """Return where a shot descends through the goal's height, from the goal's middle [m], and when [s].
+    """Return distance beyond the goal's middle [m] and time [s] at which a shot descends through the goal's height.
 
     For a shot whose apex is below the goal, twice the missing height is subtracted from the apex's distance.
     """

@@ -414,7 +414,7 @@ class LimelightTable:
         return CameraRequest(topic, _numbers(value), self._clock.to_simulated(value.time()))
 
     def publish(self, frame: Frame) -> None:
-        """Publish a frame; the timestamp of all topics is the time at which the frame left the camera."""
+        """Publish a frame, with the time at which the frame left the camera as the timestamp of all topics."""
         stamp = self._clock.to_network(frame.published)
         values = frame_values(frame, self._config, self._field_size)
         last, self._last = self._last, [*values.values()]

@@ -63,7 +63,7 @@ MAKER_MODULES: list[tuple[str, str]] = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorFacts:
-    """Configuration of a motor controller that a drivetrain model needs."""
+    """Motor controller settings that a drivetrain model needs."""
 
     motor: str
     """Motor name, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""

@@ -2,8 +2,8 @@
 
 Classes of photonlibpy are wrapped only when the program loads them, since most programs do not use them. Wrapped
 classes work as before, with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
-so that each camera has one publisher. A `VisionSystemSim` is updated with the robot's true pose, because the program's own
-estimate would confirm itself.
+so that each camera has one publisher. A `VisionSystemSim` is updated with the robot's true pose, because the program's
+own estimate would confirm itself.
 """
 
 from __future__ import annotations

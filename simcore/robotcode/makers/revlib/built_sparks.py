@@ -20,7 +20,7 @@ __all__ = [
 ]  # fmt: skip
 
 MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex}
-"""Device class in robot code, by REV's product name, which SimDevices use as well."""
+"""Device class in robot code, by product name as in the names of SimDevices."""
 
 SPARKS = BuiltDevices()
 """SPARKs that the program has built."""

@@ -79,7 +79,7 @@ class SlotGains:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SparkConfiguration:
-    """Configuration of a SPARK that matters in simulation."""
+    """SPARK settings that matter in simulation."""
 
     brakes: bool = False
     """Whether the idle mode is brake; if not, it is coast."""
