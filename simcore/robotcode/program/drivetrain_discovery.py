@@ -56,7 +56,7 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
 
     Raises:
         DrivetrainNotFoundError: The program has no drivetrain that simcore can find.
-        ConfigError: A measure is out of range, or a device does not answer.
+        ConfigError: A measure is out of range, or a device does not respond.
     """
     table = settings.drivetrain
     graph = ObjectGraph(robot, folder)

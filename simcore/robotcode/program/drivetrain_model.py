@@ -112,7 +112,7 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
         drive: Model of the drivetrain.
 
     Raises:
-        ConfigError: A device does not answer.
+        ConfigError: A device does not respond.
     """
     _require_own(found)
     gyro = None if found.gyro is None else maker_of(found.gyro).gyro_port(found.gyro)

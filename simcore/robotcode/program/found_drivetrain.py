@@ -90,7 +90,7 @@ class FoundDrivetrain:
     """
     gyro: BuiltDevice | None = None
     measures: Mapping[str, Measure] = field(default_factory=dict)
-    """Measures by name: `drive_motor`, `drive_gearing`, `wheel_radius` [m], `steer_motor` ..."""
+    """Measures by name, such as `drive_motor`, `drive_gearing` and `wheel_radius` [m]."""
     free_speed_volts: tuple[Measure, ...] = ()
     """Velocity feedforward voltages at the motors' free speed [V]."""
     differences: tuple[str, ...] = ()

@@ -94,7 +94,7 @@ class Mounting:
     reversed: bool = False
     """Whether positive output in robot code moves the mechanism in its negative direction."""
     encoder: AnglePort | None = None
-    """Separate encoder on the mechanism; None if there is no such device."""
+    """Separate encoder on the mechanism; None without one."""
     encoder_gearing: float = 1.0
     """Turns of `encoder`, or of an encoder wired to the leader, per turn of the mechanism [-]."""
     motor: str = ""
@@ -139,7 +139,7 @@ class LightsShown(Protocol):
 class Maker:
     """Devices of one maker; a subclass overrides the members that apply to the maker's products.
 
-    Methods that query a device raise `ConfigError` if the device does not answer.
+    Methods that query a device raise `ConfigError` if the device does not respond.
     """
 
     name: str = ""

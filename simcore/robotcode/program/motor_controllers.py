@@ -23,7 +23,7 @@ class BuiltDevice:
 
     @property
     def key(self) -> DeviceKey:
-        """Model and address."""
+        """Model and address of the device."""
         return self.model, self.address
 
     def __str__(self) -> str:

@@ -35,7 +35,7 @@ class MotorPort:
     """Base class for the simulated side of a motor controller, with robot code's signs."""
 
     def set_supply(self, volts: float) -> None:
-        """Set the voltage at the controller's terminals [V]."""
+        """Set the supply voltage of the controller [V]."""
         raise NotImplementedError
 
     def volts(self) -> float:
@@ -128,7 +128,7 @@ class SuppliedMotor(MotorPort):
         self._coasts = coasts
 
     def set_supply(self, volts: float) -> None:
-        """Pass the battery voltage to `supply` [V]."""
+        """Pass the battery voltage [V] to `supply`, if given."""
         if self._supply is not None:
             self._supply(volts)
 

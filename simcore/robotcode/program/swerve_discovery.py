@@ -195,7 +195,7 @@ def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
     """Return the drivetrain with the program's signs, zeros and measures, measured by moving the sensors.
 
     Raises:
-        ConfigError: A device does not answer.
+        ConfigError: A device does not respond.
     """
     asked: list[Maker] = list(dict.fromkeys(maker_of(d) for wheel in found.wheels for d in wheel.devices))
     by_name = {name: made for name, made in graph.objects()}

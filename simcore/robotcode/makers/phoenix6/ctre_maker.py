@@ -1,4 +1,4 @@
-"""Maker of CTRE's Phoenix 6 devices: TalonFX, TalonFXS, CANcoder and Pigeon 2, and CTRE's swerve drivetrain."""
+"""CTRE's `Maker`: the Phoenix 6 devices TalonFX, TalonFXS, CANcoder and Pigeon 2, and CTRE's swerve drivetrain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maker of REV's SPARK MAX and SPARK Flex, on drivetrains and mechanisms."""
+"""REV's `Maker`: SPARK MAX and SPARK Flex, on drivetrains and mechanisms."""
 
 from __future__ import annotations
 
