@@ -1,4 +1,4 @@
-"""The extension for this computer: a file of the package that `scripts/build_bridge.py` has built."""
+"""Path of the extension for this computer, one of the files built by `scripts/build_bridge.py`."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from simcore.errors import ConfigError
 __all__ = ["BUILT", "SOURCE", "TARGETS", "extension_path"]
 
 SOURCE = Path(__file__).with_name("extension.c")
-"""Source of the built files."""
+"""Source file of the extension."""
 BUILT = Path(__file__).with_name("built")
-"""Folder of the built files."""
+"""Folder of the built extensions."""
 TARGETS = {
-    # system and processor: target of Zig, file
+    # system and processor: Zig target, file name
     ("linux", "x86_64"): ("x86_64-linux-gnu.2.17", "simcore_linux_x64.so"),
     ("linux", "aarch64"): ("aarch64-linux-gnu.2.17", "simcore_linux_arm64.so"),
     ("win32", "amd64"): ("x86_64-windows-gnu", "simcore_windows_x64.dll"),
     ("darwin", "arm64"): ("aarch64-macos.11.0", "simcore_macos_arm64.dylib"),
     ("darwin", "x86_64"): ("x86_64-macos.11.0", "simcore_macos_x64.dylib"),
 }
-"""Target of Zig and file, by system and processor."""
+"""Zig target and file name of the extension, by system and processor."""
 
 
 def extension_path() -> Path:
-    """Return the file for this computer.
+    """Return the path of the extension for this computer.
 
     Raises:
         ConfigError: The extension is not built for this computer.

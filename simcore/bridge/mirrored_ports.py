@@ -1,7 +1,7 @@
-"""Ports of a program in another process, mirrored in the HAL of this process: outputs come in, inputs go out.
+"""Ports of a program in another process, mirrored in simcore's HAL: outputs are received, inputs are sent.
 
-So `simcore.toml`, drivetrains and mechanisms on ports work as for a Python program. The class of what is on a PWM port
-is not known here, and neither is whether the program has inverted it: signs are those of the signal.
+`simcore.toml`, drivetrains and mechanisms on ports therefore work as for a Python program. The class of a PWM device,
+and whether the program has inverted it, are unknown, so signs are those of the PWM signal.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ _JOYSTICKS = range(6)
 _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
     1: ("Boolean", bool), 2: ("Double", float), 4: ("Int", int), 8: ("Int", int), 16: ("Long", int),
 }  # fmt: skip
-"""Name in WPILib and conversion from a number, by the HAL's code of a type; an enumeration is its number."""
+"""WPILib type name, and conversion from a number, by the HAL's type code; an enum value is its number."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
-"""Gyros by the first part of their SimDevice."""
+"""WPILib class of each gyro by the first part of its SimDevice name."""
 _INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
 _OUTPUT_NAMES = list(OUTPUTS)
 _TEXTS = ("SetGameSpecificMessage", "SetEventName")
 
 
 class MirroredPorts:
-    """Ports that a program in another process has opened, in the HAL of this process.
+    """Copies, in simcore's HAL, of the ports that a program in another process has opened.
 
     Args:
-        settings: Settings of simcore.toml, which names solenoids.
-        follows: Whether the driver station of the program rules, and not the one here.
+        settings: Settings of simcore.toml, which list the solenoids.
+        follows: Whether the program's driver station controls the robot instead of simcore's.
     """
 
     def __init__(self, settings: RobotSettings, *, follows: bool = False) -> None:
         self._settings = settings
         self._follows = follows
         self.has_started = False
-        """Whether the program has come to its loop."""
+        """Whether the program has reached its main loop."""
         self.errors: list[str] = []
-        """Errors and warnings that the program has reported; the reader clears the list."""
+        """Errors and warnings reported by the program; the caller clears the list after reading."""
         self._state: dict[str, dict[tuple[int, int], float]] = {name: {} for name in OUTPUTS}
         self._open: dict[tuple[str, int], Any] = {}
         self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []
@@ -58,7 +58,7 @@ class MirroredPorts:
         self._texts = dict.fromkeys(_TEXTS, "")
         self._choices: dict[str, str] = {}
         self._names: dict[int, tuple[str, str, int, float]] = {}
-        """SimDevice, value name, type and first value, by handle."""
+        """SimDevice name, value name, type code and initial value, by handle."""
         self._values: dict[int, Any] = {}
         self._devices: dict[str, Any] = {}
         self._kept: list[Any] = []
@@ -82,7 +82,7 @@ class MirroredPorts:
     # --- from the program -----------------------------------------------------------------------------------------
 
     def take(self, found: Iterable[Record]) -> None:
-        """Take changes from the program; from its start on, open the ports that it opens."""
+        """Apply the changes received from the program; once the program has started, open the ports it has opened."""
         changed: list[Record] = []
         choosers: list[list[str]] = []
         opens = False
@@ -135,13 +135,13 @@ class MirroredPorts:
             sim.EncoderSim(encoder).set_reset(True)
 
     def _take_gyro(self, number: int, _: int, value: float) -> None:
-        """Reset a gyro that the program has reset: its angle is zero, and nobody has sent that."""
+        """Reset the mirrored gyro after a reset by the program, seen as an angle of zero that simcore did not send."""
         gyro = self._open.get(("AnalogGyro", number))
         if gyro and value == 0.0 != sim.AnalogGyroSim(number).getAngle():
             gyro.reset()
 
     def _follow(self, name: str) -> Callable[[int, int, float], None]:
-        """Return a setter that follows the driver station of the program."""
+        """Return a setter that copies a value of the program's driver station to simcore's."""
         show = getattr(sim.DriverStationSim, name.replace("GetDriverStation", "set"))
         make = hal.AllianceStationID if name.endswith("Id") else bool
         return lambda number, sub, value: show(make(int(value)))
@@ -152,17 +152,17 @@ class MirroredPorts:
         return sorted(number for (number, _), value in self._state[name].items() if value)
 
     def _make(self, what: str, number: int, build: Any, *args: Any) -> Any:
-        """Open a port, and return what is on it; None: it is open already, or cannot be opened here."""
+        """Open a port, and return its WPILib object, or None if the port is already open or cannot be opened."""
         if (what, number) in self._open:
             return None
         try:
             self._open[what, number] = build(*args)
-        except RuntimeError:  # two objects of the program are on it
+        except RuntimeError:  # two objects in the program share the port
             self._open[what, number] = None
         return self._open[what, number]
 
     def _open_ports(self) -> None:
-        """Open devices with several ports first: an encoder has its own digital inputs."""
+        """Open all ports, starting with devices on several ports, since an encoder opens its own digital inputs."""
         for n in self._opened("GetPWMInitialized"):
             self._make("PWM", n, wpilib.PWMSparkMax, n)
         for n in self._opened("GetEncoderInitialized"):
@@ -194,7 +194,7 @@ class MirroredPorts:
                 self._add("SetDIOValue", n, sim.DIOSim(n).get_value)
         for n in {*self._opened("GetRelayInitializedForward"), *self._opened("GetRelayInitializedReverse")}:
             self._make("Relay", n, wpilib.Relay, n)
-        for m in self._settings.mechanisms:  # of a module's coils the HAL does not know which are opened
+        for m in self._settings.mechanisms:  # the HAL does not report the opened channels of a solenoid module
             model, _, number = m.module.partition(" ")
             if model and self._now(f"Get{model}Initialized", int(number)):
                 for channel in m.channels:
@@ -225,7 +225,7 @@ class MirroredPorts:
             if isinstance(made, hal.SimDevice):
                 self._kept.append(getattr(made, f"create{type_name}")(name, 2, make(value)))
             elif name not in [known for known, _ in there.enumerate_values()]:
-                continue  # another port than that of the gyro here
+                continue  # the program's gyro is on another SPI port than the gyro in this process
             shown = getattr(there, f"get{type_name}")(name)
             shown.set(make(value))
             self._values[handle] = shown
@@ -243,7 +243,7 @@ class MirroredPorts:
     # --- to the program -------------------------------------------------------------------------------------------
 
     def inputs(self) -> list[Record]:
-        """Return the values that have changed in this process since the last call."""
+        """Return the inputs that have changed since the last call."""
         found = []
         for row, (code, sub, number, get) in enumerate(self._inputs):
             value = float(get())
@@ -253,7 +253,7 @@ class MirroredPorts:
         return found
 
     def driver_station(self) -> list[Record]:
-        """Return a packet of the driver station: `inputs`, and changed joysticks and texts."""
+        """Return the records of a driver station packet: changed `inputs`, texts, choosers and new joysticks."""
         hal.refreshDSData()
         found = self.inputs()
         said = wpilib.MatchState.get_game_data(), wpilib.MatchState.getEventName()
@@ -301,7 +301,7 @@ class MirroredPorts:
         self._add("SetJoystickButtonsValue", port, partial(station.getStickButtons, port))
 
     def _show_chooser(self, key: str, model: str, default: str, active: str, *options: str) -> None:
-        """Show a chooser of the program's dashboard on NetworkTables here."""
+        """Publish a chooser of the program on simcore's NetworkTables."""
         table = season.ntcore.NetworkTableInstance.get_default()
         self._choices.setdefault(key, "")
         for name, text in ((".type", model), ("default", default), ("active", active)):

@@ -1,6 +1,7 @@
-"""Frames between simcore and the extension in a robot program, version 1: docs/bridge.md describes them.
+"""Frames between simcore and the extension in a robot program, version 1; the format is in docs/bridge.md.
 
-The extension knows no port: `definitions` tells it in the first frame which functions of the HAL write and which ask.
+The extension has no built-in list of ports: the first frame, `definitions`, lists the HAL functions that write inputs
+and those that read outputs.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ __all__ = [
 VERSION = 1
 _HEADER = struct.Struct("<4sIQ")
 HEADER_SIZE = _HEADER.size
-"""[bytes]"""
+"""Size of a frame's header [bytes]."""
 _RECORD = struct.Struct("<BBHid")
 
 _CALLS = ("I", "D", "NI", "ND", "NSI", "NSD", "T")
-"""Arguments of a function: index (N), second index (S), and integer (I), number (D) or text (T)."""
+"""Argument patterns of HAL functions: index (N), second index (S), and integer (I), number (D) or text (T)."""
 INPUTS = {
     "SetRoboRioVInVoltage": "D",
     **{f"SetDriverStation{name}": "I" for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached")},
@@ -37,7 +38,7 @@ INPUTS = {
     **{"SetDIOValue": "NI", "SetAnalogInVoltage": "ND", "SetDutyCycleOutput": "ND"},
     **{"SetAnalogGyroAngle": "ND", "SetAnalogGyroRate": "ND"},
 }
-"""Arguments of functions that simcore calls, by name without `HALSIM_`; the number of a row is its kind."""
+"""Arguments of HAL functions that write inputs, by name without `HALSIM_`; a row's index is the record kind."""
 OUTPUTS: dict[str, tuple[str, int, int]] = {
     "GetProgramStarted": ("I", 1, 1),
     **{f"GetDriverStation{name}": ("I", 1, 1) for name in ("Enabled", "Autonomous", "Test", "AllianceStationId")},
@@ -53,27 +54,28 @@ OUTPUTS: dict[str, tuple[str, int, int]] = {
     **{"GetCTREPCMInitialized": ("NI", 63, 1), "GetCTREPCMSolenoidOutput": ("NSI", 63, 8)},
     **{"GetREVPHInitialized": ("NI", 63, 1), "GetREVPHSolenoidOutput": ("NSI", 63, 16)},
 }
-"""Values read after each step: arguments, number of indices, and of second indices where the row before is not zero.
+"""HAL functions read after each step: arguments, number of indices, and number of second indices.
 
-The program answers with the values that have changed, from 0 at first.
+Second indices are read only where the value in the row before is not zero. The program replies with the values that
+have changed, starting from 0.
 """
 _DEFINE_INPUT, _DEFINE_OUTPUT = 96, 97
 SIM_VALUE, NEW_DATA, CLOCK, END, LOOK, PROCESS = range(100, 106)
-"""Value of a SimDevice; the driver station has sent; the clock goes by itself (1) or is stepped (0); the program ends;
-asks for the choosers; id of the program's process."""
+"""Record kinds: value of a SimDevice; new driver station data; clock runs freely (1) or is stepped (0); program must
+end; request for the choosers; process ID of the program."""
 VALUE_NAME, CHOOSER, ERROR_TEXT = 128, 129, 130
-"""Texts of the program: device and value, a zero between; one of a chooser's key, type, default, active and options (1
-as second index where it continues); an error."""
+"""Kinds of text from the program: device and value names, separated by a zero byte; one of a chooser's key, type,
+default, active and options (second index 1 for a continuation); error message."""
 SELECT = 138
-"""Text for the program: key and option of a chooser, a zero between."""
+"""Kind of text to the program: key and selected option of a chooser, separated by a zero byte."""
 
 
 class VersionError(SimcoreError):
-    """The other side is no extension of this version."""
+    """Frame from another version of the extension, or from another program."""
 
 
 class Record(NamedTuple):
-    """One value or text of a frame."""
+    """Value or text in a frame."""
 
     kind: int
     sub: int
@@ -83,7 +85,7 @@ class Record(NamedTuple):
 
     @property
     def parts(self) -> list[str]:
-        """Parts of a text."""
+        """Strings in the record's text, split at zero bytes."""
         return self.text.decode("utf-8", "replace").split("\0")
 
 
@@ -98,21 +100,21 @@ def definitions() -> list[Record]:
 
 
 def frame(time: int, values: list[Record]) -> bytes:
-    """Return a frame for the program.
+    """Encode a frame to the program.
 
     Args:
         time: Time step of the program's clock [us].
-        values: Records in the order in which they are written.
+        values: Records in the order in which the extension applies them.
     """
     body = b"".join(_RECORD.pack(r.kind, r.sub, len(r.text), r.number, r.value) + r.text for r in values)
     return _HEADER.pack(b"SCB%d" % VERSION, len(body), time) + body
 
 
 def frame_size(header: bytes) -> tuple[int, int]:
-    """Return the size of what follows a header [bytes], and its time [us].
+    """Return the size of the records after a header [bytes], and the frame's time [us].
 
     Raises:
-        VersionError: The header is of another version, or of something else.
+        VersionError: The header is from another version of the extension, or from another program.
     """
     magic, size, time = _HEADER.unpack(header)
     if magic[:3] != b"SCB":
@@ -126,7 +128,7 @@ def frame_size(header: bytes) -> tuple[int, int]:
 
 
 def records(body: bytes) -> Iterator[Record]:
-    """Yield the records of a frame."""
+    """Yield the records in the body of a frame."""
     at = 0
     while at + _RECORD.size <= len(body):
         code, sub, size, number, value = _RECORD.unpack_from(body, at)

@@ -1,4 +1,4 @@
-"""A robot program in a process of its own: started with the extension or waited for, stepped, and ended for certain."""
+"""Robot program in its own process: started with the extension or awaited, stepped, and always ended."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from simcore.errors import SimcoreError
 __all__ = ["PORT", "ProgramError", "RobotProcess"]
 
 PORT = 9810
-"""Port on which simcore listens for a program that it has not started."""
-_STEP = 0.05  # wall time between two looks whether the program lives [s]
-_ENDS = 2.0  # wall time in which a program ends that is told to [s]
-_MOST_PRINTED = 2000  # lines that are passed on
-_MOST_KEPT = 10_000_000  # bytes in the file
-_LAST = 6  # lines that an error shows
+"""TCP port on which simcore listens for a program that another process starts."""
+_STEP = 0.05  # [s], wall time between checks that the program is running
+_ENDS = 2.0  # [s], wall time that a program gets to end by itself
+_MOST_PRINTED = 2000  # lines of output passed on to stderr
+_MOST_KEPT = 10_000_000  # [bytes], largest size of the output file
+_LAST = 6  # lines of output quoted in an error
 
 
 class ProgramError(SimcoreError, RuntimeError):
-    """The robot program has ended, hangs or never came."""
+    """Robot program that has ended, hangs or has never connected."""
 
 
 class RobotProcess:
-    """The program, and the socket to its extension.
+    """Process of a robot program, and the socket to its extension.
 
     Args:
-        command: That starts it; none: somebody else does.
-        patience: Wall time in which it must connect and come to its first loop [s].
-        hang: Wall time in which a step must be done [s].
-        output: File for what it prints; None: none.
-        shows: Number of lines of that output that are passed on to stderr.
-        say: Told what a person wants to know meanwhile.
+        command: Command that starts the program; empty if another process starts it.
+        patience: Wall time in which the program must connect and reach its first loop [s].
+        hang: Wall time in which a step must finish [s].
+        output: File for the program's output; None for no file.
+        shows: Number of lines of output passed on to stderr.
+        say: Called with each status message for the user.
 
     Raises:
-        ProgramError: The command cannot be started, or the port is taken.
+        ProgramError: The command cannot be started, or the port is in use.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class RobotProcess:
         self._connection: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._pid = 0
-        """Process id of the program, which another process may have started, such as Gradle's daemon."""
+        """Process ID of the program, which may be a child of another process such as the Gradle daemon."""
         self._last: deque[str] = deque(maxlen=_LAST)
         self._reader: threading.Thread | None = None
         self.time = 0.0
@@ -86,7 +86,7 @@ class RobotProcess:
             ) from error
         self._listener.listen(1)
         self.address: tuple[str, int] = self._listener.getsockname()
-        """Address on which simcore listens."""
+        """Host and port on which simcore listens."""
         try:
             if command:
                 self._start(command, output)
@@ -117,7 +117,7 @@ class RobotProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # a group of its own, which can be ended; Windows ends a tree
+                start_new_session=True,  # creates a process group, to end it as a whole; Windows ends a process tree
             )
         except OSError as error:
             raise ProgramError(f"the robot program cannot be started: {error}") from error
@@ -129,11 +129,11 @@ class RobotProcess:
         self._reader.start()
 
     def connect(self) -> list[Record]:
-        """Wait until the program's extension has come, and return what it says first.
+        """Wait until the program's extension connects, and return its first records.
 
         Raises:
             ProgramError: The program has not connected in time, or has ended.
-            VersionError: The extension is of another version.
+            VersionError: The extension has another version.
         """
         end = time.monotonic() + self.patience
         if self._process is None:
@@ -155,10 +155,10 @@ class RobotProcess:
     # --- running ----------------------------------------------------------------------------------------------------
 
     def exchange(self, time_us: int, values: list[Record]) -> list[Record]:
-        """Write values, step the clock [us], and return what has changed.
+        """Write values, step the program's clock by `time_us` [us], and return the changed values.
 
         Raises:
-            ProgramError: The program has ended, or does not come to the end of its loop.
+            ProgramError: The program has ended, or does not finish its loop in time.
         """
         assert self._connection is not None
         try:
@@ -218,7 +218,7 @@ class RobotProcess:
         )
 
     def close(self) -> None:
-        """End the program, whatever it does, and its children."""
+        """End the program and its child processes, by force if necessary."""
         self._listener.close()
         if self._connection is not None:
             with contextlib.suppress(OSError):
@@ -238,7 +238,7 @@ class RobotProcess:
             self._process = None
 
     def _end_group(self) -> None:
-        """End what the command has started and left behind, such as a program under gradlew."""
+        """End all processes that the command has started, such as a robot program under gradlew."""
         assert self._process is not None
         if os.name == "nt":
             if self._process.poll() is None:
@@ -252,7 +252,7 @@ class RobotProcess:
     # --- what it prints -----------------------------------------------------------------------------------------------
 
     def _read_output(self, pipe: IO[bytes], file: IO[bytes] | None) -> None:
-        """Pass lines on, up to a number of them, and keep them in a file, up to a size; go on reading all."""
+        """Read all output; pass on the first lines to stderr, and write it to a file up to a size limit."""
         lines = kept = 0
         with contextlib.ExitStack() as stack:
             stack.enter_context(pipe)
@@ -276,7 +276,7 @@ def _patient(end: float) -> float:
 
 
 def _status_text(status: int) -> str:
-    """Say how a process has ended.
+    """Describe how a process has ended, from its return code.
 
     >>> _status_text(3)
     'exit status 3'

@@ -1,4 +1,4 @@
-"""`simcore serve [GAME] -- COMMAND`: play with a robot program in Java, C++ or Python, stepped in its own process."""
+"""`simcore serve [GAME] -- COMMAND`: run a Java, C++ or Python robot program in its own process, stepped by simcore."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ from simcore.world.engine_choice import add_engine_option
 __all__ = ["add_arguments", "run", "takes_command"]
 
 takes_command = True
-"""Words behind `--` are the program's command."""
+"""Whether the command takes a program's command line after `--`."""
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
-_TABLES = 5810  # port of NetworkTables
+_TABLES = 5810  # default port of NetworkTables
 _MODES = ("auto", "teleop", "match", "test")
 _SCORES = ("score.blue", "score.red", "score.total")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options of the command."""
+    """Add the options of `simcore serve`."""
     parser.usage = "%(prog)s [GAME] [options] [-- COMMAND ...]"
     parser.add_argument("game", nargs="?", metavar="GAME", help=f"which game (default: that of {FILE_NAME}, or newest)")
     parser.add_argument(
@@ -87,10 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Play; returns the exit status: 0 played, 1 not as expected, 130 interrupted.
+    """Run the command; return the exit status: 0 played, 1 not as expected, 130 interrupted.
 
     Raises:
-        SimcoreError: The command cannot do what was asked for, or the program has failed.
+        SimcoreError: The options are invalid, or the program has failed.
     """
     if options.extension:
         print(extension_path())
@@ -117,7 +117,7 @@ def run(options: argparse.Namespace) -> int:
     )
     watch = Watch(options, game)
     try:
-        played = _play(options, plan, outputs, watch)  # Ctrl-C ends at once until the program drives
+        played = _play(options, plan, outputs, watch)  # until the program drives, Ctrl-C ends the command at once
         with InterruptFlag() as interrupted:
             if not played.was_interrupted and watch.next_seed(outputs.recording, interrupted) is not None:
                 _say("another run is another start of the command")
@@ -127,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """List what the program has opened, whether or not there is a file yet."""
+    """List the ports and devices that the program has opened; needs no simcore.toml."""
     _connect_tables(real_time=False)
     process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, say=_say)
     with process, _robot(options, process, follows=False) as robot:
@@ -137,7 +137,7 @@ def _check(options: argparse.Namespace) -> int:
         rows += [("SimDevice", name, "") for name in season.wpilib_simulation.SimDeviceSim.enumerate_devices("")]
         rows += [("autos", key, ", ".join(autos)) for key, autos in auto_choices().items()]
     for model, place, what in rows:
-        what = "" if model == "PWM" else what  # the HAL does not know the class
+        what = "" if model == "PWM" else what  # the HAL does not give the class of a PWM device
         print(f"{model:10} {place:12} {what}".rstrip())
     if not rows:
         print("the program has opened no port")
@@ -146,7 +146,7 @@ def _check(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """Modes with their lengths [s]; none: the program's own driver station says them."""
+    """Modes to run with their lengths [s]; empty if the program's own driver station sets the mode."""
 
     name: str
     modes: tuple[tuple[str, float], ...]
@@ -168,7 +168,7 @@ def _plan(options: argparse.Namespace, auto: float, whole: float) -> _Plan:
 
 @dataclass(slots=True)
 class _Times:
-    """Path of the robot and cost of each tick."""
+    """Path of the robot, and wall time [s], substeps and awake pieces of each tick."""
 
     path: list[tuple[float, float, float]] = field(default_factory=list)
     ticks: list[tuple[float, int, int]] = field(default_factory=list)
@@ -242,7 +242,7 @@ def _tick(robot: RobotTest, times: _Times) -> None:
 
 
 def _connect_tables(real_time: bool) -> None:
-    """Keep NetworkTables to this process, or join the program's server, for its dashboards."""
+    """Start NetworkTables as local to this process, or in real time as a client of the program's server."""
     tables: Any = season.ntcore.NetworkTableInstance.get_default()
     if real_time:
         tables.startClient4("simcore")

@@ -1,4 +1,4 @@
-"""A robot under test whose program runs in another process: driven as `RobotTest` drives one of this process."""
+"""Robot under test whose program runs in another process, with the interface of `RobotTest`."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ __all__ = ["ServedRobot", "require_ports"]
 
 _log = logging.getLogger(__name__)
 
-_LOOK = 5  # ticks between two looks at the dashboard's choosers, while the robot is disabled
-_POLL = 0.005  # wall time between two questions whether the program has started [s]
+_LOOK = 5  # [ticks], time between requests for the choosers while the robot is disabled
+_POLL = 0.005  # [s], wall time between checks for the start of the program
 
 
 class Program:
-    """Stands for the robot object, which is in another process."""
+    """Placeholder for the robot object, which is in another process."""
 
 
 class ServedRobot(RobotTest):
-    """The fixture `sim` of a program in another process.
+    """Fixture `sim` for a program in another process.
 
     Args:
-        process: Started, and not connected yet.
-        file: That describes the robot.
-        game: Name of the game; None: as the file says.
-        engine: Name of the physics engine; None: as the file says.
-        match: A whole match with scripted players, by its name; None: as the file says.
-        real_time: Whether the program's clock goes by itself, on the wall clock.
-        follows: Whether the program's own driver station enables it, such as that of WPILib's window.
+        process: Process of the program, started but not yet connected.
+        file: Path of the file that describes the robot, usually simcore.toml.
+        game: Name of the game; None for the game in the file.
+        engine: Name of the physics engine; None for the engine in the file.
+        match: Name of a full match with scripted players; None for the match in the file.
+        real_time: Whether the program's clock runs freely on the wall clock.
+        follows: Whether the program's own driver station enables the robot, such as the one in WPILib's Sim GUI.
 
     Raises:
-        ConfigError: The file makes no sense, or names a device that cannot be stepped.
+        ConfigError: The file is invalid, or names a device that cannot be stepped.
     """
 
     def __init__(
@@ -83,10 +83,10 @@ class ServedRobot(RobotTest):
         super().__init__(control, Program(), PhysicsHook([AttachedPhysics], nullcontext))
 
     def connect(self) -> None:
-        """Wait for the program's loop, and open what it has opened.
+        """Wait until the program reaches its main loop, and open the ports that it has opened.
 
         Raises:
-            ProgramError: The program has not reached its loop in time.
+            ProgramError: The program has not reached its main loop in time.
         """
         end = time.monotonic() + self._process.patience
         self._ports.take(self._process.connect())
@@ -101,27 +101,27 @@ class ServedRobot(RobotTest):
             self._exchange(0.0, [])
 
     def ask_choosers(self) -> None:
-        """Ask the program for its choosers, which are on NetworkTables here from then on."""
+        """Request the program's choosers, and publish them on simcore's NetworkTables from now on."""
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
     def _run_robot(self) -> None:
         self.connect()
 
     def _build(self) -> None:
-        """Build the physics of what the program has opened, and put it on the field."""
+        """Build the robot model from the ports that the program has opened, and place the robot on the field."""
         self._hook.begin(self.robot)
         assert self._hook.engine is not None
         self._served = self._hook.engine[0]
         self._exchange(0.5 * self._served.part, self._ports.driver_station())
 
     def _advance(self, seconds: float) -> None:
-        """Step program and physics in turns, a part of a tick at a time; the first time, build the physics.
+        """Step program and physics in turn, one part of a tick at a time; the first call builds the physics instead.
 
-        The program's clock is half a part ahead, so that sensors show each loop what they read at its instant. What the
-        driver station says comes with the part of the loop, as it does for a program in this process.
+        The program's clock is half a part ahead, so each loop reads the sensors at its own time. Driver station data
+        are sent with the last part of the tick, in which the program's loop runs, as for a program in this process.
         """
         if self._served is None:
-            self._build()  # which takes the first step of a program in this process, too
+            self._build()  # also takes the first step, as for a program in this process
             return
         physics = self._served
         parts = round(seconds / physics.part)
@@ -129,7 +129,7 @@ class ServedRobot(RobotTest):
             if self._is_real_time:
                 self._wait_for(physics.part)
             else:
-                simulation.step_timing(physics.part + 0.5e-6)  # which cuts to whole microseconds
+                simulation.step_timing(physics.part + 0.5e-6)  # truncates to whole microseconds
             physics.do_due()
             values = self._ports.inputs()
             if number == parts - 1:
@@ -150,21 +150,21 @@ class ServedRobot(RobotTest):
         self._ports.errors.clear()
 
     def _wait_for(self, seconds: float) -> None:
-        """Wait on the wall clock until the next part is due."""
+        """Wait on the wall clock until the next part of the tick is due."""
         self._due = max(self._due + seconds, time.monotonic() - TICK)
         time.sleep(max(0.0, self._due - time.monotonic()))
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """Leave it to the process, which has a limit of its own."""
+        """Set no timeout, because `RobotProcess` has its own."""
         yield
 
 
 def require_ports(settings: RobotSettings) -> None:
-    """Refuse what cannot be stepped from outside, by name.
+    """Check that simcore.toml names no device that cannot be stepped from outside.
 
     Raises:
-        ConfigError: The file names such a device.
+        ConfigError: The file names a device that cannot be stepped.
     """
     table = settings.drivetrain
     named = [("[drivetrain]", model) for model in (table.controller, table.steer_controller, table.gyro) if model]

@@ -1,4 +1,4 @@
-"""One run of a sweep with a robot program in another process, stepped over the bridge."""
+"""Single run of a sweep with a robot program in another process, stepped over the bridge."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ __all__ = ["play_project"]
 
 
 def play_project(task: dict[str, Any]) -> dict[str, Any]:
-    """Play a run in this process, in which none can follow, and return its metrics and digest.
+    """Play one run, and return its metrics and digest; the process cannot play a second run.
 
     Args:
-        task: Task as `simcore.sweep.one_run` describes it, with the command of the program.
+        task: Task in the format of `simcore.sweep.one_run`, with the command that starts the program.
 
     Raises:
-        SimcoreError: The program has failed; the text says how.
+        SimcoreError: The program has failed; the message gives the reason.
     """
     folder = Path(task["project"])
     os.chdir(folder)

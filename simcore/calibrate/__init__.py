@@ -1,1 +1,1 @@
-"""A robot measured from its own log: readers, forward models on the compiled loop, fits with intervals."""
+"""Calibration of a robot model from logs: log readers, forward models on the compiled loop, fits with intervals."""

@@ -1,4 +1,4 @@
-"""Runs out of the signals of a log: common stamps, meters or radians, and what cannot be said in a sentence each."""
+"""Conversion of a log's signals to runs on common times, in meters or radians, with notes on assumptions."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from simcore.typing import FloatArray
 
 __all__ = ["assembled"]
 
-_ON = 0.3  # [V], above which motors are driven
-_PAUSE = 0.6  # [s] without, which ends a drive
-_BEFORE = 0.2  # [s] of a drive that are kept before it begins
-_LONGEST = 30.0  # [s]
-_SHORTEST = 0.5
-_STILL = 0.02  # [m] or [rad] that a robot that stands may move
-_STANDS = 0.01  # of the speed that its volts allow
+_ON = 0.3  # [V], minimum voltage of driven motors
+_PAUSE = 0.6  # [s], pause without voltage that ends a drive
+_BEFORE = 0.2  # [s], time kept before the start of a drive
+_LONGEST = 30.0  # [s], longest drive
+_SHORTEST = 0.5  # [s], shortest drive
+_STILL = 0.02  # [m] or [rad], largest motion of a robot at rest
+_STANDS = 0.01  # fraction of the speed that the volts allow, below which a robot is at rest
 
 
 def assembled(
     log: Log, *, sided: bool, radius: float | None, volts_per_speed: float, gearing: float,
     devices: Mapping[str, str] | None = None, said: Mapping[str, str] | None = None, about: str = "",
 ) -> tuple[list[Run], list[str]]:  # fmt: skip
-    """Make runs of a log, and notes of what was taken how.
+    """Return the runs in a log, and notes on the assumptions made.
 
     Args:
-        log: Log as read.
-        sided: Whether a left and a right side are wanted, of a tank.
-        radius: Radius of the described wheels [m]; None: of a mechanism, whose angle is wanted.
-        volts_per_speed: Back-EMF of the drive [V s/m], or of the mechanism [V s/rad].
-        gearing: Rotor turns per turn of wheel or mechanism.
-        devices: See `find_roles`.
-        said: See `find_roles`.
-        about: See `find_roles`.
+        log: Log to convert.
+        sided: Whether to separate left and right sides, for a tank drive.
+        radius: Wheel radius of the described robot [m]; None to get the angles of a mechanism.
+        volts_per_speed: Back-EMF constant of the drive [V s/m], or of the mechanism [V s/rad].
+        gearing: Rotor turns per turn of wheel or mechanism [-].
+        devices: Side of each drive motor by its name in logs, as in `find_roles`.
+        said: Signals by role given by the user, as in `find_roles`.
+        about: Word in the names of the wanted mechanism's signals, as in `find_roles`.
 
     Raises:
-        LogError: A signal is missing, or has values that cannot be of this robot.
+        LogError: A signal is missing, or has values that are impossible for the described robot.
     """
     for role, name in (said or {}).items():
         if name not in log.signals:
@@ -67,7 +67,7 @@ def assembled(
     }
     amps, totals = ([n for (what, _), some in roles.items() if what == quantity for n in some]
                     for quantity in ("amps", "total"))  # fmt: skip
-    totals = [name for name in totals if "total" in name.lower()][:1] or totals  # else of each motor
+    totals = [name for name in totals if "total" in name.lower()][:1] or totals  # a total, else one per motor
     runs = []
     for name, begin, end in log.tests or _drives(log, [one for some in volts for one in some]):
         times = _grid(log, ways[0][0], begin, end)
@@ -80,7 +80,7 @@ def assembled(
         for key in ("yaw", "ground"):
             if extra[key] is not None:
                 extra[key] = extra[key] - extra[key][0]  # type: ignore[index]
-        if extra["bus"] is not None and (totals or amps):  # a motor takes from the battery what power it has
+        if extra["bus"] is not None and (totals or amps):  # battery power equals motor power
             drawn = np.sum([np.abs(_read(log.signals[one], times)) for one in totals or amps], axis=0)
             power = np.abs(np.mean(columns, axis=0)) / np.maximum(extra["bus"], 1.0)
             extra["amps"] = drawn if totals else drawn * power
@@ -115,7 +115,7 @@ def _list(log: Log) -> str:
 
 
 def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Sequence[str]) -> list[list[str]] | None:
-    """Return names of a quantity for each side; a drive without sides takes those of all."""
+    """Return the signal names of a quantity for each side, or None if a side has none; without sides, all names."""
     if sides == ("",):
         some = [name for (what, _), names in roles.items() if what == quantity for name in names]
         return [some] if some else None
@@ -124,7 +124,7 @@ def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Seq
 
 
 def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
-    """Return stamps of a run: those of its way, if they come at a steady pace, else every 20 ms."""
+    """Return the sample times of a run: those of the position signal if evenly spaced, else every 20 ms."""
     times = log.signals[name].times
     times = times[(times >= begin - 1e-9) & (times <= end + 1e-9)]
     steps = np.diff(times)
@@ -138,7 +138,7 @@ def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
 
 
 def _held(signal: Signal, times: FloatArray) -> FloatArray:
-    """Return means from each time to the next of values that hold until the next one."""
+    """Return the mean from each time to the next of a signal that holds each value until the next."""
     fine = np.concatenate([times, [times[-1] + TICK]])
     parts = np.linspace(0.0, 1.0, 4, endpoint=False)
     at = fine[:-1, None] + parts * np.diff(fine)[:, None]
@@ -148,7 +148,7 @@ def _held(signal: Signal, times: FloatArray) -> FloatArray:
 
 
 def _read(signal: Signal, times: FloatArray) -> FloatArray:
-    """Interpolate values at times; a value logged only on change holds until one loop before the next."""
+    """Interpolate a signal; a value logged only on change is held until one loop before the next value."""
     stamps, values = signal.times, signal.values
     if signal.is_kept and len(stamps) > 1:
         late = np.flatnonzero(np.diff(stamps) > 1.5 * TICK)
@@ -167,7 +167,7 @@ def _moved(signal: Signal, times: FloatArray, is_speed: bool) -> FloatArray:
 
 
 def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
-    """Return the parts of a log in which motors are driven, from standstill to standstill."""
+    """Return the parts of a log with driven motors, from standstill to standstill, as name, begin and end [s]."""
     stamps = np.unique(np.concatenate([log.signals[name].times for name in names]))
     grid = np.arange(stamps[0], stamps[-1], TICK)
     if not len(grid):
@@ -192,10 +192,10 @@ def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
 def _in_si(
     log: Log, runs: list[Run], unit: str, radius: float | None, seen: float, gearing: float
 ) -> tuple[list[Run], list[str]]:
-    """Return runs with distances in meters, or angles in radians, and a note where the unit was guessed.
+    """Return the runs with distances in meters, or angles in radians, and notes on guessed units.
 
     Raises:
-        LogError: In the log's unit, the robot is far faster or slower than its voltage allows.
+        LogError: In the log's unit, the robot is far faster or slower than the voltage allows.
     """
     circumference = 1.0 if radius is None else radius
     sizes = {"turns": math.tau * circumference, "rad": circumference, "deg": SIZES["deg"] * circumference,
@@ -230,15 +230,15 @@ def _in_si(
     return [replace(run, way=size * run.way, origin=size * run.origin) for run in runs], notes
 
 
-_USUAL = 0.85  # of the speed that the volts allow, which is what robots reach
-_ODD = 0.55  # as a logarithm: a factor of 1.7 either way
+_USUAL = 0.85  # typical fraction of the speed that the volts allow
+_ODD = 0.55  # largest deviation from the typical fraction, as a logarithm: a factor of 1.7 either way
 
 
 def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
-    """Return the speed in the log's unit over that which the voltage allows, where it is fast and steady; 0: nowhere.
+    """Return the ratio of logged speed, in the log's unit, to the speed that a high voltage allows; 0 without data.
 
     Raises:
-        LogError: The robot goes backward at forward voltage.
+        LogError: The robot drives backward at positive voltage.
     """
     ratios, signs = [], []
     for run in runs:
@@ -257,10 +257,10 @@ def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
 
 
 def _require_sides(name: str, runs: Sequence[Run]) -> list[str]:
-    """Make sure that sides are those of their volts; returns notes.
+    """Check that voltages and distances belong to the same sides; return notes.
 
     Raises:
-        LogError: They are swapped.
+        LogError: The sides of voltages and distances are swapped.
     """
     if runs[0].way.shape[1] == 1:
         return []

@@ -1,4 +1,4 @@
-"""`simcore calibrate FILE ...`: a robot by its own log, as lines for simcore.toml and as a page."""
+"""`simcore calibrate FILE ...`: fit a robot to its logs, and write lines for simcore.toml and an HTML page."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from simcore.telemetry.sinks import write_text
 
 __all__ = ["add_arguments", "run"]
 
-_VAGUE = 0.3  # half of an interval over the value, from which on the data do not tell it
-_MASSES = (20.0, 75.0)  # [kg] that simcore.toml takes
+_VAGUE = 0.3  # largest half-width of an interval relative to the value for a line in simcore.toml
+_MASSES = (20.0, 75.0)  # [kg], range of masses in simcore.toml
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the options of `simcore calibrate`."""
     parser.add_argument("logs", nargs="*", type=Path, metavar="FILE", help="SysId's JSON, .wpilog, .csv; of one robot")
     parser.add_argument(
         "--project", type=Path, default=Path(), help="where robot.py and simcore.toml are (default: here)"
@@ -61,13 +61,13 @@ def _signal(text: str) -> tuple[str, str]:
 
 @dataclass(slots=True)
 class _Finding:
-    """Result for one quantity that was measured."""
+    """Result for the drivetrain, a mechanism or a shooter."""
 
     title: str
     rows: list[tuple[str, Estimate, str]] = field(default_factory=list)
-    """Name, value and unit."""
+    """Name, estimate and unit of each parameter."""
     lines: list[str] = field(default_factory=list)
-    """Lines for simcore.toml."""
+    """Lines to add to simcore.toml."""
     predictions: Sequence[Prediction] = ()
     shots: Sequence[tuple[Shot, float, float]] = ()
     unit: str = "m"
@@ -76,10 +76,10 @@ class _Finding:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fit, print and write the page; returns 0.
+    """Fit the robot, print the results and write the page; return 0.
 
     Raises:
-        SimcoreError: A log, the robot's file or a shot cannot be used.
+        SimcoreError: A log, simcore.toml or a shot is invalid.
     """
     if not args.logs and not args.shot:
         raise ConfigError("give a log (simcore calibrate FILE), or shots (--shot distance=2.8,rps=38)")
@@ -220,11 +220,11 @@ def _shot(args: argparse.Namespace, robot: Described, shots: Sequence[Shot]) -> 
     return finding
 
 
-# --- what is said -----------------------------------------------------------------------------------------------------
+# --- output -----------------------------------------------------------------------------------------------------------
 
 
 def _add(finding: _Finding, words: str, estimate: Estimate, unit: str, key: str) -> None:
-    """Tell a value, and write it unless its interval is too wide for that."""
+    """Add an estimate to the table, and to the simcore.toml lines unless the interval is too wide."""
     finding.rows.append((words, estimate, unit))
     if estimate.share > _VAGUE and words != "readings after volts":
         finding.unknown.append(f"{words}: the log leaves {_interval(estimate)} {unit}".rstrip())

@@ -1,4 +1,4 @@
-"""Robot that made a log: by simcore.toml and the program, or a kit chassis."""
+"""Description of the robot that made a log: from simcore.toml and the program, or the kit chassis."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Described", "described"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Described:
-    """A robot, where it comes from, and the sides of its drive motors by their names in logs."""
+    """Robot of a project before calibration, its origin (`about`), and the sides of motors in logs (`devices`)."""
 
     config: RobotConfig
     settings: RobotSettings
@@ -32,14 +32,14 @@ class Described:
     devices: Mapping[str, str]
 
     problem: str
-    """Reason why the program does not define its drivetrain; empty: it does, or there is no program."""
+    """Reason why the drivetrain cannot be taken from the program; empty if it can, or if there is no program."""
 
     @property
     def drivetrain(self) -> DriveConfig:
         """Drivetrain of the robot.
 
         Raises:
-            ConfigError: The program does not define it.
+            ConfigError: The drivetrain cannot be taken from the program.
         """
         if self.problem:
             raise ConfigError(
@@ -49,10 +49,10 @@ class Described:
 
 
 def described(folder: Path) -> Described:
-    """Return the robot of a project's folder.
+    """Return the robot of the project in a folder.
 
     Raises:
-        ConfigError: Its file makes no sense.
+        ConfigError: The project's simcore.toml is invalid.
     """
     settings = read_settings(folder / FILE_NAME)
     said, drivetrain, problem = settings.drivetrain, _of_file(settings), ""
@@ -76,7 +76,7 @@ def described(folder: Path) -> Described:
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
-    """Build the drivetrain from [drivetrain] alone; without a kind, a tank drive."""
+    """Build the drivetrain from `[drivetrain]` only; a tank drive if the table gives no kind."""
     said = settings.drivetrain
     own = {key: value for key, value in said.measures.items() if key not in ("wheel_diameter", "reversed")}
     own |= {name: motor(own[name]) for name in ("drive_motor", "steer_motor") if name in own}
@@ -101,6 +101,6 @@ def _of_file(settings: RobotSettings) -> DriveConfig:
 
 
 def _devices(said: DrivetrainSettings) -> dict[str, str]:
-    """Return the side of each drive motor by the name under which URCL logs it."""
+    """Return the side of each drive motor by the motor's name in URCL logs; empty for drives without sides."""
     sides = ("left", "right") if said.kind == "tank" and len(said.drive) == 2 else ("",) * len(said.drive)
     return {f"Spark-{address}": side for side, row in zip(sides, said.drive, strict=True) for address in row}

@@ -1,4 +1,4 @@
-"""Drivetrains: which values make the loop roll as the log says, and how well they predict what they have not seen."""
+"""Fit of drivetrain parameters to logs, and cross-validation on held-out runs."""
 
 from __future__ import annotations
 
@@ -18,60 +18,60 @@ from simcore.typing import FloatArray
 
 __all__ = ["DriveFit", "Prediction", "fit_battery", "fit_drive", "increments", "predictions_of"]
 
-_WINDOW = 0.1  # [s], in which ways are compared: longer ones hide how fast it speeds up
-_FAST = 0.3  # of a run's top speed; friction and play of a robot that creeps are not those of one that drives
+_WINDOW = 0.1  # [s], window over which distances are compared; a longer one would hide the acceleration
+_FAST = 0.3  # fraction of a run's top speed; slower data are ignored, as friction and backlash differ at creeping speed
 _TOLERANCES = {"speed": 0.05, "sides": 0.01, "lag": 0.012}
-"""Less is not told from kS and mass: of the free speed (motors differ by 3 %, treads wear by 2.5 %), of the efficiency
-of the sides, and of the time between volts and readings [s]."""
-_BRISK = 0.5  # [m/s^2], without which a log says nothing of the mass
-_FOLDS = 5
+"""Smallest deviations that are fitted: relative free speed (motors differ by 3 %, treads wear by 2.5 %), relative
+efficiency of the sides, and delay between volts and readings [s]. Smaller ones cannot be separated from kS and mass."""
+_BRISK = 0.5  # [m/s^2], minimum acceleration from which the mass can be fitted
+_FOLDS = 5  # maximum number of folds in the cross-validation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """A run that the fit has not seen, beside what the fit without it says."""
+    """Held-out run, and its prediction by a fit to the remaining data."""
 
     run: Run
     way: FloatArray
-    """Simulated [m] or [rad], shape (n,)."""
+    """Simulated distance [m] or angle [rad], shape (n,)."""
     first: int = 0
-    """Row of the run from which on it was held out."""
+    """First held-out row of the run."""
 
     @property
     def real(self) -> FloatArray:
-        """Mean of the sides, shape (n,)."""
+        """Measured distance [m] or angle [rad], mean of the sides, shape (n,)."""
         mean: FloatArray = self.run.way.mean(axis=1)
         return mean
 
     @property
     def error(self) -> float:
-        """Error of the final distance over the largest distance from the start, both of the held-out part [-]."""
+        """Error of the final distance over the largest distance from the start, in the held-out part [-]."""
         real, ours = (way[self.first :] - way[self.first] for way in (self.real, self.way))
         farthest = float(real[np.abs(real).argmax()])
         return float(ours[-1] - real[-1]) / farthest
 
     @property
     def rms(self) -> float:
-        """RMS error of the distance from the start of the held-out part [m] or [rad]."""
+        """RMS error of the distance [m] or angle [rad] from the start of the held-out part."""
         off = (self.way - self.real)[self.first :]
         return math.sqrt(float(np.mean((off - off[0]) ** 2)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveFit:
-    """Result for a drivetrain."""
+    """Result of a drivetrain fit."""
 
     estimates: Mapping[str, Estimate]
     """Estimates: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag [s]."""
     config: DriveConfig
-    """Fitted drivetrain."""
+    """Drivetrain with the fitted values."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
-    """A sentence for each thing that the data cannot tell."""
+    """Phrase for each property that the data do not determine."""
 
 
 def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray:
-    """Return mean speeds over windows of a way on the stamps of a run, shape (m, sides)."""
+    """Return the mean speed in successive windows of a distance sampled at a run's times, shape (m, sides)."""
     grid = np.arange(0.0, run.times[-1] + 1e-9, window)
     columns = way.reshape(len(way), -1).T
     speeds: FloatArray = np.diff([np.interp(grid, run.times, column) for column in columns], axis=1).T / window
@@ -79,7 +79,7 @@ def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray
 
 
 def fit_drive(config: DriveConfig, runs: Sequence[Run]) -> DriveFit:
-    """Fit a drivetrain to runs, and predict each run by a fit to the others; of a single run its last third."""
+    """Fit a drivetrain to runs, and predict each run from a fit to other runs (a single run's last third)."""
     known = config.wheel_radius
     is_tank = isinstance(config, TankConfig) and all(run.way.shape[1] > 1 for run in runs)
     has_ground = any(run.ground is not None for run in runs)
@@ -145,14 +145,14 @@ def _mean_way(
 
 
 def _is_told(found: Fit, parameter: Parameter) -> bool:
-    """Return whether a fit says a value that differs from what is usual by more than it may."""
+    """Return whether a fitted parameter differs significantly from 0, by more than its tolerance."""
     low, high = found.estimates[parameter.name].low, found.estimates[parameter.name].high
     is_inside = parameter.lower < low and high < parameter.upper
     return is_inside and not low <= 0.0 <= high and abs(found[parameter.name]) > _TOLERANCES[parameter.name]
 
 
 def _steps(runs: Sequence[Run]) -> bool:
-    """Return whether volts jump in a run: on slow ramps the mass hides behind kS."""
+    """Return whether any run has a voltage step; on slow ramps, mass cannot be separated from kS."""
     return any(float(np.abs(np.diff(run.volts.mean(axis=1))).max()) > 0.5 for run in runs)
 
 
@@ -160,11 +160,11 @@ def predictions_of(
     runs: Sequence[Run],
     fitted: Callable[[Sequence[Run]], Callable[[Run], FloatArray]],
 ) -> list[Prediction]:
-    """Predict each run by a fit to the others; a single run's last third by its first two.
+    """Predict each run from a fit to other runs by cross-validation; a single run's last third from the rest.
 
     Args:
-        runs: All of them.
-        fitted: Fits to runs, and returns what gives the way of a run.
+        runs: All runs of the fit.
+        fitted: Fits a model to runs, and returns a function that predicts the distance or angle in a run.
     """
     if len(runs) == 1:
         run, at = runs[0], 2 * len(runs[0].times) // 3
@@ -213,7 +213,7 @@ def _result(
 
 
 def fit_battery(runs: Sequence[Run]) -> Estimate | None:
-    """Fit the resistance of battery and cables to voltage and current [ohm]; None where one of them was not logged."""
+    """Fit the resistance of battery and cables [ohm]; return None unless both voltage and current were logged."""
     pairs = [(run.bus, run.amps) for run in runs if run.bus is not None and run.amps is not None]
     with_both = [(bus, amps) for bus, amps in pairs if np.ptp(amps) > 5.0]
     if not with_both:

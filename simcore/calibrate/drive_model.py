@@ -1,4 +1,4 @@
-"""The drivetrain as forward model: volts of a log in, way of the wheels out, by the compiled loop on endless carpet."""
+"""Forward model of a drivetrain: wheel distances from logged volts, in the compiled loop on endless carpet."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from simcore.world.world import PhysicsWorld
 __all__ = ["DriveConfig", "Driven", "drive", "varied"]
 
 DriveConfig: TypeAlias = SwerveConfig | TankConfig | MecanumConfig
-_BUS = 12.5  # [V], where the log's motors had no more
+_BUS = 12.5  # [V], minimum bus voltage of the model
 
 
 class Driven(NamedTuple):
-    """Outcome of a simulated run, at its stamps."""
+    """Result of a simulated run at the run's sample times."""
 
     way: FloatArray
-    """Distance of the wheels with the radius that robot code assumes [m], shape (n, sides)."""
+    """Wheel distance computed with the radius that robot code assumes [m], shape (n, sides)."""
     yaw: FloatArray
-    """[rad], shape (n,)."""
+    """Yaw of the robot, counter-clockwise and continuous over turns [rad], shape (n,)."""
     ground: FloatArray
     """Distance of the robot's center along the floor [m], shape (n,)."""
     amps: FloatArray
@@ -44,16 +44,16 @@ def varied(
     config: DriveConfig, *, ks: float, mass: float, efficiency: float | None = None, sides: float = 0.0,
     radius: float | None = None, speed: float | None = None,
 ) -> DriveConfig:  # fmt: skip
-    """Return another drivetrain.
+    """Return a copy of a drivetrain with other parameters.
 
     Args:
-        config: Drivetrain as described.
-        ks: Voltage that just turns the drive motors [V].
-        mass: Mass of the robot [kg]; its moment of inertia goes with it.
-        efficiency: Efficiency of the drive gears [-]; None: as it is.
-        sides: Efficiency of a tank's right side over that of its left one, as a logarithm.
-        radius: Radius of the wheels [m]; None: as it is.
-        speed: Free speed over that of the motors' datasheet [-]; None: as it is.
+        config: Drivetrain to copy.
+        ks: Static friction voltage of the drive motors [V].
+        mass: Mass of the robot [kg]; the moment of inertia is scaled with the mass.
+        efficiency: Efficiency of the drive gearing [-]; None to keep it.
+        sides: Logarithm of the efficiency of a tank's right side over its left side [-].
+        radius: Wheel radius [m]; None to keep it.
+        speed: Free speed of the drive motors over the datasheet's [-]; None to keep it.
     """
     body: dict[str, Any] = {"mass": mass, "yaw_inertia": config.yaw_inertia * mass / config.mass}
     own: dict[str, Any] = {} if radius is None else {"wheel_radius": radius}
@@ -77,12 +77,12 @@ def _drive_of(config: DriveConfig, battery: Battery) -> WheeledDrive[Any]:
 
 
 def drive(config: DriveConfig, run: Run, *, radius: float | None = None) -> Driven:
-    """Give a drivetrain the volts of a run.
+    """Simulate a drivetrain with the volts of a run.
 
     Args:
-        config: Drivetrain as it is built.
-        run: With a column for each side of a tank; another drivetrain goes straight, by the mean of the columns.
-        radius: Radius of the wheels that robot code assumes [m]; None: the true one.
+        config: Drivetrain to simulate.
+        run: Run with one column of volts per side of a tank; other drivetrains drive straight with the mean volts.
+        radius: Wheel radius that robot code assumes [m]; None for the true radius.
     """
     top = max(_BUS, float(np.abs(run.volts).max()))
     model = _drive_of(config, Battery(BatteryConfig.stiff(top)))

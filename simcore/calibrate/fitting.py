@@ -1,4 +1,4 @@
-"""Least squares with intervals that hold where errors are not white: of values over time, of runs that differ."""
+"""Least-squares fit with confidence intervals that allow for correlated errors and for differences between runs."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from simcore.typing import FloatArray
 
 __all__ = ["Estimate", "Fit", "Parameter", "fit"]
 
-_CONFIDENCE = 0.975  # of each end of an interval
-_BLOCKS = 10  # at least, into which runs are cut
-_FIRST, _AGAIN = 12, 4  # steps from a guess, and from what fits nearly the same data
-_LEAST = 4  # parts, by which the jackknife can say anything
+_CONFIDENCE = 0.975  # one-sided confidence of each end of an interval
+_BLOCKS = 10  # minimum number of blocks for the jackknife
+_FIRST, _AGAIN = 12, 4  # evaluations from a first guess, and from a fit to nearly the same data
+_LEAST = 4  # minimum number of blocks for a meaningful jackknife
 Model = Callable[[FloatArray], Sequence[FloatArray]]
-"""Errors of each run, shape (n,) each, by the values of the parameters."""
+"""Function from parameter values to the errors of each run, each of shape (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A value that is looked for."""
+    """Parameter of a fit, with its start value and bounds."""
 
     name: str
     start: float
     lower: float
     upper: float
     scale: float
-    """Usual deviation, which is the size of a first step."""
+    """Typical deviation from `start`, which sets the size of the first step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value with its interval of 95 %."""
+    """Estimated value with a 95 % confidence interval."""
 
     value: float
     low: float
@@ -44,22 +44,22 @@ class Estimate:
 
     @property
     def share(self) -> float:
-        """Half of the interval over the value [-]."""
+        """Half-width of the interval relative to the value [-]."""
         return 0.5 * (self.high - self.low) / abs(self.value) if self.value else math.inf
 
     def mapped(self, function: Callable[[float], float]) -> Estimate:
-        """Return a monotonic function of it."""
+        """Apply a monotonic function to the value and both ends of the interval."""
         low, high = sorted((function(self.low), function(self.high)))
         return Estimate(function(self.value), low, high)
 
     def around(self, other: float) -> Estimate:
-        """Return it with an interval that reaches to another value."""
+        """Return the estimate with the interval extended to another value."""
         return Estimate(self.value, min(self.low, other), max(self.high, other))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Parameters that fit runs best."""
+    """Best-fit parameters, in the order of `names`."""
 
     names: tuple[str, ...]
     values: FloatArray
@@ -72,16 +72,16 @@ class Fit:
 def fit(
     model: Model, parameters: Sequence[Parameter], *, values: Sequence[float] | None = None, noise: float = 0.0
 ) -> Fit:
-    """Find the values that make the errors of all runs smallest.
+    """Minimize the squared errors of all runs.
 
-    The half of an interval is the larger of two: by the scatter of the errors, with as many independent ones as their
-    correlation over time leaves; and by what the values become when a part of the data is left out (the jackknife).
+    The half-width of each interval is the larger of two estimates: from the scatter of the errors, with an effective
+    sample size reduced by their autocorrelation; and from refits with one block of data left out (the jackknife).
 
     Args:
-        model: Errors of each run.
+        model: Function from parameter values to the errors of each run.
         parameters: Parameters to fit.
-        values: Values to begin with; None: at the parameters' own.
-        noise: Smallest known scatter of single errors.
+        values: Start values; None for the `start` of each parameter.
+        noise: Known lower bound of the standard deviation of one error.
     """
     scale = np.array([p.scale for p in parameters])
     lower, upper = (np.array([getattr(p, end) for p in parameters]) for end in ("lower", "upper"))
@@ -106,7 +106,7 @@ def fit(
 
 
 def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], noise: float) -> FloatArray:
-    """Return halves of the intervals, shape (p,)."""
+    """Return the half-widths of the confidence intervals, shape (p,)."""
     n, p = jacobian.shape
     information = jacobian.T @ jacobian + 1e-12 * np.eye(p)
     ends = np.cumsum(sizes)
@@ -123,7 +123,7 @@ def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], nois
 
 
 def _correlation_time(errors: FloatArray) -> float:
-    """Return how many errors in a row say as much as one: the sum of correlations up to the first below 0."""
+    """Return the integrated autocorrelation time in samples: the sum of correlations up to the first that is <= 0."""
     centered = errors - errors.mean() if len(errors) > 3 else errors
     total, power = 1.0, float(centered @ centered)
     for lag in range(1, len(centered) // 2):
@@ -137,7 +137,7 @@ def _correlation_time(errors: FloatArray) -> float:
 def _jackknife(
     errors: FloatArray, jacobian: FloatArray, information: FloatArray, blocks: Sequence[slice]
 ) -> FloatArray:
-    """Return halves of intervals by leaving out each block, to first order, shape (p,)."""
+    """Return the half-widths of the intervals from a first-order jackknife over blocks, shape (p,)."""
     g, p = len(blocks), jacobian.shape[1]
     moved = np.array([
         np.linalg.solve(information - jacobian[b].T @ jacobian[b] + 1e-9 * information.trace() / p * np.eye(p),

@@ -1,7 +1,7 @@
-"""Logs as signals over time: SysId's JSON, WPILOG of DataLogManager, SysId, AdvantageKit and URCL, and CSV.
+"""Readers of logs: SysId JSON, WPILOG from DataLogManager, SysId, AdvantageKit or URCL, and CSV.
 
-Sources: SysId's analyzer (`AnalysisManager.cpp`, `JSONConverter.cpp` of WPILib 2020 to 2023: columns of its JSON);
-WPILib's `SysIdRoutineLog` (names of entries); for URCL see `urcl`.
+Sources: `AnalysisManager.cpp` and `JSONConverter.cpp` of SysId's analyzer in WPILib 2020 to 2023, for the columns of
+SysId's JSON; WPILib's `SysIdRoutineLog`, for the names of entries; for URCL see `urcl`.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ __all__ = ["Log", "open_log"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """Signals by name."""
+    """Log file with its signals by name."""
 
     path: Path
     signals: Mapping[str, Signal]
     tests: Sequence[tuple[str, float, float]] = ()
-    """Parts that the log names: name, begin, end [s]; empty: none."""
+    """Tests marked in the log: name, begin and end [s]; empty if the log marks none."""
     kind: str = ""
-    """Kind of test of a SysId file: Drivetrain, Simple, Arm, Elevator; empty: unknown."""
+    """Test kind of a SysId file: Drivetrain, Simple, Arm or Elevator; empty if unknown."""
     meters_per_turn: float | None = None
-    """Distance per wheel turn [m] that the log gives, where positions are in wheel turns; see `Log.notes`."""
+    """Distance per wheel turn given by a log with positions in wheel turns [m]; None if not given."""
     notes: Sequence[str] = field(default_factory=tuple)
-    """Assumptions made in reading the log."""
+    """Assumptions made while reading the log."""
 
 
 def open_log(path: Path) -> Log:
-    """Read a log by what is in it.
+    """Read a log, with the format detected from suffix and content.
 
     Raises:
-        LogError: The file cannot be read, or is none of the known kinds.
+        LogError: The file cannot be read, or its format is unknown.
     """
     suffix = path.suffix.lower()
     if suffix in (".wpilog", ".wpilogxz"):
@@ -85,7 +85,7 @@ def _csv(path: Path, text: str) -> Log:
     table, (at, found) = np.array(numbers), times
     table[:, at] *= _SECONDS.get(found[2] or "s", 1.0)
     tests: list[tuple[str, float, float]] = []
-    if label is not None:  # each begins anew: one after the other in time
+    if label is not None:  # times of each test may start at 0, so place the tests one after another
         names, start = [row[label].strip() for row in rows[1:]], 0
         for end in range(1, len(names) + 1):
             if end == len(names) or names[end] != names[start]:
@@ -110,7 +110,7 @@ _COLUMNS = {
          "right velocity", "yaw"),
     4: ("volts", "position", "velocity"),
 }  # fmt: skip
-"""Columns after the time, by their number: of 2021 to 2023, of 2020, and of a mechanism."""
+"""Columns after the time by their number: drivetrains of 2021 to 2023, drivetrains of 2020, mechanisms."""
 
 
 def _sysid_json(path: Path, text: str) -> Log:
@@ -136,7 +136,7 @@ def _sysid_json(path: Path, text: str) -> Log:
     size = {"meters": 1.0, "feet": 0.3048, "inches": 0.0254}.get(unit.lower())
     signals = {}
     for name, column in zip(_COLUMNS[width], rows[:, 1:].T, strict=True):
-        is_turns = name.endswith(("position", "velocity"))  # SysId multiplies them by its units per rotation later
+        is_turns = name.endswith(("position", "velocity"))  # SysId applies its units per rotation later
         signals[name] = Signal(rows[:, 0], column, "turns" if is_turns else "")
     return Log(path, signals, tests, str(data.get("test", "")), None if size is None else size * per_turn)
 
@@ -169,7 +169,7 @@ def _wpilog(path: Path) -> Log:
 
 
 def _unit_of(column: LogColumn) -> str:
-    """Return the unit in an entry's metadata, as SysIdRoutineLog writes it; its positions are turns or meters."""
+    """Return the unit in an entry's metadata, as written by SysIdRoutineLog."""
     try:
         return str(json.loads(column.metadata or "{}").get("unit", ""))
     except (ValueError, AttributeError):
@@ -181,7 +181,7 @@ def _structs(column: LogColumn, width: int = 1) -> FloatArray:
 
 
 def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
-    """Return the elements of arrays as separate signals, from rows as long as the first."""
+    """Return each array element as a separate signal, from rows of the full length."""
     dtype = _ARRAYS.get(column.type, "<f8")
     rows = [np.frombuffer(raw[: len(raw) // int(dtype[2]) * int(dtype[2])], dtype)
             for raw in (column.payload(k) for k in range(len(column)))]  # fmt: skip
@@ -197,7 +197,7 @@ def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
 
 
 def _states(column: LogColumn, end: float) -> list[tuple[str, float, float]]:
-    """Return the tests between the states that SysId's routine logs: quasistatic-forward, ..., none."""
+    """Return name, begin and end [s] of each test from the states that SysId logs: quasistatic-forward, ..., none."""
     words = [str(column.value(k)) for k in range(len(column))]
     tests, start = [], 0
     for k in range(1, len(words) + 1):

@@ -1,4 +1,4 @@
-"""Flywheels, rollers, arms and elevators: friction, inertia or mass, and gravity, by the loop's own shaft."""
+"""Fit of friction, inertia or mass, and gravity of flywheels, rollers, arms and elevators to logs."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from simcore.units import GRAVITY
 __all__ = ["FittedMechanism", "MechanismFit", "fit_mechanism"]
 
 FittedMechanism: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig
-_BUS = 12.5  # [V]
-_WINDOW = 0.06  # [s]
-_CREEPS = 0.05  # of the top speed, below which it stands or creeps
+_BUS = 12.5  # [V], minimum bus voltage of the model
+_WINDOW = 0.06  # [s], window over which angles are compared
+_CREEPS = 0.05  # fraction of the top speed; slower data are ignored
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MechanismFit:
-    """Result for a mechanism."""
+    """Result of a mechanism fit."""
 
     estimates: Mapping[str, Estimate]
     """Estimates: friction_volts [V]; inertia [kg m^2], or an elevator's mass [kg]; an arm's weight_torque [N m]."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
-    """A sentence for each thing that the data cannot tell."""
+    """Phrase for each property that the data do not determine."""
 
 
 def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> FloatArray:
-    """Return how far a mechanism with these values turns by the volts of a run [rad], shape (n,)."""
+    """Simulate a mechanism with the given parameter values and a run's volts; return its angle [rad], shape (n,)."""
     box = replace(config.gearbox, friction_torque=friction_from_volts(config.gearbox, values["friction_volts"]))
     factor = math.exp(values["inertia"])
     varied: FittedMechanism
@@ -63,7 +63,7 @@ def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> Fl
 
 
 def fit_mechanism(config: FittedMechanism, runs: Sequence[Run]) -> MechanismFit:
-    """Fit a mechanism to runs, and predict each by a fit to the others."""
+    """Fit a mechanism to runs, and predict each run from a fit to other runs (a single run's last third)."""
     start = config.gearbox.holding_volts(config.gearbox.friction_torque)
     parameters = [
         Parameter("friction_volts", max(start, 0.05), 0.0, 6.0, 0.1),

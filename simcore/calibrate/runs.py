@@ -1,4 +1,4 @@
-"""Runs of a log: what the motors were given, and what the wheels or the mechanism did, at common times."""
+"""Runs of a log: motor voltages, and the motion of wheels or mechanism, on common times."""
 
 from __future__ import annotations
 
@@ -11,38 +11,38 @@ from simcore.typing import FloatArray
 
 __all__ = ["TICK", "Run", "thinned_run"]
 
-TICK = 0.02  # [s], between two stamps of a run
+TICK = 0.02  # [s], time between two samples of a run
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """One drive from standstill, or one motion of a mechanism, on n stamps."""
+    """Drive from standstill, or motion of a mechanism, at n sample times."""
 
     name: str
     times: FloatArray
-    """Rising from 0 [s], shape (n,)."""
+    """Sample times, increasing from 0 [s], shape (n,)."""
     volts: FloatArray
-    """Voltage of the motors from each stamp to the next [V], shape (n, sides)."""
+    """Motor voltage from each sample to the next [V], shape (n, sides)."""
     way: FloatArray
-    """Distance of the wheels [m], or angle of the mechanism [rad], 0 at first, shape (n, sides)."""
+    """Wheel distance [m] or mechanism angle [rad] from the start of the run, shape (n, sides)."""
     yaw: FloatArray | None = None
-    """Yaw of the gyro, counter-clockwise, 0 at first [rad], shape (n,)."""
+    """Gyro yaw from the start of the run, counter-clockwise [rad], shape (n,)."""
     ground: FloatArray | None = None
-    """Distance over ground, not measured by the wheels, 0 at first [m], shape (n,)."""
+    """Distance over ground from the start of the run, measured independently of the wheels [m], shape (n,)."""
     bus: FloatArray | None = None
-    """Voltage of the battery [V], shape (n,)."""
+    """Battery voltage [V], shape (n,)."""
     amps: FloatArray | None = None
     """Battery current [A], shape (n,)."""
     origin: float = 0.0
-    """Angle of a mechanism at first [rad]."""
+    """Mechanism angle at the start of the run [rad]."""
 
     @property
     def span(self) -> float:
-        """Total distance that the wheels roll, forward and back [m]; 0 for a robot that stands."""
+        """Total distance that the wheels roll, forward plus backward [m]; an angle [rad] for a mechanism."""
         return float(np.abs(np.diff(self.way, axis=0)).sum(axis=0).mean())
 
     def rows(self, first: int, last: int) -> Run:
-        """Return a part of the run as a separate run, which starts at 0."""
+        """Return rows `first` to `last` as a separate run that starts at time and distance 0."""
         part = slice(first, last)
         cut = {name: None if (column := getattr(self, name)) is None else column[part] - column[first]
                for name in ("yaw", "ground")}  # fmt: skip
@@ -54,7 +54,7 @@ class Run:
 
 
 def thinned_run(run: Run, period: float = TICK) -> Run:
-    """Return the run on stamps a period [s] apart or more: volts are means over what follows each, the rest stays."""
+    """Return the run with samples at least a period [s] apart; volts are averaged, other values are subsampled."""
     times = run.times
     if len(times) < 3 or np.median(np.diff(times)) > 0.75 * period:
         return run

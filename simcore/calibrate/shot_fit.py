@@ -1,4 +1,4 @@
-"""Shooters: exit efficiency and spin from shots that were measured."""
+"""Fit of a shooter's exit efficiency and spin to measured shots."""
 
 from __future__ import annotations
 
@@ -23,39 +23,39 @@ from simcore.world.contact_law import CARPET
 __all__ = ["Shot", "ShotFit", "fit_shots", "read_shots"]
 
 _SPREAD, _CLOCK = 0.15, 0.05
-"""Spread of hits about the middle of the goal along the floor [m], and of times by eye or video [s]; estimates."""
+"""Standard deviation of hits from the middle of the goal [m], and of flight times from eye or video [s]; estimates."""
 _KEYS: dict[str, Quantity] = {
     "distance": FIELD_LENGTH, "rps": RATE, "elevation_deg": DEGREES, "hood_deg": DEGREES, "time": DURATION,
 }  # fmt: skip
 _OUTCOMES = {"1": "hit", "hit": "hit", "0": "miss", "miss": "miss", "short": "short", "long": "long"}
 _OTHER = {"rpm": ("rps", 1.0 / 60.0), "rad_s": ("rps", 1.0 / math.tau), "flight_time": ("time", 1.0),
           "angle_deg": ("elevation_deg", 1.0)}  # fmt: skip
-"""Names that mean a key in another unit."""
+"""Alternative keys: the key in `_KEYS`, and the factor that converts the unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shot:
-    """A shot of a robot that stands."""
+    """Measured shot from a robot at rest."""
 
     distance: float
-    """Distance from the robot's center to the middle of the goal, along the floor [m]."""
+    """Horizontal distance from the robot's center to the middle of the goal [m]."""
     rps: float
-    """Speed of the wheels as the piece leaves [turns/s]; the mean of two wheels."""
+    """Wheel speed at the exit of the piece [turns/s]; the mean of two wheels."""
     elevation_deg: float | None = None
-    """Elevation of the shot [deg]; None: by the hood's angle, or by the shooter if it has no hood."""
+    """Elevation of the shot [deg]; None to use the hood angle, or the fixed elevation of a shooter without hood."""
     hood_deg: float | None = None
-    """Angle of the hood [deg]."""
+    """Hood angle [deg]."""
     time: float | None = None
     """Time of flight from the muzzle to the goal [s]."""
     result: str = ""
-    """`hit`, `miss`, `short` or `long`; empty: a hit, if there is no time."""
+    """Result: `hit`, `miss`, `short` or `long`; empty counts as a hit if there is no time of flight."""
 
     @classmethod
     def parse(cls, text: str) -> Shot:
         """Parse a text like `distance=2.8,rps=38,time=1.1`.
 
         Raises:
-            ConfigError: A key is not known or missing, or a value cannot be.
+            ConfigError: A key is unknown or missing, or a value is out of range.
 
         >>> Shot.parse("distance=2.8,rps=38").rps
         38.0
@@ -68,7 +68,7 @@ class Shot:
 
     @classmethod
     def of(cls, row: dict[str, str], where: str) -> Shot:
-        """Make a shot of texts by key; see `parse`."""
+        """Create a shot from texts by key, with the keys of `parse`; `where` names their place in messages."""
         found: dict[str, object] = {}
         for key, value in row.items():
             if key in ("result", "hit"):
@@ -94,20 +94,20 @@ class Shot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShotFit:
-    """Result for a shooter."""
+    """Result of a shooter fit."""
 
     estimates: dict[str, Estimate]
-    """Estimates by key: exit_efficiency, and spin over that of wheels without slip [-]."""
+    """Estimates: exit_efficiency [-], and spin over the spin from wheels without slip [-]."""
     rows: Sequence[tuple[Shot, float, float]]
-    """Shots that were held out one by one: where each comes down from the goal's middle [m], its time of flight [s]."""
+    """Each shot with its prediction from the other shots: distance beyond the goal's middle [m], time of flight [s]."""
     unknown: Sequence[str]
 
 
 def read_shots(path: Path) -> list[Shot] | None:
-    """Return the shots of a CSV; None: it is a log over time.
+    """Return the shots in a CSV file, or None for a log over time.
 
     Raises:
-        ConfigError: A row makes no sense; it names the line.
+        ConfigError: A row is invalid; the message names the line.
         LogError: The file cannot be read.
     """
     try:
@@ -126,10 +126,10 @@ def read_shots(path: Path) -> list[Shot] | None:
 
 
 def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
-    """Fit a shooter to shots.
+    """Fit exit efficiency and spin of a shooter to shots.
 
     Raises:
-        ConfigError: An elevation is not known, or the shots say nothing.
+        ConfigError: The elevation of a shot is unknown, or the shots do not determine the exit efficiency.
     """
     useful = [shot for shot in shots if shot.time is not None or shot.result != "miss"]
     if not useful:
@@ -186,7 +186,7 @@ def _elevation(task: ShotTask, shot: Shot) -> float:
     """Return the elevation of a shot [rad].
 
     Raises:
-        ConfigError: The elevation is not known.
+        ConfigError: The elevation of the shot is unknown.
     """
     if shot.elevation_deg is not None:
         return math.radians(shot.elevation_deg)
@@ -199,9 +199,9 @@ def _elevation(task: ShotTask, shot: Shot) -> float:
 
 
 def _flight(task: ShotTask, shot: Shot, elevation: float, efficiency: float, spin: float) -> tuple[float, float]:
-    """Return how far beyond the middle of the goal a shot descends through its height [m], and when [s].
+    """Return distance beyond the goal's middle [m] and time [s] at which a shot descends through the goal's height.
 
-    A shot that stays below that height falls short by the height that its apex lacks.
+    For a shot whose apex is below the goal, twice the missing height is subtracted from the apex's distance.
     """
     speed = (
         task.shooter.exit_speed([shot.rps * math.tau] * len(task.shooter.wheels))

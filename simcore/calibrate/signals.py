@@ -1,4 +1,4 @@
-"""Identification of a log's signals by name: side or module, quantity and unit."""
+"""Identification of a log's signals by name: quantity, side and unit."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from simcore.typing import FloatArray
 __all__ = ["ROLES", "SIZES", "Signal", "find_roles", "quantity_of", "unit_of"]
 
 ROLES = ("volts", "way", "speed", "yaw", "ground", "bus", "amps")
-"""Quantities; those of a side begin with left_ or right_ where one is meant by hand."""
+"""Quantities; a role given by the user may have the prefix left_ or right_."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal:
-    """A number over time."""
+    """Logged number over time."""
 
     times: FloatArray
-    """Rising [s], shape (n,)."""
+    """Sample times, increasing [s], shape (n,)."""
     values: FloatArray
-    """Shape (n,)."""
+    """Sample values in the signal's unit, shape (n,)."""
     unit: str = ""
-    """Unit that the log gives; empty: the name may give it."""
+    """Unit given by the log; empty if the log gives none."""
     is_kept: bool = False
-    """Whether it was logged only when it changed."""
+    """Whether the signal was logged only when its value changed."""
 
 
 _NOT = {
     "setpoint", "goal", "target", "desired", "reference", "error", "turn", "turning", "steer", "azimuth", "absolute",
     "temp", "temperature", "acceleration", "odometry", "measured", "rate", "autospeed",
 }  # fmt: skip
-"""Words of signals that are something else: wanted values, azimuths."""
+"""Words in the names of signals to ignore, such as set-points and steer motors."""
 _SIDES = {
     **dict.fromkeys(("left", "l", "fl", "bl", "rl", "lf", "lr", "lb"), "left"),
     **dict.fromkeys(("right", "r", "fr", "br", "rr", "rf", "rb"), "right"),
@@ -59,9 +59,9 @@ _WORDS = {
         "encoder",
     },
 }
-"""Words by quantity, in the order of the search: a word of an earlier quantity decides."""
+"""Words for each quantity; with words of several quantities, the first quantity wins."""
 _SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
-"""Words that make volts and amperes those of the battery."""
+"""Words that mark a voltage or current as the battery's."""
 _UNITS = {
     **dict.fromkeys(("m", "meter", "meters", "mps", "metre"), "m"),
     **dict.fromkeys(("in", "inch", "inches"), "in"),
@@ -74,7 +74,7 @@ _UNITS = {
 
 
 def _words(name: str) -> list[str]:
-    """Return the words of a name, in small letters.
+    """Return the words of a name in lower case.
 
     >>> _words("Drive/Module0/DrivePositionRad"), _words("left_V"), _words("Spark-3/AppliedOutputVoltage")
     (['drive', 'module', 'drive', 'position', 'rad'], ['left', 'v'], ['spark', 'applied', 'output', 'voltage'])
@@ -83,7 +83,7 @@ def _words(name: str) -> list[str]:
 
 
 def unit_of(name: str, said: str = "") -> str:
-    """Return the unit that a log says, or else its name: m, in, ft, rad, deg, turns, rpm; empty: none.
+    """Return a signal's unit as given by the log, else by the name: m, in, ft, rad, deg, turns, rpm or empty.
 
     >>> unit_of("DrivePositionRad"), unit_of("left position", "Rotation"), unit_of("x", "Meter per Second")
     ('rad', 'turns', 'm')
@@ -93,9 +93,9 @@ def unit_of(name: str, said: str = "") -> str:
 
 
 def quantity_of(name: str) -> tuple[str, str]:
-    """Return quantity and side of a signal by its name; empty where it says none.
+    """Return quantity and side of a signal from its name, each empty if the name does not give it.
 
-    Total amperes are those of the battery, whatever motors draw.
+    The quantity `total` is a battery current.
 
     >>> quantity_of("left_V"), quantity_of("Drive/LeftPositionRad"), quantity_of("SystemStats/BatteryVoltage")
     (('volts', 'left'), ('way', 'left'), ('bus', ''))
@@ -115,13 +115,13 @@ def quantity_of(name: str) -> tuple[str, str]:
 def find_roles(
     names: Iterable[str], devices: Mapping[str, str], said: Mapping[str, str], about: str
 ) -> dict[tuple[str, str], list[str]]:
-    """Return the signals of each quantity and side; side is empty where a name says none.
+    """Return the signal names for each quantity and side; the side is empty if the name does not give it.
 
     Args:
         names: Names of all signals.
-        devices: Side of each drive motor by the name that a logger gives it (Spark-3); of a swerve drive empty ones.
-        said: Signals by role (left_volts), as the user says.
-        about: Word that names of the wanted mechanism have; empty: any.
+        devices: Side of each drive motor by its name in logs (`Spark-3`); empty sides for a swerve drive.
+        said: Signals by role (`left_volts`), given by the user.
+        about: Word in the names of the wanted mechanism's signals; empty for any name.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for name in names:
@@ -144,4 +144,4 @@ def find_roles(
 
 SIZES = {"m": 1.0, "in": 0.0254, "ft": 0.3048, "rad": 1.0, "deg": math.pi / 180.0, "turns": math.tau,
          "rpm": math.tau / 60.0}  # fmt: skip
-"""Sizes of units [m] or [rad]."""
+"""Size of each unit in SI units [m, rad, rad/s]."""

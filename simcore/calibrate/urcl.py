@@ -1,11 +1,11 @@
-"""Frames of SPARK MAX and SPARK Flex that URCL has logged, as signals.
+"""Signals from SPARK MAX and SPARK Flex frames logged by URCL.
 
-URCL, revision 3 (2025 and 2026), logs CAN frames as they come: entries `URCL/Raw/Persistent` (id, 6 bytes),
-`URCL/Raw/Periodic` (time in ms, id, 8 bytes) and `URCL/Raw/Aliases` (JSON). An id has the device in its lowest 6 bits,
-the index of the frame in the next 4 and its class, 46 of periodic ones, above.
+URCL revision 3 (2025 and 2026) logs raw CAN frames in the entries `URCL/Raw/Persistent` (ID, 6 bytes),
+`URCL/Raw/Periodic` (time in ms, ID, 8 bytes) and `URCL/Raw/Aliases` (JSON). The lowest 6 bits of an ID are the device,
+the next 4 bits the frame index, and the higher bits the frame class (46 for periodic frames).
 
-Sources: URCL's `URCLDriver.cpp` and `URCL.java`; AdvantageScope's docs, "Unofficial REV-Compatible Logger", and its
-`spark-frames-2026.ts` for places and scales of fields; names are those that AdvantageScope gives them.
+Sources: URCL's `URCLDriver.cpp` and `URCL.java`; AdvantageScope's docs, "Unofficial REV-Compatible Logger", and
+AdvantageScope's `spark-frames-2026.ts` for positions and scales of fields. Signal names are AdvantageScope's.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ __all__ = ["urcl_signals"]
 _PERIODIC = np.dtype([("millis", "<u4"), ("id", "<u2"), ("data", "u1", 8)])
 _CLASS = 46
 _DUTY, _VOLTS, _AMPS = 0.00003082369457075716, 0.0073260073260073, 0.0366300366300366
-"""Size of a step of applied output [-], of voltage [V] and of current [A]."""
+"""Resolution of applied output [-], voltage [V] and current [A]."""
 
 
 def urcl_signals(log: TelemetryLog) -> Iterator[tuple[str, Signal]]:
-    """Yield names and signals of all SPARKs, by name or id; positions are turns and speeds rpm, unless converted."""
+    """Yield the name and signal of each SPARK reading, in turns or rpm unless robot code sets conversion factors."""
     for key, column in log.columns.items():
         if not key.endswith("Raw/Periodic"):
             continue
@@ -61,14 +61,14 @@ def _seconds(millis: FloatArray) -> FloatArray:
 
 
 def _status(data: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Decode applied output [-], voltage [V] and current [A] from status frames 0."""
+    """Decode applied output [-], voltage [V] and current [A] from the data of status 0 frames."""
     word = np.ascontiguousarray(data).view("<u8").reshape(-1)
     duty, volts, amps = (word & 0xFFFF).astype(np.uint16).view(np.int16), word >> 16 & 0xFFF, word >> 28 & 0xFFF
     return duty.astype(np.float64) * _DUTY, volts.astype(np.float64) * _VOLTS, amps.astype(np.float64) * _AMPS
 
 
 def _aliases(log: TelemetryLog, key: str) -> dict[str, str]:
-    """Return the names of devices by their ids, as texts."""
+    """Return the name of each device by CAN ID as text."""
     column = log.columns.get(key)
     if column is None or not len(column):
         return {}

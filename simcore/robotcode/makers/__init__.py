@@ -1,1 +1,1 @@
-"""Devices by maker: Phoenix 6, REV, navX, PhotonVision."""
+"""Adapters to vendor libraries: Phoenix 6, REVLib, navX, PhotonVision."""

@@ -1,1 +1,1 @@
-"""NetworkTables: telemetry, commands of people, Limelights and QuestNav."""
+"""NetworkTables: telemetry, dashboard commands, Limelights and QuestNav."""

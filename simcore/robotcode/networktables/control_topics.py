@@ -1,8 +1,8 @@
-"""Actions of people on a match as NetworkTables topics, for any dashboard.
+"""NetworkTables topics with which a dashboard controls a match.
 
-Under `Sim/Control/` are buttons (booleans that a dashboard sets to true and this module resets); numbers that say where
-a button acts; choosers in the form of WPILib's `SendableChooser`; and poses or places that programs write. Under
-`Sim/HumanPlayer/` is a button for each action of human players.
+`Sim/Control/` has buttons (booleans that a dashboard sets to true and `ControlTopics` resets), numbers for the position
+at which a button acts, choosers in the format of WPILib's `SendableChooser`, and poses and positions for programs to
+write. `Sim/HumanPlayer/` has a button for each human player action.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ __all__ = ["TABLE", "ControlTopics"]
 TABLE = "/Sim/Control/"
 _HUMAN_TABLE = "/Sim/HumanPlayer/"
 _POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
-# Each write of a program counts, also of the previous value.
+# Each write of a program counts, even of an unchanged value.
 _OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True, keep_duplicates=True)
 
 
 class ControlTopics:
-    """Listener for commands to one robot and its field, which publishes their results.
+    """Listener for dashboard commands to a match, which also publishes the result of each command.
 
-    Not for tests: values arrive by the wall clock, so that two runs would differ.
+    Not for tests: values arrive on the wall clock, so two runs would differ.
 
     Args:
-        match: Match whose `control` gets the commands; it reads them before every tick.
-        instance: NetworkTables instance of the dashboards, which the caller owns.
+        match: Match whose `control` executes the commands before each tick.
+        instance: NetworkTables instance of the dashboards, owned by the caller.
         robot: Index of the robot that commands place.
     """
 
@@ -42,9 +42,9 @@ class ControlTopics:
         self._match, self._control, self._instance = match, match.control, instance
         self._publishers: dict[str, Any] = {}
         self._values: dict[str, Any] = {}
-        """Values last published, by topic."""
+        """Last published value of each topic."""
         self._choices: dict[str, str] = {}
-        # Subscribed before anything is published, to learn the type of a topic that a dashboard has made.
+        # Subscribe before publishing, to get the type of a topic that a dashboard has already created.
         self._everything = season.ntcore.MultiSubscriber(instance, [TABLE, _HUMAN_TABLE], _OPTIONS)
         self._poller = season.ntcore.NetworkTableListenerPoller(instance)
         flags = season.ntcore.EventFlags
@@ -72,7 +72,7 @@ class ControlTopics:
         self._numbers = {"X": x, "Y": y, "HeadingDeg": math.degrees(yaw)}
         for name, value in self._numbers.items():
             number = self._publishers[TABLE + name] = instance.get_double_topic(TABLE + name).get_entry(value, _OPTIONS)
-            number.set_default(value)  # a default gives way to the dashboard's value
+            number.set_default(value)  # a default does not override the dashboard's value
         for button in self._buttons:
             self._publish("boolean", TABLE + button, False)
         if names := [action.name for action in match.rules.human_actions()]:
@@ -81,12 +81,12 @@ class ControlTopics:
             self._publish("boolean", _HUMAN_TABLE + button, False)
         self._publish_results()
         now = instance.get_integer_topic(f"{TABLE}Count").subscribe(0)
-        self._since = now.get_atomic().time  # a value that a dashboard kept from an earlier run is no command
+        self._since = now.get_atomic().time  # older values, kept by a dashboard from an earlier run, are not commands
         now.close()
         self._control.sources.append(self.read)
 
     def read(self) -> None:
-        """Carry out the commands that have arrived, in the order of their time stamps, and publish their results."""
+        """Execute the commands that have arrived, in timestamp order, and publish the results."""
         self._publish_results()
         for event in sorted(self._poller.read_queue(), key=lambda event: event.data.value.time()):
             topic, value = event.data.topic.get_name(), event.data.value
@@ -99,7 +99,7 @@ class ControlTopics:
                 self._control.refuse(f"do what {topic} asks for", str(error))
 
     def close(self) -> None:
-        """Withdraw the topics and stop listening; may be called twice."""
+        """Unpublish the topics and stop listening; safe to call more than once."""
         if self.read in self._control.sources:
             self._control.sources.remove(self.read)
         for one in (self._poller, self._everything, *self._publishers.values()):
@@ -108,7 +108,7 @@ class ControlTopics:
     # --- received values ------------------------------------------------------------------------------------------
 
     def _take(self, name: str, value: Any) -> None:
-        """Take a value of the table of commands; ignore one of another type than the topic's."""
+        """Process a value of the command table; ignore a value of the wrong type."""
         content = value.value()
         if name in self._numbers:
             if isinstance(content, float):
@@ -126,14 +126,14 @@ class ControlTopics:
             self._buttons[name]()
 
     def _take_of_people(self, name: str, value: object) -> None:
-        """Take a value of the human players' table, and report a misspelled topic."""
+        """Process a value of the human player table, and report a misspelled topic."""
         if name == "Actions" or "/Ready/" in name:
             return
         alliance, _, action = name.partition("/")
         if not isinstance(value, bool):
             raise ConfigError(f"a button is a boolean that is set to true, got {shown(value)}")
         if action == "Manual":
-            if value != self._values.get(_HUMAN_TABLE + name):  # otherwise it is the value published here
+            if value != self._values.get(_HUMAN_TABLE + name):  # an equal value was published here
                 self._values[_HUMAN_TABLE + name] = value
                 self._control.do("take_over", {"alliance": alliance.lower(), "by_person": value})
         elif value:
@@ -164,7 +164,7 @@ class ControlTopics:
                 self._publish("integer", f"{folder}/Ready/{action.name}", feeder.stock)
 
     def _publish(self, kind: str, topic: str, value: Any) -> None:
-        """Publish a value if it has changed."""
+        """Publish a topic's value if it has changed."""
         if topic not in self._publishers:
             full = getattr(self._instance, f"get_{kind}_topic")(topic)
             self._publishers[topic] = full.publish(_OPTIONS)
@@ -192,7 +192,7 @@ class ControlTopics:
 
 
 def _pose_of(value: Any) -> tuple[float, ...]:
-    """Return x, y [m] and heading [rad] of a `Pose2d`, or of an array with degrees as third, as `Field2d` has it."""
+    """Return x, y [m] and heading [rad] from a `Pose2d`, or from a `Field2d` array with the heading in degrees."""
     if value.is_raw() and len(value.get_raw()) == _POSE2D.size:
         return _POSE2D.unpack(value.get_raw())
     numbers = _array_of(value)

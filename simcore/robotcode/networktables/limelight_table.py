@@ -1,4 +1,4 @@
-"""A Limelight's table on NetworkTables: topics with their types and values, a frame as `json`, and requests.
+"""Limelight table on NetworkTables: topics with their types and values, the `json` topic, and requests.
 
 Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTables API" (2026-08).
 """
@@ -24,8 +24,8 @@ from simcore.vision.limelight_settings import INPUTS
 __all__ = ["TOPICS", "LimelightTable", "frame_json", "frame_values"]
 
 _ORIENTATION = "robot_orientation_set"
-_EVERY = 0.005  # [s]; period at which ntcore sends
-_MOST_HEADINGS = 100  # requests kept for a tick; a team's odometry thread sends up to 250 a second
+_EVERY = 0.005  # [s], period with which ntcore sends
+_MOST_HEADINGS = 100  # requests buffered between ticks; a team's odometry thread sends up to 250 per second
 _KINDS = {
     "int": "integer",
     "double": "double",
@@ -33,12 +33,12 @@ _KINDS = {
     "string[]": "string_array",
     "double[]": "double_array",
 }
-"""ntcore's names of the types of `TOPICS`."""
+"""ntcore's name of each type in `TOPICS`."""
 
 Value = float | int | str | list[float] | list[str]
 
 PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
-"""Values of `getpipetype`."""
+"""Value of `getpipetype` for each kind of pipeline."""
 
 _NO_POSE = [0.0] * 6
 _DEGREES = 180.0 / math.pi
@@ -46,7 +46,7 @@ _MOST_TARGETS = 3
 
 
 def constant_values(config: CameraConfig) -> dict[str, Value]:
-    """Return topics whose value never changes: simcore does not model their source, but readers need to find them."""
+    """Return the topics with constant values, which readers expect but simcore does not model."""
     return {
         "json": "",
         "imu_yaw_offset": 0.0,
@@ -60,12 +60,12 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Return the values of a frame by topic, without `json` (see `frame_json`).
+    """Return the value of each topic for a frame, without `json` (see `frame_json`).
 
     Args:
         frame: Frame of the camera.
-        config: The camera.
-        field_size: Length and width of the field, for the frames with another origin [m].
+        config: Configuration of the camera.
+        field_size: Length and width of the field [m], for poses with an origin other than the blue corner.
     """
     tag, piece = frame.primary_tag, frame.primary_piece
     seen = tag or piece
@@ -134,7 +134,10 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
 def _poses(
     frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
 ) -> tuple[list[float], list[float], list[float]]:
-    """Return the estimate from the field's center, blue's corner and red's: 11 numbers and 7 per tag; zeros without."""
+    """Return the pose estimate with the origin at the field center, the blue corner and the red corner.
+
+    Each result has 11 numbers plus 7 per tag; without an estimate, the pose is zero and there are no tags.
+    """
     latency = 1e3 * frame.latency
     if found is None:
         nothing = [*_NO_POSE, latency, 0.0, 0.0, 0.0, 0.0]
@@ -156,8 +159,8 @@ def _poses(
 def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], list[float], list[float], list[float]]:
     """Return target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
 
-    Axes are a camera's in all three: x right, y down, z forward (for the target: into it), so that a robot
-    that faces a tag has angles of zero and a negative z in target space.
+    All three frames have camera axes: x right, y down, z forward (into the target). A robot that faces a tag therefore
+    has zero angles and a negative z in target space.
     """
     if tag is None:
         return _NO_POSE, _NO_POSE, _NO_POSE, _NO_POSE
@@ -166,8 +169,8 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
         1.0,
         -1.0,
         -1.0,
-    )  # a tag's axes are right, up, out; a target's right, down, in
-    # The robot's axes, right, down, ahead as a camera's, are its own y and z reversed, and its x.
+    )  # tag axes are right, up, out; target axes are right, down, in
+    # In camera axes (right, down, forward), the robot's axes are -y, -z and x.
     robot_place = OPTICAL @ (frame.mount_axes @ place + frame.mount_position)
     robot_turn = OPTICAL @ frame.mount_axes @ turn
     return (
@@ -179,14 +182,14 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
 
 
 def _position_and_angles(place: FloatArray, turn: FloatArray) -> list[float]:
-    """Return position and angles: yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
+    """Return x, y, z [m] and pitch, yaw, roll [deg], rotated in the order yaw (clockwise from above), pitch, roll."""
     (_, _, t02), (t10, t11, t12), (_, _, t22) = turn.tolist()
     pitch = math.asin(max(-1.0, min(1.0, -t12)))
     return [*place.tolist(), _DEGREES * pitch, _DEGREES * math.atan2(t02, t22), _DEGREES * math.atan2(t10, t11)]
 
 
 def _sides(corners: Corners | None) -> list[float]:
-    """Return long and short side, width and height of the bounding box [px], and its rotation [deg]."""
+    """Return the target's long and short side, width and height of the bounding box [px], and rotation [deg]."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners
@@ -197,7 +200,7 @@ def _sides(corners: Corners | None) -> list[float]:
 
 
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
-    """Return the largest targets: position in the image from -1 to 1, right and up, and area [%]."""
+    """Return x (right) and y (up) in the image, from -1 to 1, and area [%] of the largest targets."""
     width, height = config.type.width, config.type.height
     every: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
     if len(every) > 1:
@@ -229,7 +232,7 @@ _OF_PRIMARY = {
     "t6t_rs": "targetpose_robotspace",
     "t6r_ts": "botpose_targetspace",
 }
-"""`json` keys of the primary tag alone, by topic."""
+"""Topic of each `json` key that only the primary tag has."""
 
 
 def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
@@ -238,12 +241,12 @@ def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
 
 
 def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
-    """Return the whole frame as `json`.
+    """Return the value of the `json` topic for a frame.
 
     Args:
         frame: Frame of the camera.
-        values: Values from `frame_values`, so that both always agree.
-        stamp: Time of publication on NetworkTables' clock [us].
+        values: Values from `frame_values`, which the result repeats.
+        stamp: Publication time on the NetworkTables clock [us].
     """
 
     def numbers(name: str) -> list[float]:
@@ -303,7 +306,7 @@ def _kind(name: str, value: Value) -> str:
 
 
 def _empty_frame_values() -> dict[str, Value]:
-    """Return the values of an empty frame."""
+    """Return the topic values for an empty frame."""
     nothing = Frame(
         number=0, time=0.0, published=0.0, capture_latency=0.0, pipeline_latency=0.0, pipeline=0, pipeline_kind="tags",
         json=False, mount=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), mount_position=np.zeros(3), mount_axes=np.eye(3),
@@ -312,42 +315,42 @@ def _empty_frame_values() -> dict[str, Value]:
 
 
 FRAME_TOPICS = tuple(_empty_frame_values())
-"""Topics that follow from a frame, in the order of `frame_values`."""
+"""Topics whose values depend on the frame, in the order of `frame_values`."""
 
 TOPICS = {
     name: _kind(name, value) for name, value in {**_empty_frame_values(), **constant_values(CameraConfig())}.items()
 }
-"""Type of each topic of a camera's table."""
+"""Type of each topic in a Limelight's table."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
-"""Topics sent with every frame, changed or not: readers take a new stamp for a new frame."""
+"""Topics sent with every frame, even if unchanged, because readers take a new timestamp for a new frame."""
 
 
 class CameraTables:
-    """Limelights of a match on NetworkTables: `Match(..., network=CameraTables(instance))`.
+    """Factory of the Limelight tables of a match: `Match(..., network=CameraTables(instance))`.
 
     Args:
-        instance: NetworkTables instance, which the caller owns; in a robot program the default one.
+        instance: NetworkTables instance, owned by the caller; the default instance in a robot program.
     """
 
     def __init__(self, instance: season.NetworkTables) -> None:
         self._instance = instance
         self.clock = NetworkClock()
-        """Clock from simulated time to NetworkTables' time."""
+        """Clock that converts simulated time to NetworkTables time."""
 
     def port(self, config: CameraConfig, field_size: tuple[float, float]) -> LimelightTable:
-        """Open the table of a Limelight."""
+        """Create the table of one Limelight; `field_size` is the field's length and width [m]."""
         return LimelightTable(self._instance, config, field_size, self.clock)
 
 
 class LimelightTable:
-    """Table of a Limelight under the camera's name.
+    """NetworkTables table of one Limelight, under the camera's name.
 
     Args:
-        instance: NetworkTables instance, which the caller owns; in a robot program the default one.
-        config: The camera.
-        field_size: Length and width [m], for poses with another origin.
-        clock: Clock from simulated time to NetworkTables' time.
+        instance: NetworkTables instance, owned by the caller; the default instance in a robot program.
+        config: Configuration of the camera.
+        field_size: Length and width of the field [m], for poses with an origin other than the blue corner.
+        clock: Clock that converts simulated time to NetworkTables time.
     """
 
     def __init__(
@@ -375,8 +378,8 @@ class LimelightTable:
         self._inputs = {
             name: instance.get_topic(f"{table}/{name}").generic_subscribe(listen) for name in (*INPUTS, _ORIENTATION)
         }
-        # One poller for what is rarely written: asking nine subscribers takes 9 us. The heading comes every tick, and
-        # an event takes twice as long to unpack as a value.
+        # One poller for all rarely written topics: polling nine subscribers takes 9 us. The heading arrives every tick
+        # and has its own subscriber, since unpacking an event takes twice as long as unpacking a value.
         self._poller = season.ntcore.NetworkTableListenerPoller(instance)
         flags = season.ntcore.EventFlags
         now = flags.VALUE_ALL | flags.IMMEDIATE
@@ -389,14 +392,14 @@ class LimelightTable:
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
     def read(self) -> list[CameraRequest]:
-        """Return requests since the last call: headings in order, then settings in order; none after `close`.
+        """Return the requests since the last call: first headings, then settings, each in order; none after `close`.
 
-        A topic that `LimelightSim` ignores comes once, without numbers.
+        A topic that `LimelightSim` ignores is returned once, without numbers.
         """
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
             return []
-        # A topic's first value is no request if it holds no numbers.
+        # An invalid value, such as a topic's first one, is not a request.
         requests = [self._request(_ORIENTATION, value) for value in orientation.read_queue() if value.is_valid()]
         for event in self._poller.read_queue():
             if event.listener == self._others:
@@ -411,29 +414,29 @@ class LimelightTable:
         return CameraRequest(topic, _numbers(value), self._clock.to_simulated(value.time()))
 
     def publish(self, frame: Frame) -> None:
-        """Send a frame; all topics carry the time at which it left the camera."""
+        """Publish a frame, with the time at which the frame left the camera as the timestamp of all topics."""
         stamp = self._clock.to_network(frame.published)
         values = frame_values(frame, self._config, self._field_size)
         last, self._last = self._last, [*values.values()]
         for value, before, is_repeated, set_value in zip(
             self._last, last, self._is_repeated, self._setters, strict=True
         ):
-            if value != before or is_repeated:  # a comparison is cheaper than sending a value that ntcore drops
+            if value != before or is_repeated:  # comparing is cheaper than sending a value that ntcore drops
                 set_value(value, stamp)
         if frame.json:
             self._publishers["json"].set(frame_json(frame, values, stamp), stamp)
 
     def close(self) -> None:
-        """Withdraw the topics; may be called twice. The instance lives on."""
+        """Unpublish the topics, but keep the instance; safe to call more than once."""
         for publisher in self._publishers.values():
             publisher.close()
         self._poller.close()
-        self._inputs.clear()  # a GenericSubscriber has no close; it ends with its last reference
+        self._inputs.clear()  # a GenericSubscriber has no close(); dropping the last reference unsubscribes
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """Return the numbers in a value of any type that robot code may write; None: it holds no numbers."""
-    if value.is_double_array():  # nearly always the heading
+    """Return the numbers in a value written by robot code, or None for a type without numbers."""
+    if value.is_double_array():  # the most frequent case, for the heading
         return tuple(value.value())
     if value.is_double() or value.is_integer() or value.is_float():
         return (float(value.value()),)

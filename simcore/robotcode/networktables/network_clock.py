@@ -1,4 +1,4 @@
-"""NetworkTables' time from simulated time."""
+"""Conversion between simulated time and NetworkTables time."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ __all__ = ["NetworkClock"]
 
 
 class NetworkClock:
-    """Offset between simulated time and NetworkTables' clock, which counts microseconds (since 2027 nanoseconds).
+    """Conversion between simulated time and the NetworkTables clock, in microseconds (nanoseconds from 2027 on).
 
-    Without an offset (headless) published values carry simulated time, and what robot code sends counts as sent just
-    now, because its stamps are of the wall clock.
+    Without an offset (headless), published values carry simulated time, and values from robot code count as sent now,
+    because their timestamps are from the wall clock.
 
     >>> clock = NetworkClock()
     >>> clock.to_network(1.5) == 1.5 * clock.rate, clock.to_simulated(123)
@@ -26,12 +26,12 @@ class NetworkClock:
     def __init__(self, offset: float | None = None) -> None:
         self.rate = clock_rate()
         self.offset = offset
-        """NetworkTables' time minus simulated time [s]; None: headless. Whatever runs on a real clock sets it."""
+        """NetworkTables time minus simulated time [s], set by a real-time run; None in a headless run."""
 
     def to_network(self, time: float) -> int:
-        """Return the stamp of a simulated time [s], by `season.clock_rate`; at least 1, because 0 means now."""
+        """Return the timestamp of a simulated time [s], in ticks of `season.clock_rate`; at least 1, as 0 means now."""
         return max(1, round(self.rate * (time + (self.offset or 0.0))))
 
     def to_simulated(self, stamp: int) -> float | None:
-        """Return the simulated time [s] of a stamp; None without an offset."""
+        """Return the simulated time of a timestamp [s], or None without an offset."""
         return None if self.offset is None else stamp / self.rate - self.offset

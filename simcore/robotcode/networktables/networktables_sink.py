@@ -1,4 +1,4 @@
-"""Snapshots published on NetworkTables, so that AdvantageScope and dashboards show the run live."""
+"""Telemetry sink that publishes snapshots on NetworkTables, for AdvantageScope and dashboards."""
 
 from __future__ import annotations
 
@@ -29,43 +29,42 @@ from simcore.world.rotation import yaw_of
 __all__ = ["NetworkTablesSink", "start_local_server"]
 
 
-_UNSEEN_PERIOD = 0.1  # [s]
-_FIELD_PERIOD = 0.1  # [s] between updates of a `Field2d`, which has an array for each kind of piece
+_UNSEEN_PERIOD = 0.1  # [s], shortest time between snapshots on a local instance
+_FIELD_PERIOD = 0.1  # [s], time between updates of a `Field2d`, which has an array for each kind of piece
 _FIELD_KEY = re.compile(r"Sim(?:/Robots/(\d+))?/Robot/(Pose3d|EstimatedPose)$")
 _PIECES = "Sim/GamePieces/"
 _KINDS = {
     "double": "double", "int": "integer", "boolean": "boolean", "string": "string", "double[]": "double_array",
     "int[]": "integer_array",
 }  # fmt: skip
-"""NetworkTables type of a topic by its snapshot type; all other types are structs."""
+"""NetworkTables type for each snapshot type; all other types are structs."""
 _COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int", "booleans": "boolean"}
-"""Types of values that a snapshot holds in columns, by its field."""
+"""Value type of each snapshot field that is stored in columns."""
 
 
 class NetworkTablesSink:
-    """Publisher of every key of a snapshot under `/`, with the schemas that readers need.
+    """Publisher of every key of a snapshot under `/`, and of the struct schemas.
 
-    It starts no server: a robot program has its own; elsewhere use `start_local_server`. On an
-    instance started as local, as under `robotpy test`, only the program itself can read: there it takes a snapshot
-    ten times a second instead of fifty.
-    Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
+    The sink starts no server: a robot program runs its own; elsewhere, call `start_local_server`. On a local instance,
+    as under `robotpy test`, only the program itself can read the values, and the sink takes 10 snapshots per second
+    instead of 50. Values have NetworkTables timestamps, like those of the robot program; a log has simulated time.
     """
 
     def __init__(
         self, instance: season.NetworkTables, *, period: float = 0.02, stays: bool = False, field: str | None = None
     ) -> None:
-        """Publish the schemas; topics follow when their key first appears.
+        """Publish the struct schemas; each topic is published when its key first appears.
 
         Args:
-            instance: NetworkTables instance, which the caller owns.
-            period: Simulated time between two snapshots [s]. ntcore drops values that arrive faster than they are
-                sent, so a run ahead of real time loses some, never blocks.
+            instance: NetworkTables instance, owned by the caller.
+            period: Simulated time between two snapshots [s]; in a run faster than real time, ntcore drops values but
+                never blocks.
             stays: Whether `close` keeps the last values readable until `withdraw`.
-            field: Name of a `Field2d` to publish for dashboards: true poses of the robots,
-                the first robot's estimated pose, and pieces. None: none; a robot program has its own.
+            field: Name of a `Field2d` to publish for dashboards, with the robots' true poses, the first robot's
+                estimated pose, and the game pieces; None for no `Field2d`, as a robot program has its own.
 
         Raises:
-            ConfigError: The period is not finite and > 0.
+            ConfigError: The period is not finite or not > 0.
         """
         self._cadence = Cadence(max(period, _UNSEEN_PERIOD) if season.is_local(instance) else period)
         self._instance = instance
@@ -73,7 +72,7 @@ class NetworkTablesSink:
         self._publishers: dict[str, Any] = {}
         self._types: dict[str, str] = {}
         self._values: dict[str, object] = {}
-        self._arrays: dict[str, FloatArray | IntArray] = {}  # last published
+        self._arrays: dict[str, FloatArray | IntArray] = {}  # last published arrays
         self._changes = {field: Changes(field) for field in _COLUMNS}
         self._stays = stays
         self._field, self._field_cadence = field, Cadence(_FIELD_PERIOD)
@@ -83,7 +82,7 @@ class NetworkTablesSink:
                 instance.add_schema(name, SCHEMA_TYPE, schema)
 
     def due(self, time: float) -> bool:
-        """Return whether a snapshot of this simulated time [s] is due; never after `close`."""
+        """Return whether a snapshot is due at a simulated time [s]; False after `close`."""
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -91,7 +90,7 @@ class NetworkTablesSink:
 
         Raises:
             OutputError: The sink is closed.
-            ConfigError: An array of the wrong shape, or a key that had another type before.
+            ConfigError: An array has the wrong shape, or the type of a key has changed.
         """
         if self.closed:
             raise OutputError("this NetworkTablesSink is closed; create a new one to publish on")
@@ -111,7 +110,7 @@ class NetworkTablesSink:
             self._write_field(self._field, snapshot)
 
     def _write_field(self, name: str, snapshot: Snapshot) -> None:
-        """Publish the topics of a `Field2d`: x, y [m] and heading [deg] of each pose of an object."""
+        """Publish the topics of a `Field2d`: x, y [m] and heading [deg] for each pose of each object."""
         self._set_all("string", {f"{name}/.type": "Field2d", f"{name}/.name": name})
         objects: dict[str, list[float]] = {}
         for key, pose in snapshot.poses.items():
@@ -128,13 +127,13 @@ class NetworkTablesSink:
         self._set_all("double[]", objects)
 
     def close(self) -> None:
-        """Stop publishing and withdraw the topics unless they stay; may be called twice."""
+        """Stop publishing, and unpublish the topics unless `stays` was set; safe to call more than once."""
         self.closed = True
         if not self._stays:
             self.withdraw()
 
     def withdraw(self) -> None:
-        """Withdraw the topics; may be called twice. The instance lives on."""
+        """Unpublish the topics, but keep the instance; safe to call more than once."""
         for publisher in self._publishers.values():
             publisher.close()
         self._publishers.clear()
@@ -148,7 +147,7 @@ class NetworkTablesSink:
             publisher.set(value.tobytes() if type_name == POSE_TYPE else value)
 
     def _is_new(self, key: str, rows: FloatArray | IntArray) -> bool:
-        """Whether an array is not the very one that was published last, so that it need not be looked into."""
+        """Return whether an array may differ from the last published one: another object, or a writeable one."""
         is_new = self._arrays.get(key) is not rows or rows.flags.writeable
         self._arrays[key] = rows
         return is_new
@@ -157,7 +156,7 @@ class NetworkTablesSink:
         last = self._values
         for key, value in values.items():
             publisher = self._publisher(key, type_name)
-            if last.get(key) != value:  # ntcore would drop an equal value too, but takes 3 us for it
+            if last.get(key) != value:  # ntcore drops equal values, too, but takes 3 us to do so
                 last[key] = value
                 publisher.set(value)
 
@@ -183,23 +182,23 @@ class NetworkTablesSink:
 def start_local_server(instance: season.NetworkTables, *, port: int = 5810, address: str = "127.0.0.1") -> None:
     """Serve NetworkTables 4 from this process, by default to programs on this computer only.
 
-    It persists nothing and keeps the NT3 port closed. `instance.stopServer()` ends it. NetworkTables' clock counts from
-    the first call in a process, as it does in a robot program, and not from 1970: time axes then read seconds. So call
-    it before anything is published.
+    The server saves no persistent topics and keeps the NT3 port closed; `instance.stopServer()` stops it. Call this
+    before publishing: the first call in a process sets the NetworkTables clock to zero, as a robot program does, so
+    time axes start at 0 s and not at 1970.
 
     Args:
-        instance: The instance that serves.
-        port: AdvantageScope and dashboards expect 5810.
-        address: Address to listen on; an empty string means the whole network.
+        instance: NetworkTables instance that becomes the server.
+        port: TCP port; AdvantageScope and dashboards expect 5810.
+        address: Address to listen on; an empty string for all network interfaces.
 
     Raises:
-        OutputError: The port is taken; ntcore alone would log it and run on without a server.
+        OutputError: The port is in use; ntcore would only log this and continue without a server.
         ConfigError: The port is out of range.
     """
     if not 1 <= port <= 65535:
         raise ConfigError(f"a NetworkTables port is 1 to 65535, got {port}")
     with socket.socket() as probe:
-        if sys.platform != "win32":  # on other systems it would allow binding a port that is in use
+        if sys.platform != "win32":  # on Windows, SO_REUSEADDR would allow binding a port that is in use
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((address, port))

@@ -1,8 +1,8 @@
-"""QuestNav's table on NetworkTables: publishes a headset's poses and collects the commands of robot code.
+"""QuestNav table on NetworkTables: publishes a headset's poses and receives commands from robot code.
 
-Its four messages are Protocol Buffers. Source: QuestNav's protos/data.proto and commands.proto
-(2026), and wpimath's geometry3d.proto. The encoding is that of protobuf.dev, "Encoding": a tag of field number and wire
-type, then a varint, eight bytes, or a length and bytes.
+The four messages are Protocol Buffers. Source: QuestNav's protos/data.proto and commands.proto (2026), and wpimath's
+geometry3d.proto. Encoding as in protobuf.dev, "Encoding": a tag with field number and wire type, then a varint, eight
+bytes, or a length and bytes.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ TABLE = "QuestNav"
 _FRAME = "proto:questnav.protos.data.ProtobufQuestNavFrameData"
 _DEVICE = "proto:questnav.protos.data.ProtobufQuestNavDeviceData"
 _RESPONSE = "proto:questnav.protos.commands.ProtobufQuestNavCommandResponse"
-_DEVICE_PERIOD = 1.0 / 3.0  # [s], as QuestNav's protos/data.proto says
+_DEVICE_PERIOD = 1.0 / 3.0  # [s], from QuestNav's protos/data.proto
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 POSE_RESET = 1
 
 
 class QuestNavTable:
-    """Table of the QuestNav app.
+    """NetworkTables table of the QuestNav app.
 
-    Source: QuestNav's NetworkTableConnection.cs and questnav-lib's QuestNav.java of 2026, for topics and types.
+    Source of topics and types: QuestNav's NetworkTableConnection.cs and questnav-lib's QuestNav.java of 2026.
 
     Args:
-        instance: NetworkTables instance, which the caller owns; in a robot program the default one.
-        clock: Clock from simulated time to NetworkTables' time.
+        instance: NetworkTables instance, owned by the caller; the default instance in a robot program.
+        clock: Clock that converts simulated time to NetworkTables time.
     """
 
     def __init__(self, instance: season.NetworkTables, clock: NetworkClock) -> None:
@@ -58,13 +58,13 @@ class QuestNavTable:
         self._frames = topic(f"/{TABLE}/frameData").publish(_FRAME, every)
         self._device = topic(f"/{TABLE}/deviceData").publish(_DEVICE, every)
         self._response = topic(f"/{TABLE}/response").publish(_RESPONSE, every)
-        # Subscribed without a type: libraries publish it as "proto:..." or as "raw".
+        # Subscribe without a type, because libraries publish the topic as "proto:..." or as "raw".
         self._request = instance.get_topic(f"/{TABLE}/request").generic_subscribe(every)
         self._next_device = 0.0
         self._is_closed = False
 
     def read(self) -> list[PoseReset]:
-        """Return pose resets since the last call, oldest first; answer every command."""
+        """Respond to every command, and return the pose resets since the last call, oldest first."""
         if self._is_closed:
             return []
         resets: list[PoseReset] = []
@@ -80,7 +80,7 @@ class QuestNavTable:
         return resets
 
     def publish(self, frames: Sequence[QuestFrame], battery_percent: int) -> None:
-        """Send poses, each with its measurement time, and the headset's status three times a second."""
+        """Publish poses with their measurement times, and three times a second the headset's status."""
         for frame in frames:
             self._frames.set(frame_message(frame), self._clock.to_network(frame.time))
         last = frames[-1]
@@ -89,7 +89,7 @@ class QuestNavTable:
             self._device.set(device_message(battery_percent), self._clock.to_network(last.time))
 
     def close(self) -> None:
-        """Withdraw the topics; may be called twice. The instance lives on."""
+        """Unpublish the topics, but keep the instance; safe to call more than once."""
         self._is_closed = True
         for publisher in (self._frames, self._device, self._response):
             publisher.close()
@@ -106,14 +106,14 @@ def _command(value: Any) -> Command:
 
 @dataclass(slots=True)
 class Command:
-    """One `ProtobufQuestNavCommand`."""
+    """Content of a `ProtobufQuestNavCommand`."""
 
     number: int
-    """Command number to which the response refers."""
+    """Command ID, repeated in the response."""
     reset: PoseReset | None
-    """Pose to reset to; None: a command of another kind, or an invalid pose."""
+    """Commanded pose reset; None for another kind of command or an invalid pose."""
     problem: str = ""
-    """Reason why there is no reset."""
+    """Reason why `reset` is None; empty for a valid reset."""
 
 
 def frame_message(frame: QuestFrame, *, tracking: bool = True) -> bytes:
@@ -128,7 +128,7 @@ def frame_message(frame: QuestFrame, *, tracking: bool = True) -> bytes:
 def device_message(battery_percent: int, *, tracking: bool = True, lost: int = 0) -> bytes:
     """Encode a `ProtobufQuestNavDeviceData`: tracking_lost_counter 1, currently_tracking 2, battery_percent 3.
 
-    Newer headsets omit field 2; libraries that know it use it, others skip it.
+    Newer headsets omit field 2; libraries that do not expect it skip it.
     """
     return _whole(1, lost) + _whole(2, int(tracking)) + _whole(3, battery_percent)
 
@@ -140,10 +140,10 @@ def response_message(number: int, problem: str = "") -> bytes:
 
 
 def read_command(data: bytes) -> Command:
-    """Read a `ProtobufQuestNavCommand`: type 1, command_id 2, pose_reset_payload 10.
+    """Decode a `ProtobufQuestNavCommand`: type 1, command_id 2, pose_reset_payload 10.
 
     Raises:
-        ConfigError: The data are no such message.
+        ConfigError: The data are truncated or not Protocol Buffers.
     """
     kind = number = 0
     pose: bytes | None = None
@@ -191,7 +191,7 @@ def _bytes(field: int, value: bytes) -> bytes:
 
 
 def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
-    """Yield number and value of each field."""
+    """Yield number and value of each field in a message."""
     at = 0
 
     def varint() -> int:
@@ -222,7 +222,7 @@ def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
 
 
 def _part(data: bytes, field: int) -> bytes | None:
-    """Return the last sub-message with a field number."""
+    """Return the last sub-message with a field number, or None without one."""
     found: bytes | None = None
     for number, value in _fields(data):
         if number == field and isinstance(value, bytes):
@@ -231,7 +231,7 @@ def _part(data: bytes, field: int) -> bytes | None:
 
 
 def _numbers(data: bytes, count: int) -> tuple[float, ...]:
-    """Return the doubles of fields 1 to `count`; the encoding omits those that are zero."""
+    """Return the doubles in fields 1 to `count`, with 0 for fields that the encoding omits."""
     values = [0.0] * count
     for number, value in _fields(data):
         if 1 <= number <= count and isinstance(value, float):

@@ -1,6 +1,6 @@
-"""Devices and drivetrain that a robot program has built, of any maker.
+"""Devices and drivetrain of a robot program, from any maker.
 
-- `makers` is the table of makers: how to find and reach their motor controllers, encoders and gyros.
-- `recorder` records the objects of WPILib's kinematics, odometry and drive classes that a program builds.
+- `makers` lists the makers and connects their motor controllers, encoders and gyros.
+- `recorder` records the WPILib kinematics, odometry and drive objects that a program builds.
 - `object_graph` finds devices among the attributes of the robot object.
 """

@@ -1,9 +1,9 @@
-"""Signs, zeros and distances that robot code assumes for its sensors.
+"""Signs, zeros and distances that robot code assumes for the sensors of swerve modules.
 
-A program keeps signs, offsets and wheel sizes in its own arithmetic. So this module measures them: it moves each
-sensor a little before the first loop, and compares the angles and distances that the module returns. A module
-that returns the last reading of its `update` or `periodic` is asked to read again; if that does not help, the program's
-own loop runs between two queries, as it would while the robot is disabled.
+Robot code hides signs, offsets and wheel sizes in its own arithmetic, so they are measured here: before the first loop,
+each sensor is moved a little, and the angles and distances that the swerve module returns are compared. For a module
+that returns readings from its last `update` or `periodic`, these methods are called before each query; if that does
+not help, the program's own loop is called as well, as it would be while the robot is disabled.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _WAY = re.compile(r"(get|module|swerve|current|measured|drive|wheel)*(distance|d
 _READS = re.compile(
     r"(update|refresh|read|poll)((inputs?|sensors?|signals?|encoders?|states?|positions?|module))*|(robot)?periodic"
 )
-"""Names of methods that read sensors, in lower case without underscores."""
+"""Method names that read sensors, in lower case without underscores."""
 _TURNS = (math.tau, 360.0, 1.0)
-"""One turn, in units in which programs write an angle as a number."""
+"""One turn in each unit that programs use for angles given as plain numbers."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
-_TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth; below a turn, and exact where it counts coarsely
-_LEAST = 1e-6
+_TURN = 1.0 / 64.0  # [turns], movement of a steer encoder: less than a turn, and exact for coarse encoders
+_LEAST = 1e-6  # smallest change of an answer that counts
 
 
 @dataclass(frozen=True, slots=True)
 class ModulePorts:
-    """Simulated side of one module's sensors."""
+    """Simulated side of the sensors of one swerve module."""
 
     drive: MotorPort
     steer: MotorPort
@@ -53,48 +53,48 @@ class ModulePorts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Belief:
-    """Values that one module derives from its sensors; None: it gives none."""
+    """Response of a swerve module's position in robot code to its sensors."""
 
     zero: float | None = None
-    """Angle while all sensors read zero [rad]."""
+    """Module angle while all sensors read zero [rad]; None if the module returns no angle."""
     angle_per_encoder_turn: float = 0.0
-    """Angle per encoder turn [rad]; 0: it does not depend on the encoder."""
+    """Module angle per turn of the steer encoder [rad]; 0 if the angle does not depend on the encoder."""
     angle_per_rotor_turn: float = 0.0
-    """Angle per turn of the steer motor's rotor [rad]."""
+    """Module angle per rotor turn of the steer motor [rad]; 0 if the angle does not depend on the rotor."""
     meters_per_rotor_turn: float = 0.0
-    """Distance per turn of the drive motor's rotor [m]; 0: the module gives none, or does not use the rotor."""
+    """Distance per rotor turn of the drive motor [m]; 0 if the module returns no distance or ignores the rotor."""
     meters_per_wheel_turn: float = 0.0
-    """Distance per turn of an encoder on the wheel [m]."""
+    """Distance per turn of the wheel encoder [m]; 0 if the module returns no distance or ignores the encoder."""
     says_way: bool = False
-    """Whether the module gives a distance."""
+    """Whether the module returns a distance."""
 
     @property
     def hears_angle(self) -> bool:
-        """Whether the module's angle follows its sensors."""
+        """Whether the module's angle follows the sensors."""
         return bool(self.angle_per_encoder_turn or self.angle_per_rotor_turn)
 
     @property
     def hears_way(self) -> bool:
-        """Whether the module's distance follows its sensors."""
+        """Whether the module's distance follows the sensors."""
         return bool(self.meters_per_rotor_turn or self.meters_per_wheel_turn)
 
     @property
     def is_deaf(self) -> bool:
-        """Whether the module gives a position that none of its sensors changes."""
+        """Whether the module returns an angle, but no returned value follows the sensors."""
         return self.zero is not None and not (self.hears_angle or self.hears_way)
 
     @property
     def is_half_deaf(self) -> bool:
-        """Whether a value that the module gives never changes with its sensors."""
+        """Whether at least one value that the module returns does not follow the sensors."""
         return self.zero is not None and not (self.hears_angle and (self.hears_way or not self.says_way))
 
 
 class _Question:
-    """Queries to robot code about one module.
+    """Query for the distance and angle of one module in robot code.
 
     Args:
-        ask: Returns distance [m] and angle, each None where the module gives none.
-        turn: One turn in the unit of the angle [-]; None: it is a number in an unknown unit.
+        ask: Returns distance [m] and angle, each None if the module does not return it.
+        turn: One turn in the unit of the angle [-]; None if the unit is unknown.
     """
 
     def __init__(self, ask: Callable[[], tuple[float | None, float | None]], turn: float | None = math.tau) -> None:
@@ -108,14 +108,14 @@ def probe_modules(
     settle: Callable[[], None],
     above: Sequence[Any] = (),
 ) -> list[Belief]:
-    """Move the sensors of modules and record the program's answers; they read zero afterwards.
+    """Move the sensors of all modules and compare the values that robot code returns; reset the sensors to zero.
 
     Args:
-        modules: Objects that may know the position of each module.
+        modules: For each module, objects that may return its position.
         ports: Sensors of each module.
         settle: Makes written values visible to robot code.
-        above: Objects that hold all modules, the nearest first, the robot last; they may know all positions, and their
-            loops may read the sensors.
+        above: Objects that hold all modules, from the nearest to the robot itself; these may return all positions, and
+            their loops may read the sensors.
     """
     questions = [_question(objects) for objects in modules]
     if not all(questions):
@@ -179,7 +179,7 @@ def _probe(
 
 
 def _turn_of_number(per_encoder_turn: float, per_rotor_turn: float) -> float:
-    """Return one turn in the unit of an angle, from its change with the sensors; radians without one."""
+    """Return the size of one turn in an angle's unit, inferred from the change with the sensors; 2 pi if undecided."""
     for turn in _TURNS:
         if math.isclose(abs(per_encoder_turn), turn, rel_tol=0.05):
             return turn
@@ -212,7 +212,7 @@ def _change(before: float | None, after: float | None, turn: float | None) -> fl
 
 
 def _question(objects: Sequence[Any]) -> _Question | None:
-    """Find the query for a module: a position or state, else an angle and a distance; None: there is none."""
+    """Return the query for a module: a position or state, else an angle and a distance, else None."""
     asked = [ask for made in objects for ask in _questions(made, _NAME, _ANNOTATIONS)]
     positions = [ask for ask in asked if _has(ask, "distance")]
     states = [ask for ask in asked if _has(ask, "angle")]
@@ -235,7 +235,7 @@ def _question(objects: Sequence[Any]) -> _Question | None:
 
 
 def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
-    """Find the query for all modules, in the order of the kinematics; empty: there is none."""
+    """Return the queries for all modules through one shared method, in kinematics order; empty without a method."""
     for made in above:
         for ask in _questions(made, _NAME, ()):
             answer = _answer(ask)
@@ -267,7 +267,7 @@ def _is_number(answer: Any) -> bool:
 
 
 def _answer(ask: Callable[[], Any]) -> Any:
-    """Return the answer of robot code; None: it raises."""
+    """Return the result of a call to robot code, or None if the call raises."""
     try:
         return ask()
     except Exception as error:  # any exception of robot code
@@ -276,7 +276,7 @@ def _answer(ask: Callable[[], Any]) -> Any:
 
 
 def _questions(made: Any, names: re.Pattern[str], annotations: Sequence[str]) -> list[Callable[[], Any]]:
-    """List methods and properties of an object of robot code that answer such a query without side effects."""
+    """List the methods and properties of an object in robot code with a matching name or return annotation."""
     found: list[Callable[[], Any]] = []
     for home in _homes(made):
         for name, part in vars(home).items():
@@ -293,7 +293,7 @@ def _plain(name: str) -> str:
 
 
 def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
-    """Return methods of the program's class, or functions of its module, with such names and no required argument."""
+    """List methods of an object, or functions of a module, with a matching name and no required argument."""
     found = {
         name: part
         for home in reversed(_homes(made))
@@ -304,7 +304,7 @@ def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
 
 
 def _homes(made: Any) -> list[Any]:
-    """Return classes of an object, or the module that it is, whose functions are the program's own."""
+    """Return the classes of an object that belong to the program, or the object itself if it is a module."""
     return [made] if isinstance(made, types.ModuleType) else [cls for cls in type(made).__mro__ if not is_foreign(cls)]
 
 

@@ -1,4 +1,4 @@
-"""Drivetrain of a robot program, of any kind and maker: from simcore.toml, a library, or its own classes."""
+"""Discovery of a program's drivetrain, of any kind and maker: in simcore.toml, a library, or the program's classes."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _log = logging.getLogger(__name__)
 
 
 class ProgramDrivetrain:
-    """A drivetrain that the program drives itself, device by device: a `MakersDrivetrain`.
+    """Drivetrain whose devices the program itself commands, as a `MakersDrivetrain`.
 
     Args:
-        found: Drivetrain with all of its measures.
+        found: Drivetrain with complete measures.
         settings: Settings of simcore.toml.
     """
 
@@ -42,21 +42,21 @@ class ProgramDrivetrain:
         self.config = drivetrain_config(found, settings)
 
     def connect(self, drive: Any) -> Any:
-        """Connect the program's devices to the model."""
+        """Connect the program's devices to the drivetrain's model."""
         return connect_drivetrain(self.found, drive)
 
 
 def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
-    """Return the drivetrain, ready for its model.
+    """Return the drivetrain of the program, ready to build its model.
 
     Args:
-        robot: Robot object; None: the program's devices exist without one.
+        robot: Robot object; None if the devices exist without one.
         folder: Folder of robot.py.
         settings: Settings of simcore.toml.
 
     Raises:
-        DrivetrainNotFoundError: None was found.
-        ConfigError: A measure makes no sense, or a device does not answer.
+        DrivetrainNotFoundError: The program has no drivetrain that simcore can find.
+        ConfigError: A measure is out of range, or a device does not respond.
     """
     table = settings.drivetrain
     graph = ObjectGraph(robot, folder)
@@ -116,7 +116,7 @@ def _refuse(keys: Sequence[str], why: str) -> None:
 
 
 def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivetrain:
-    """Return the drivetrain with signs, zeros and positions of simcore.toml."""
+    """Return the drivetrain with the signs, zeros and positions given in simcore.toml."""
     n = len(found.wheels)
     _refuse(table.of_swerve if found.kind != "swerve" else (), f"belongs to a swerve drive, this is a {found.kind}")
     _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to a drive with x and y")
@@ -144,10 +144,10 @@ def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivet
 
 
 def _require_around(found: FoundDrivetrain) -> None:
-    """Check that wheels stand apart, and around the robot's center.
+    """Check that the wheels have distinct positions around the robot's center.
 
     Raises:
-        ConfigError: They do not.
+        ConfigError: Two wheels have one position, or all wheels are on one side of the center.
     """
     places, part = found.places, "modules" if found.kind == "swerve" else "wheels"
     for k, place in enumerate(places):
@@ -169,7 +169,7 @@ def _require_around(found: FoundDrivetrain) -> None:
 
 
 def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain with a sentence on what a swerve drive needs and the program lacks."""
+    """Return the swerve drivetrain with a sentence in `differences` about missing encoders or a missing gyro."""
     gaps = [] if any(wheel.encoder for wheel in found.wheels) else ["encoders on azimuths, which begin straight"]
     gaps += [] if found.gyro else ["gyro"]
     if not gaps:
@@ -179,7 +179,7 @@ def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _described(table: DrivetrainSettings) -> FoundDrivetrain:
-    """Return the drivetrain as simcore.toml describes it."""
+    """Return the drivetrain described in simcore.toml."""
     where = f"{FILE_NAME} [drivetrain]"
     steer_model = table.steer_controller or table.controller
     wheels = []
@@ -224,13 +224,13 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
 
 
 def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
-    """Return the position of a side, or of a mecanum wheel, where the table has none."""
+    """Return the default position of side or mecanum wheel k, from the trackwidth [m]."""
     half = 0.5 * float(table.measures.get("trackwidth", 0.56))
     return (0.0, half if k == 0 else -half) if table.kind == "tank" else ((0.28, -0.28)[k // 2], (half, -half)[k % 2])
 
 
 def _gyro(named: str) -> BuiltDevice | None:
-    """Return the gyro that the file names, else the first that the program has built."""
+    """Return the gyro named in simcore.toml, or the first gyro that the program has built."""
     built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
     if not named:
         return built[0] if built else None

@@ -1,4 +1,4 @@
-"""Measures of a drivetrain from all sources: simcore.toml, the program, PathPlanner, Choreo, and guesses."""
+"""Drivetrain measures from all sources: simcore.toml, robot code, PathPlanner, Choreo, and guesses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MODULE_MEASURES = (
     *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_cof", "coupling_ratio"),
     *("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"),
 )
-"""Measures of a swerve module, as `SwerveModuleConfig` names them."""
+"""Measures of a swerve module by their field name in `SwerveModuleConfig`."""
 _SANE = {
     "wheel_radius": (0.02, 0.2),
     "drive_gearing": (1.0, 40.0),
@@ -36,10 +36,10 @@ _SANE = {
     "steer_stator_limit": (5.0, 1000.0),
     "steer_supply_limit": (5.0, 1000.0),
 }
-"""Plausible ranges; a value outside, of a program or settings file, is reported and ignored [m, -, kg, kg m^2, A]."""
-_FAR = 1.5  # [m]; largest plausible distance of a wheel from the center
-_SAME = 0.02  # relative; nearer values of two sources count as equal
-_WEAK = 3.0  # [V] of a feed-forward at free speed; a share of full output gives 1
+"""Plausible range of each measure [m, -, kg, kg m^2, A]; values outside are reported and ignored."""
+_FAR = 1.5  # [m], largest plausible distance of a wheel from the center
+_SAME = 0.02  # largest relative difference between two values that count as equal
+_WEAK = 3.0  # [V], minimum plausible feedforward at free speed; a gain in fractions of full output gives 1
 _MAXSWERVE = MODULES["REV MAXSwerve"]
 _IS_MAXSWERVE = f"{_MAXSWERVE.name} has this ratio"
 _GUESSES: dict[str, dict[str, float]] = {
@@ -47,21 +47,21 @@ _GUESSES: dict[str, dict[str, float]] = {
     "tank": {"wheel_radius": inches(3.0), "drive_gearing": 8.45, "trackwidth": 0.56},
     "mecanum": {"wheel_radius": inches(3.0), "drive_gearing": 8.45},
 }
-"""Guesses where no source gives a value: an SDS MK4i L2; FIRST's kit-bot."""
+"""Guesses for measures without a source: an SDS MK4i L2 for swerve, FIRST's kit bot for the others."""
 _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
-"""Measures that PathPlanner's and Choreo's settings hold for every robot, by the kinds of drives that lack them."""
+"""Measures to ignore for each kind of drive, because PathPlanner and Choreo store them for every robot."""
 _GEARINGS = (3.0, 24.0)
-_SPEEDS = (1.0, 8.0)  # plausible top speeds of robots, up to the fastest gears on sale [m/s]
+_SPEEDS = (1.0, 8.0)  # [m/s], plausible top speeds of robots, up to the fastest gearing on sale
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
-"""Units that positions of a tank or mecanum drive may have, judged by size [m]; odometry later confirms them."""
+"""Units in which a tank or mecanum drive may count distance [m]: guessed from the top speed, confirmed by odometry."""
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
-    """Return the drivetrain with every measure that its model needs, each with its source, and all contradictions.
+    """Return the drivetrain with every measure that the model needs, and with all contradictions between sources.
 
     Args:
         found: Drivetrain as found in the program.
-        settings: Settings of simcore.toml, which override everything.
+        settings: Settings of simcore.toml, which override every other source.
         folder: Folder of robot.py.
     """
     projects = [
@@ -109,7 +109,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
 def _placed(
     found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]], differences: list[str]
 ) -> FoundDrivetrain:
-    """Return the drivetrain with positions from PathPlanner or Choreo if the program gives none."""
+    """Return the drivetrain with wheel positions from PathPlanner or Choreo if the program gives none."""
     guess = found.measures.get("x and y")
     if guess is None or found.kinematics:
         return found
@@ -130,7 +130,7 @@ def _placed(
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain with positions in meters where the program gives them in inches or millimeters."""
+    """Return the drivetrain with wheel positions converted to meters if the program gives inches or millimeters."""
     far = max(abs(v) for place in found.places for v in place)
     if far <= _FAR:
         return found
@@ -148,7 +148,7 @@ def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _of_file(settings: RobotSettings) -> dict[str, Measure]:
-    """Return the measures in simcore.toml."""
+    """Return the measures given in simcore.toml."""
     said: dict[str, Any] = dict(settings.drivetrain.measures)
     if "wheel_diameter" in said:
         said["wheel_radius"] = 0.5 * said.pop("wheel_diameter")
@@ -165,11 +165,11 @@ def _of_file(settings: RobotSettings) -> dict[str, Measure]:
 def _fill_wheel(
     known: dict[str, Measure], found: FoundDrivetrain, of_projects: Sequence[Measure], differences: list[str]
 ) -> None:
-    """Set radius and gearing such that a rotor turn is the distance that the program counts for it.
+    """Choose wheel radius and gearing to match the distance per rotor turn in the program.
 
-    Teams measure the program's distance on the robot; settings of PathPlanner and Choreo often date from an older robot
-    and give way where they contradict it. A distance that is far too large, and whose inverse is a gearing, counts
-    wheel turns, the usual configuration of Phoenix 6 controllers.
+    Teams measure the distance in robot code on the robot, while settings of PathPlanner and Choreo often date from an
+    older robot, so the program's value wins. A distance that is far too large, and whose inverse is a plausible
+    gearing, is taken as wheel turns per rotor turn, the usual configuration of Phoenix 6 controllers.
     """
     way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
     if way is None:
@@ -222,7 +222,7 @@ def _fill_wheel(
 
 
 def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
-    """Report a speed at the motors' free speed that is implausible for a robot."""
+    """Report an implausible robot speed at the free speed of the drive motors."""
     radius, gearing = known["wheel_radius"], known["drive_gearing"]
     speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
     is_known = known.get("meters_per_rotor_turn") is not None
@@ -234,7 +234,7 @@ def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Return a wheel radius on sale with which the gearing is a product's, or at least possible."""
+    """Return a commercial wheel radius that gives the gearing of a known module, or at least a plausible one."""
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way
@@ -249,7 +249,7 @@ def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
 
 def _differ(one: Any, other: Any) -> bool:
     if isinstance(one, str) or isinstance(other, str):
-        # FOC is a license, not another motor
+        # FOC is a licensed control mode, not a different motor
         return str(one).removesuffix(" FOC") != str(other).removesuffix(" FOC")
     if isinstance(one, (tuple, list)) or isinstance(other, (tuple, list)):
         return False

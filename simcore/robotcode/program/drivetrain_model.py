@@ -1,4 +1,4 @@
-"""Model of a found drivetrain, and the ports between that model and the program's devices."""
+"""Model configuration of a found drivetrain, and the ports between the model and the program's devices."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ _SIDE_MEASURES = {
 
 
 def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> SwerveConfig | TankConfig | MecanumConfig:
-    """Return the model of a drivetrain whose measures are complete.
+    """Return the model configuration of a drivetrain with complete measures.
 
     Args:
         found: Drivetrain from `complete_measures`.
         settings: Settings of simcore.toml: mass, bumpers, height of the center of mass.
 
     Raises:
-        ConfigError: A measure makes no sense.
+        ConfigError: A measure is out of range.
     """
     measures = {name: m.value for name, m in found.measures.items()}
     mass = measures.get("mass", settings.mass)
@@ -92,7 +92,7 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
 
 
 def _own_friction(found: FoundDrivetrain, name: str) -> dict[str, float]:
-    """Return friction by the kS that the program gives its drive motors; empty where it gives none."""
+    """Return the friction argument of the model configuration from the drive motors' kS; empty without a valid kS."""
     measures, device = found.measures, found.wheels[0].motors[0]
     gearing = float(measures["drive_gearing"].value) if "drive_gearing" in measures else 1.0
     gearbox = GearboxConfig(motor=motor(measures["drive_motor"].value), gearing=gearing)
@@ -105,14 +105,14 @@ def _own_friction(found: FoundDrivetrain, name: str) -> dict[str, float]:
 
 
 def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> DrivetrainPorts:
-    """Connect the program's devices to the model.
+    """Connect the program's devices to the model of the drivetrain.
 
     Args:
-        found: Drivetrain as found.
-        drive: Model of it.
+        found: Drivetrain with complete measures.
+        drive: Model of the drivetrain.
 
     Raises:
-        ConfigError: A device does not answer.
+        ConfigError: A device does not respond.
     """
     _require_own(found)
     gyro = None if found.gyro is None else maker_of(found.gyro).gyro_port(found.gyro)
@@ -187,15 +187,15 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """A sensor that counts the distance that the program assumes per turn, where known."""
+    """Sensor whose reading is scaled to the distance per turn that the program assumes, if known."""
 
     way: _Way | None = None
     turned = shown = 0.0
-    """Position in the model, and in the sensor's count: of a rotor [rotations], of an encoder [rad]."""
+    """Position in the model, and scaled position written to the sensor: rotor [rotations], encoder [rad]."""
 
     @property
     def factor(self) -> float:
-        """Encoder turns per turn of the modelled wheel [-]."""
+        """Sensor turns per turn of the modelled shaft [-]."""
         return 1.0 if self.way is None else self.way.factor
 
     def _count(self, turned: float) -> float:
@@ -204,11 +204,11 @@ class _Counter:
 
 
 class _Way:
-    """Distance per turn in the program's odometry as the robot drives, for guessed gears or wheels.
+    """Estimate of a sensor's scale from the program's odometry, for a guessed gearing or wheel radius.
 
     Args:
         sensor: Sensor of a wheel or side that the program reads.
-        meters: Distance per unit that it turns [m].
+        meters: Modelled distance per unit of sensor position [m].
     """
 
     def __init__(self, sensor: _Counter, meters: float) -> None:
@@ -216,10 +216,10 @@ class _Way:
         self._sensor, self._meters = sensor, meters
         self._begin = (0.0, 0.0, 0.0)
         self._next = -1.0
-        self._last = 0.0, 0.0  # the program's distance and the sensor's count one loop earlier
+        self._last = 0.0, 0.0  # distance in the program and position of the sensor, one loop earlier
 
     def note(self, reported: float) -> None:
-        """Record the distance that the program's odometry gives for the wheel [m]."""
+        """Record the wheel or side distance in the program's odometry [m], and update the scale."""
         sensor, (reported_before, shown_before) = self._sensor, self._last
         self._last, jump = (reported, sensor.shown), abs(reported - reported_before)
         if self._next < 0.0 or jump > _JUMP or not season.wpilib.RobotState.is_enabled():
@@ -230,7 +230,8 @@ class _Way:
         if rolled < self._next or reported == self._begin[0]:
             return
         self._next *= 2.0
-        # The odometry used a reading since the loop before, so the ratio lies between the two; travel narrows it.
+        # The odometry used a reading from some time in the last loop, so the ratio is between these two bounds, which
+        # converge with distance.
         reported_turns = (reported - self._begin[0]) / self._meters
         least, most = sorted(abs((shown - self._begin[2]) / reported_turns) for shown in (shown_before, sensor.shown))
         factor = 1.0 if 0.99 * least < 1.0 < 1.01 * most else 0.5 * (least + most)
@@ -239,18 +240,18 @@ class _Way:
             self.factor = factor
 
 
-_FIRST_WAY = 0.05  # [m] of travel after which the first estimate is good
-_JUMP = 0.5  # [m] within one loop: the program has reset its encoder
-_MOST = 50.0  # times a guess; inches give a factor of 39
+_FIRST_WAY = 0.05  # [m], travel before the first estimate
+_JUMP = 0.5  # [m], largest change within one loop that is not a reset of the encoder
+_MOST = 50.0  # largest correction factor of a guess; inches give 39
 
 
 class _Mounted(_Counter, MotorPort):
-    """A motor whose sign or zero differs from the model's.
+    """Motor whose sign or zero differs from the model's.
 
     Args:
         port: Port of the motor.
-        sign: -1 where positive in robot code is negative for the model.
-        ahead: Offset of its rotor from the model's, in the model's direction [rotations].
+        sign: -1 if positive in robot code is negative in the model, else 1.
+        ahead: Offset of the motor's rotor position from the model's, in the model's direction [rotations].
     """
 
     def __init__(self, port: MotorPort, sign: float, ahead: float = 0.0) -> None:
@@ -263,42 +264,42 @@ class _Mounted(_Counter, MotorPort):
         self.run = port.run  # type: ignore[method-assign]
 
     def volts(self) -> float:
-        """Return the voltage on the motor, with the model's sign [V]."""
+        """Return the motor voltage with the model's sign [V]."""
         return self._sign * self._port.volts()
 
     def duty_cycle(self) -> float | None:
-        """See `MotorPort`."""
+        """Return the duty cycle with the model's sign [-], or None if the controller commands volts."""
         share = self._port.duty_cycle()
         return None if share is None else self._sign * share
 
     def setpoint(self) -> Setpoint | None:
-        """See `MotorPort`."""
+        """Return the set-point with the model's sign, or None without one."""
         goal = self._port.setpoint()
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """See `MotorPort`."""
+        """Write the model's motor voltage [V] and current [A] to the controller, with robot code's sign."""
         self._port.show_motor(self._sign * volts, self._sign * amps)
 
     def write(self, rotations: float, rps: float) -> None:
-        """Write the rotor's position and speed, with the model's sign."""
+        """Write the model's rotor position [rotations] and speed [rotations/s] with robot code's sign."""
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
-_SOON = 0.25  # [s] between two changes of sign; a slow loop takes half of that
-_CHANGES = 3  # changes of sign, each soon after the last, at half of the largest output or more
-_FAR = 1.25  # turns of an azimuth that is never near its goal
-_HOLDS = 0.5  # [s] in which a reversed motor keeps its new sign
-_FADES = 0.995  # share of the largest output, kept from one check to the next
+_SOON = 0.25  # [s], longest time between two sign changes of an unstable loop; a slow loop takes half of that
+_CHANGES = 3  # consecutive sign changes, each from and to more than half of the largest output, before a reversal
+_FAR = 1.25  # [turns] of the steering axis without nearing its goal, before a reversal
+_HOLDS = 0.5  # [s], time after which a reversal is kept
+_FADES = 0.995  # decay of the largest output per check
 
 
 class _DecidingMotor(_Mounted):
-    """A steer motor whose sign the program's loop decides.
+    """Steer motor whose unknown sign is inferred from the behavior of the program's steer loop.
 
-    With a wrong sign, a loop drives an azimuth away from its goal until the goal is as near the other way
-    round: at half a turn, or a quarter where wheels may roll backward. There its output keeps changing sign,
-    always large; or the azimuth turns without end, where the loop takes no shortest path. Then this class reverses
-    the motor; if that is no better, it restores the sign for good.
+    With the wrong sign, the loop drives the module away from its goal. If the loop takes the shortest path, the output
+    keeps changing sign at large values, half a turn from the goal (a quarter turn if the module may reverse the
+    wheel); if not, the module turns without end. In either case the motor is reversed; if that does not help, the
+    original sign is restored for good.
     """
 
     def __init__(
@@ -344,7 +345,7 @@ class _DecidingMotor(_Mounted):
             self._log_reversed()
 
     def _log_reversed(self) -> None:
-        """Log, with the first decision, the motors whose sign is reversed."""
+        """Log the reversed motors, once, at the first decision."""
         if any(motor._is_decided and motor.is_turned for motor in self._motors if motor is not self):
             return
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
@@ -360,7 +361,7 @@ class _DecidingMotor(_Mounted):
 
 
 class _Shaft(_Counter):
-    """An encoder that reads `scale` times the shaft's angle from `zero` [rad]."""
+    """Encoder that reads `scale` times the shaft's angle relative to `zero` [rad]."""
 
     def __init__(self, port: AnglePort, scale: float, zero: float) -> None:
         self._port = port
@@ -368,5 +369,5 @@ class _Shaft(_Counter):
         self._zero = zero
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the shaft's angle and rate in the model [rad, rad/s]."""
+        """Write the modelled angle [rad] and rate [rad/s] of the shaft."""
         self._port.write(self._scale * (self._count(angle) - self._zero), self._scale * self.factor * rate)

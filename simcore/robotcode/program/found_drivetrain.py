@@ -1,4 +1,4 @@
-"""A drivetrain found in the program: wheels with their devices, measures with their sources, and its description."""
+"""Drivetrain found in a robot program: wheels and their devices, measures and their sources, and printed summaries."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ __all__ = [
 
 
 class DrivetrainNotFoundError(ConfigError):
-    """The program has no drivetrain that simcore can find, and its file describes none."""
+    """No drivetrain found in the robot program, and none described in simcore.toml."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A value and its source."""
+    """Value of one drivetrain parameter, and where the value comes from."""
 
     value: Any
     source: str
@@ -36,92 +36,92 @@ class Measure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundWheel:
-    """One swerve module, one side of a tank, or one mecanum wheel."""
+    """Swerve module, side of a tank drive, or mecanum wheel."""
 
     name: str
-    """Name in messages."""
+    """Name of the wheel in messages."""
     place: tuple[float, float]
-    """Position relative to the robot's center, forward and left [m]; for a side of a tank drive its middle."""
+    """Position relative to the robot's center: x forward, y left [m]; the midpoint of a tank drive's side."""
     motors: tuple[BuiltDevice, ...]
-    """Motors that turn the wheel; the first one leads."""
+    """Motors that turn the wheel, leader first."""
     steer: BuiltDevice | None = None
-    """Motor that turns the azimuth."""
+    """Steer motor; None for a wheel that does not steer."""
     encoder: BuiltDevice | None = None
-    """Encoder on the azimuth; the steer motor itself where the encoder is wired to it."""
+    """Absolute encoder on the steering axis; the steer motor's controller if the encoder is wired to it."""
     wheel_encoder: BuiltDevice | None = None
-    """Encoder on the wheel, where the motor has none."""
+    """Encoder on the wheel, for a motor without an encoder."""
     drive_sign: float = 1.0
-    """-1 where positive in robot code drives backward."""
+    """-1 if positive output in robot code drives backward, else 1."""
     steer_sign: float = 1.0
-    """-1 where positive in robot code turns the azimuth clockwise, seen from above."""
+    """-1 if positive output in robot code steers clockwise seen from above, else 1."""
     is_steer_sign_known: bool = True
-    """Whether a source gives the sign; else the program's own loop shows it in the first seconds of driving."""
+    """Whether a source gives `steer_sign`; if not, the steer loop reveals the sign in the first seconds of driving."""
     encoder_sign: float = 1.0
-    """-1 where the azimuth's encoder counts clockwise as positive in robot code, seen from above."""
+    """-1 if the steer encoder counts clockwise as positive in robot code, seen from above, else 1."""
     encoder_turns: float = 1.0
-    """Encoder turns per turn of the azimuth [-]; only the program knows it for an encoder that counts pulses."""
+    """Turns of the steer encoder per turn of the steering axis [-]; for a pulse encoder, inferred from robot code."""
     zero: float = 0.0
-    """Angle that robot code assigns to the azimuth while its encoder reads zero [rad]."""
+    """Module angle in robot code while the steer encoder reads zero [rad]."""
     meters_per_encoder_turn: float | None = None
-    """Distance that robot code counts per turn of `wheel_encoder` [m]."""
+    """Distance that robot code adds per turn of `wheel_encoder` [m]; None if unknown."""
 
     @property
     def is_wired(self) -> bool:
-        """Whether the azimuth's encoder is wired to the steer motor's controller."""
+        """Whether the steer encoder is wired to the steer motor's controller."""
         return self.encoder is not None and self.steer is not None and self.encoder.key == self.steer.key
 
     @property
     def devices(self) -> list[BuiltDevice]:
-        """Devices of the wheel, each once."""
+        """Devices of the wheel without duplicates."""
         more = (self.steer, self.encoder, self.wheel_encoder)
         return list({d.key: d for d in (*self.motors, *(d for d in more if d is not None))}.values())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundDrivetrain:
-    """A drivetrain of any kind and maker."""
+    """Drivetrain found in a robot program, of any kind and maker."""
 
     kind: str
-    """Kind: `swerve`, `tank` or `mecanum`."""
+    """Kind of drive: `swerve`, `tank` or `mecanum`."""
     wheels: tuple[FoundWheel, ...]
-    """Wheels in the order of the kinematics.
+    """Wheels in the order of the program's kinematics.
 
     Tank: left, right. Mecanum: front left, front right, rear left, rear right.
     """
     gyro: BuiltDevice | None = None
     measures: Mapping[str, Measure] = field(default_factory=dict)
-    """Measures by name (`drive_motor`, `drive_gearing`, `wheel_radius` [m], `steer_motor` ...), with their sources."""
+    """Measures by name, such as `drive_motor`, `drive_gearing` and `wheel_radius` [m]."""
     free_speed_volts: tuple[Measure, ...] = ()
-    """Velocity feed-forward voltages at the free speed of their motors [V]."""
+    """Velocity feedforward voltages at the motors' free speed [V]."""
     differences: tuple[str, ...] = ()
-    """Contradictions between the program, its settings and its file; a sentence each."""
+    """Contradictions between robot code, path-planner settings and simcore.toml, one sentence each."""
     about: str = ""
-    """How simcore found it."""
+    """Short description of the drivetrain for messages: `sides of DifferentialDrive`."""
     kinematics: str = ""
-    """Class of the program's kinematics that gives the positions; empty: the program gives none."""
+    """Class name of the kinematics that gives the wheel positions; empty if the program has no kinematics."""
     drives_itself: bool = False
-    """Whether a library's own object drives it, which simcore finds without a table."""
+    """Whether an object of a vendor library controls the drivetrain, so that no `[drivetrain]` table is needed."""
 
     @property
     def keys(self) -> tuple[DeviceKey, ...]:
-        """Keys of all its devices."""
+        """Keys of all devices of the drivetrain."""
         found = [d.key for wheel in self.wheels for d in wheel.devices]
         found += [] if self.gyro is None else [self.gyro.key]
         return tuple(dict.fromkeys(found))
 
     @property
     def hardware(self) -> list[Any]:
-        """Objects of these devices in robot code."""
+        """Device objects in robot code."""
         gyro = [] if self.gyro is None else [self.gyro]
         return [d.hardware for d in (*(d for wheel in self.wheels for d in wheel.devices), *gyro)]
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """Positions of its wheels [m]."""
+        """Positions of the wheels [m], as `FoundWheel.place`."""
         return tuple(wheel.place for wheel in self.wheels)
 
     def measure(self, name: str) -> Any:
-        """Return the value of a measure that must exist."""
+        """Return the value of a measure that is known to exist."""
         return self.measures[name].value
 
 
@@ -136,20 +136,20 @@ _LOOPS = ("drive_loop", "steer_loop")
 
 
 def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
-    """List keys of `[drivetrain]`, their values and a remark on each, as `simcore init` writes them.
+    """List the `[drivetrain]` entries that `simcore init` writes: key, value and remark.
 
     Args:
-        found: Drivetrain with complete measures.
+        found: Drivetrain with all measures filled in.
     """
     wheels, first = found.wheels, found.wheels[0]
     leaders = [wheel.motors[0] for wheel in wheels]
     head: Row = ("kind", found.kind, found.about)
     measures = [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
-    if len({d.model for d in leaders}) > 1:  # a key of the table alone; a found drivetrain does not need it
+    if len({d.model for d in leaders}) > 1:  # the table has one `controller` key; a found drivetrain needs none
         return [head, *(_places(found) if "x and y" in found.measures else ()), *measures]
     model = leaders[0].model
     rows: list[Row] = [head, ("controller", model, "")]
-    if found.kind == "tank":  # the program itself configures followers, whatever their model
+    if found.kind == "tank":  # the program configures followers of other models itself
         rows += [(w.name, _numbers(d for d in w.motors if d.model == model), "the leader first") for w in wheels]
     else:
         rows.append(("drive", _numbers(leaders), _names(wheels)))
@@ -171,7 +171,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
 
 
 def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
-    """List lines for a person: its kind, its guesses and its contradictions."""
+    """List the lines printed at startup: kind of drive, guesses and contradictions."""
     loops = {str(found.measures[name].value) for name in _LOOPS if name in found.measures}
     closed = f", loops on the {' and on the '.join(sorted(loops))}" if loops else ""
     lines = [f"{found.kind} drive: {found.about}, {found.gyro or 'no gyro'}{closed}"]
@@ -180,7 +180,7 @@ def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
 
 
 def guesses(found: FoundDrivetrain) -> list[str]:
-    """List measures that are guesses, by keys of `[drivetrain]`."""
+    """List the guessed measures by their key in `[drivetrain]`, as text."""
     measures = {name: measure for name, measure in found.measures.items() if measure.is_guess}
     if (radius := measures.pop("wheel_radius", None)) is not None:
         measures["wheel_diameter"] = replace(radius, value=2.0 * radius.value)
@@ -188,12 +188,12 @@ def guesses(found: FoundDrivetrain) -> list[str]:
 
 
 def _numbers(devices: Iterable[BuiltDevice | None]) -> list[Any]:
-    """List addresses as the file writes them."""
+    """List the addresses of devices as written in simcore.toml."""
     return [d.address.in_file for d in devices if d is not None]
 
 
 def _names(wheels: tuple[FoundWheel, ...]) -> str:
-    """Join the last attribute of each wheel's name."""
+    """Join the last part of each wheel's name; empty if too long or numbered."""
     names = [w.name.split(".")[-1] for w in wheels]
     return ", ".join(names) if len("".join(names)) < 60 and not names[0].isdigit() else ""
 

@@ -1,4 +1,4 @@
-"""Hooks on imports: call a function with a loaded module, or refuse the import; this module loads none itself."""
+"""Import hooks: call a function after a module is imported, or refuse the import."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Hook = Callable[[Any], None]
 
 
 def after_import(name: str, hook: Hook) -> None:
-    """Call a function with a module, at once if it is loaded, else after its import.
+    """Call a function with a module: at once if the module is loaded, else after its import.
 
     Args:
-        name: Name of the module.
-        hook: Function, called once.
+        name: Name of the module, which is not imported here.
+        hook: Function of the module, called once.
 
     >>> seen = []
     >>> after_import("json", lambda module: seen.append(module.__name__))
@@ -38,7 +38,7 @@ def after_import(name: str, hook: Hook) -> None:
 
 
 def refuse_import(name: str, sentence: str) -> None:
-    """Raise a `VendorError` with a sentence when the program imports a module, installed or not.
+    """Make the import of a module raise a `VendorError` with this sentence, even if the module is installed.
 
     >>> refuse_import("flux_capacitor", "it needs 1.21 GW")
     >>> import flux_capacitor
@@ -59,7 +59,7 @@ _refused: dict[str, str] = {}
 
 
 class _Watcher(MetaPathFinder):
-    """Finder that gives modules a loader that calls the hooks after executing the module."""
+    """Finder that adds the hooks to a module's loader."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -82,7 +82,7 @@ def _execute(exec_module: Callable[[ModuleType], object], module: ModuleType) ->
 
 
 class _Refusal(Loader):
-    """Loader that refuses the import with a reason."""
+    """Loader that raises a `VendorError` instead of loading the module."""
 
     def __init__(self, sentence: str) -> None:
         self._sentence = sentence

@@ -1,12 +1,12 @@
-"""Makers of motor controllers, encoders and gyros: how to find, read, guess and connect a program's devices.
+"""Makers of motor controllers, encoders and gyros: find, read, guess and connect the devices of a robot program.
 
-To add a maker: derive from `Maker` in a module of the maker's own package (say `makers/navx/navx_maker.py`),
-name its models and override the methods that apply; put an object of it into `MAKER` of that module, and
-the module with the Python package that it needs into `MAKER_MODULES` here. Its `watch` records classes in `devices`.
-A maker of gyros alone overrides `watch` and `gyro_port`. Nothing else in simcore knows a maker.
+To add a maker, derive a class from `Maker` in the maker's own package (for example `makers/navx/navx_maker.py`), list
+the models and override the methods that apply. `watch` records the maker's classes in `devices`; for a maker that only
+has gyros, `watch` and `gyro_port` are enough. Assign an instance to `MAKER` in the new module, and add the module to
+`MAKER_MODULES` here, with the Python package that the module needs. The rest of simcore is independent of makers.
 
-A port passes the model's measurements to robot code and its requests to the model: `motor_ports` has the `MotorPort` to
-derive from, and the protocols `AnglePort` and `GyroPort`.
+A port passes the model's measurements to robot code, and robot code's requests to the model: derive from `MotorPort`,
+and implement the protocols `AnglePort` and `GyroPort`, all in `motor_ports`.
 """
 
 from __future__ import annotations
@@ -58,152 +58,152 @@ MAKER_MODULES: list[tuple[str, str]] = [
     ("navx", "simcore.robotcode.makers.navx.navx_maker"),
     ("wpilib", "simcore.robotcode.sim.wpilib_ports"),
 ]
-"""Python package that a maker needs, and the module of simcore with its `MAKER`; in order of preference."""
+"""Python package of each maker, and the simcore module that defines `MAKER`, in order of preference."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorFacts:
-    """Configuration of a motor controller, as far as its drivetrain needs it."""
+    """Motor controller settings that a drivetrain model needs."""
 
     motor: str
-    """Motor: one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
+    """Motor name, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     is_guess: bool = True
-    """Whether the motor is the usual one behind this controller instead of a configured one."""
+    """Whether `motor` is guessed from the controller model; if not, the motor is configured."""
     stator_limit: float | None = None
-    """Stator current limit [A]; None: the factory default."""
+    """Stator current limit [A]; None for the factory default."""
     supply_limit: float | None = None
-    """Supply current limit [A]; None: the factory default."""
+    """Supply current limit [A]; None for the factory default."""
     brakes: bool = True
-    """Whether it brakes in neutral; else it coasts."""
+    """Whether the neutral mode is brake; if not, it is coast."""
     units_per_rotor_turn: float = 1.0
-    """Position that robot code reads per turn of the rotor; 1 also where the controller has no encoder."""
+    """Position in robot code's units per rotor turn; also 1 if the controller has no encoder."""
     sensor: DeviceKey | None = None
-    """Encoder other than the rotor's that closes its position loop: another device's, or its own (its own key)."""
+    """Key of the encoder that closes the position loop; the controller's own key if wired to it, None for the rotor."""
     rotor_per_sensor: float | None = None
-    """Rotor turns per turn of that encoder [-]; None: not configured."""
+    """Rotor turns per turn of `sensor` [-]; None if not configured."""
     has_gains: bool = False
-    """Whether the controller has a configured loop; else the program closes it."""
+    """Whether the controller runs a configured loop; if not, the loop is in robot code."""
     free_speed_volts: float | None = None
-    """Velocity feed-forward voltage at the motor's free speed, some 12 if it is right [V]; None: without."""
+    """Velocity feedforward voltage at the motor's free speed [V], about 12 if correct; None if not configured."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mounting:
-    """Mounting of motors on a mechanism, where no configuration gives it."""
+    """Mounting of motors on a mechanism, for values that no device configuration gives."""
 
     reversed: bool = False
-    """Whether positive in robot code is negative for the mechanism."""
+    """Whether positive output in robot code moves the mechanism in its negative direction."""
     encoder: AnglePort | None = None
-    """Encoder on the mechanism, as a device by itself."""
+    """Separate encoder on the mechanism; None without one."""
     encoder_gearing: float = 1.0
-    """Turns of that encoder, or of one wired to the leader, per turn of the mechanism [-]."""
+    """Turns of `encoder`, or of an encoder wired to the leader, per turn of the mechanism [-]."""
     motor: str = ""
-    """Motor: one of `simcore.robot.dc_motor.MOTOR_NAMES`; empty: as configured."""
+    """Motor name, one of `simcore.robot.dc_motor.MOTOR_NAMES`; empty for the configured motor."""
 
 
 class MakersDrivetrain(Protocol):
-    """A drivetrain with everything that its model needs."""
+    """Drivetrain with everything that its model needs."""
 
     @property
     def found(self) -> FoundDrivetrain:
-        """Devices and measures."""
+        """Devices and measures of the drivetrain."""
         ...
 
     @property
     def config(self) -> SwerveConfig | TankConfig | MecanumConfig:
-        """Model of the drivetrain."""
+        """Configuration of the drivetrain's model."""
         ...
 
     def connect(self, drive: Any) -> Any:
-        """Connect its devices to that model; the result has `read`, `write` and `devices`."""
+        """Connect the devices to the model; return ports with `read`, `write` and `devices`."""
         ...
 
 
 class LightsShown(Protocol):
-    """State of a device with lights."""
+    """State of an LED controller."""
 
     changes: int
-    """Number of changes so far."""
+    """Number of changes of the lights so far."""
 
     @property
     def colors(self) -> IntArray:
-        """Color of each LED, 0xRRGGBB, shape (n,)."""
+        """Color of each LED as 0xRRGGBB, shape (n,)."""
         ...
 
     @property
     def shows(self) -> str:
-        """Requests in words."""
+        """Description of the current requests."""
         ...
 
 
 class Maker:
-    """Devices of one maker; a subclass overrides what the maker makes.
+    """Devices of one maker; a subclass overrides the members that apply to the maker's products.
 
-    Methods that query a device raise `ConfigError` if it does not answer.
+    Methods that query a device raise `ConfigError` if the device does not respond.
     """
 
     name: str = ""
-    """Name in documents."""
+    """Name of the maker in the documentation."""
     motors: tuple[str, ...] = ()
-    """Models of motor controllers, as simcore.toml names them."""
+    """Models of motor controllers, as named in simcore.toml."""
     encoders: tuple[str, ...] = ()
-    """Models of encoders on their own shaft."""
+    """Models of stand-alone encoders."""
     pulse_encoders: tuple[str, ...] = ()
-    """Models of encoders whose pulses per turn only the program knows."""
+    """Models of encoders whose pulses per turn are set only in robot code."""
     gyros: tuple[str, ...] = ()
     """Models of gyros."""
     others: tuple[str, ...] = ()
-    """Models of further devices that no drivetrain has: sensors of pieces, lights."""
+    """Models of devices outside the drivetrain: game piece sensors, lights."""
     unserved: tuple[str, ...] = ()
-    """Classes of its package that simcore does not simulate."""
+    """Classes of the maker's package that simcore does not simulate."""
     sim_devices: tuple[str, ...] = ()
-    """Parts of the names of WPILib's SimDevices that simcore serves."""
+    """Substrings of the names of WPILib SimDevices that simcore simulates."""
     gyro_errors: str = "pigeon2"
-    """Error model of its gyros: one of `simcore.robot.gyro.GYROS`."""
+    """Error model of the maker's gyros, one of `simcore.robot.gyro.GYROS`."""
     on_ports: bool = False
-    """Whether its motors and encoders use roboRIO ports, so that channels name them and simcore guesses nothing."""
+    """Whether motors and encoders are wired to roboRIO ports: identified by channel, with no guessed mechanism."""
 
     def __init__(self, devices: BuiltDevices | None = None) -> None:
         self.devices = BuiltDevices() if devices is None else devices
         """Devices that the program has built."""
 
     def watch(self) -> None:
-        """Record devices that a program builds from now on; may be called again."""
+        """Record devices that the program builds from now on; safe to call more than once."""
 
     def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
-        """Ask before each write of a team's own simulation to a device; may be called again.
+        """Check each write of a team's own simulation to a device; safe to call more than once.
 
         Args:
             may_write: Function of model and address; False drops the write, because the device belongs to simcore.
         """
 
     def built(self) -> list[BuiltDevice]:
-        """Return the devices that the program has built, sensors and lights too, one per model and address."""
+        """Return the devices that the program has built, including sensors and lights, one per model and address."""
         return self.devices.devices()
 
     def device_of(self, made: Any) -> BuiltDevice | None:
-        """Return the device behind an object of robot code or of a class derived from it; None: another maker's."""
+        """Return the device behind an object of robot code, or None if the object is not this maker's."""
         return self.devices.find(made)
 
     def require_distinct(self) -> None:
-        """Check that the simulation tells all devices apart.
+        """Check that the maker's simulation distinguishes all devices.
 
         Raises:
-            ConfigError: It makes one of two.
+            ConfigError: Two devices share one simulated state.
         """
 
     def lights(self) -> Mapping[str, LightsShown]:
-        """Return the state of its lights, by device name."""
+        """Return the state of the maker's LED controllers, by device name."""
         return {}
 
     # --- motor controllers ----------------------------------------------------------------------------------------
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
-        """Return motors grouped by leader, as configured now; a single motor is a group too."""
+        """Group motors by their currently configured leader; a motor without followers forms its own group."""
         return [FollowerGroup(motor) for motor in motors]
 
     def has_wheel_encoder(self, motor: BuiltDevice) -> bool:
-        """Return whether a motor controller measures the wheel instead of its rotor."""
+        """Return whether a motor controller reads an encoder on the wheel instead of the rotor's."""
         return False
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
@@ -211,11 +211,11 @@ class Maker:
         raise ConfigError(f"{motor} is no motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        """Return its simulated side; signs are those of robot code."""
+        """Return the simulated side of a motor controller, with robot code's signs."""
         raise ConfigError(f"{motor} is no motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
-        """Return the likely mechanism of motors that no table describes."""
+        """Return the most likely mechanism of motors that simcore.toml does not describe."""
         raise ConfigError(f"{group} is configured with nothing that tells what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
@@ -223,56 +223,56 @@ class Maker:
 
         Args:
             group: Leader and followers.
-            mechanism: Mechanism that they turn.
-            mounting: Mounting; None: the defaults of its fields.
+            mechanism: Mechanism that the motors turn.
+            mounting: Mounting of the motors; None for the defaults of `Mounting`.
         """
         raise ConfigError(f"{group} is no motor controller on CAN")
 
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
     ) -> MotorDevices:
-        """Connect motors to the mechanism that they probably turn.
+        """Connect motors to a guessed mechanism.
 
         Args:
             group: Leader and followers.
-            guess: Mechanism from this maker's `guess`.
-            sensors: Sensors of the guess that the program has built and that nothing else writes.
+            guess: Mechanism from the maker's `guess`.
+            sensors: Sensors of the guessed mechanism that the program has built and that nothing else writes.
         """
         return self.connect(group, guess.mechanism)
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
-        """Return the kS of a controller [V]; 0: none."""
+        """Return the kS configured in a controller [V], or 0 without one."""
         return 0.0
 
     # --- sensors, and drivetrains of libraries --------------------------------------------------------------------
 
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
-        """Connect an encoder on the shaft; the angle written is the one that robot code reads, one turn being 2 pi.
+        """Connect an encoder; the angle written to its port is the angle that robot code reads, 2 pi per turn.
 
         Args:
-            encoder: Encoder of this maker; a motor controller with an encoder wired to it counts.
-            port: Port of this motor controller, where it is one.
+            encoder: Encoder of this maker, or a motor controller with an encoder wired to it.
+            port: Port of the motor controller, if `encoder` is one.
         """
         raise ConfigError(f"{encoder} has no encoder that is simulated")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        """Connect a gyro; its port takes the robot's rotation since the gyro was switched on, counter-clockwise."""
+        """Connect a gyro; its port takes the rotation since power-on, counter-clockwise positive."""
         raise ConfigError(f"{gyro} is no gyro that is simulated")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
-        """Return a drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`; None: there is none.
+        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`, or None.
 
         Args:
             settings: Settings of simcore.toml.
             folder: Folder of robot.py.
 
         Raises:
-            ConfigError: Its constants make no sense.
+            ConfigError: The drivetrain constants are inconsistent.
         """
         return None
 
     def settle(self) -> None:
-        """Make written values visible to robot code before its first loop."""
+        """Make written values visible to robot code before the first loop."""
 
 
 @cache
@@ -283,22 +283,22 @@ def _maker(module: str) -> Maker:
 
 
 def makers() -> list[Maker]:
-    """Return makers whose packages the program has imported."""
+    """Return the makers whose packages the program has imported."""
     return [_maker(module) for package, module in MAKER_MODULES if package in sys.modules]
 
 
 def installed_makers() -> list[Maker]:
-    """Load and return all makers whose packages are installed."""
+    """Load and return every maker whose package is installed."""
     return [_maker(module) for package, module in MAKER_MODULES if find_spec(package) is not None]
 
 
 def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
-    """Record devices of every maker and of WPILib from now on; call it before the program is imported.
+    """Record devices of every maker and objects of WPILib from now on; call this before importing the program.
 
-    A maker's package is watched as soon as the program imports it, so that no unused package is loaded.
+    Watching of a maker's package begins when the program imports the package, so unused packages are not loaded.
 
     Args:
-        may_write: See `Maker.watch_simulations`; None: every write is allowed.
+        may_write: Check of `Maker.watch_simulations`; None to allow every write.
     """
     watch_program()
     refuse_import("phoenix5", NO_PHOENIX_5)
@@ -314,10 +314,10 @@ def _watch(module: str, may_write: Callable[[DeviceKey], bool] | None, _: Any) -
 
 
 def require_distinct_devices() -> None:
-    """Check that simulations tell all devices apart that the program has built.
+    """Check that the makers' simulations distinguish all devices that the program has built.
 
     Raises:
-        ConfigError: One makes one of two.
+        ConfigError: Two devices share one simulated state.
     """
     for maker in makers():
         maker.require_distinct()
@@ -327,7 +327,7 @@ def maker_of(device: BuiltDevice) -> Maker:
     """Return the maker of a device.
 
     Raises:
-        ConfigError: Its maker's package is not imported by the program.
+        ConfigError: The program has not imported the package of the device's maker.
     """
     for maker in makers():
         if device.model in (*maker.motors, *maker.encoders, *maker.gyros, *maker.others):
@@ -336,7 +336,7 @@ def maker_of(device: BuiltDevice) -> Maker:
 
 
 def device_of(made: Any) -> BuiltDevice | None:
-    """Return the device behind an object of robot code; None: unknown."""
+    """Return the device behind an object of robot code, or None if it is unknown."""
     for maker in makers():
         device = maker.device_of(made)
         if device is not None:
@@ -345,10 +345,10 @@ def device_of(made: Any) -> BuiltDevice | None:
 
 
 def known_device(made: Any) -> BuiltDevice:
-    """Return the device behind an object of robot code.
+    """Return the device behind an object of robot code, or raise an error if it is unknown.
 
     Raises:
-        ConfigError: It was built before simcore was loaded.
+        ConfigError: The object was built before simcore was loaded.
     """
     device = made if isinstance(made, BuiltDevice) else device_of(made)
     if device is None:
@@ -360,15 +360,15 @@ def known_device(made: Any) -> BuiltDevice:
 
 
 def find_device(where: str, models: str | Sequence[str], address: DeviceAddress) -> BuiltDevice:
-    """Return a device that the program has built.
+    """Return a device that the program has built, by model and address.
 
     Args:
-        where: Part of the file that asks for it, in messages.
-        models: Models as their makers write them; the first one at this address is taken.
-        address: Address; without a bus it also means the only device of its number on any bus.
+        where: Part of simcore.toml that names the device, for messages.
+        models: Model name, or alternatives in order of preference.
+        address: Address of the device; the bus may be omitted if the number is unique across buses.
 
     Raises:
-        ConfigError: The program has built no such device, or its maker's library is not installed.
+        ConfigError: The program has built no such device, or the maker's library is not installed.
     """
     first, *more = (models,) if isinstance(models, str) else models
     if first.startswith("SPARK") and find_spec("rev") is None:

@@ -1,4 +1,4 @@
-"""Motor controllers and sensors that a robot program has built, of any maker, grouped by shaft."""
+"""Motor controllers and sensors that a robot program has built, from any maker, and groups that share a shaft."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ __all__ = ["BuiltDevice", "FollowerGroup", "group_by_leader"]
 
 @dataclass(frozen=True, slots=True)
 class BuiltDevice:
-    """One device that the program has built."""
+    """Device that the program has built."""
 
     model: str
-    """Model as its maker writes it: `TalonFX`, `SPARK MAX`."""
+    """Model in the maker's spelling: `TalonFX`, `SPARK MAX`."""
     address: DeviceAddress
     hardware: Any
-    """Object in robot code."""
+    """Device object in robot code."""
 
     @property
     def key(self) -> DeviceKey:
-        """Model and address."""
+        """Model and address of the device."""
         return self.model, self.address
 
     def __str__(self) -> str:
@@ -32,12 +32,12 @@ class BuiltDevice:
 
 @dataclass(frozen=True, slots=True)
 class FollowerGroup:
-    """Devices that turn together."""
+    """Motor controllers that turn together: a leader and its followers."""
 
     leader: BuiltDevice
     followers: tuple[BuiltDevice, ...] = ()
     opposed: tuple[int, ...] = ()
-    """Indices of followers that oppose the leader."""
+    """Indices of followers that turn opposite to the leader."""
 
     @property
     def devices(self) -> tuple[BuiltDevice, ...]:
@@ -51,12 +51,14 @@ class FollowerGroup:
 def group_by_leader(
     devices: Sequence[BuiltDevice], leader_of: Callable[[BuiltDevice], tuple[object, bool]]
 ) -> list[FollowerGroup]:
-    """Group devices by leader; a single one is a group too, and so is a follower whose leader is missing.
+    """Group motor controllers by leader.
+
+    A controller without followers forms its own group, and so does a follower whose leader is missing.
 
     Args:
         devices: Motor controllers, one per model and address.
-        leader_of: Returns the leader of a device by key, address or object (None: no other), and whether the device
-            opposes it.
+        leader_of: Returns the leader of a device as key, address or object (None if the device follows no other), and
+            whether the device turns opposite to the leader.
     """
     leads = {device.key: leader_of(device) for device in devices}
     followers: dict[DeviceKey, list[BuiltDevice]] = {}

@@ -1,4 +1,4 @@
-"""Ports between a drivetrain's model and its devices of any maker: read volts, write wheel and gyro readings."""
+"""Ports between a drivetrain's model and its devices: read volts from robot code, write sensor readings to it."""
 
 from __future__ import annotations
 
@@ -22,90 +22,90 @@ __all__ = [
 
 
 class Setpoint(NamedTuple):
-    """Goal of the closed loop of a motor controller, with the sign of its volts."""
+    """Set-point of a motor controller's closed loop, with the sign of the controller's volts."""
 
     is_velocity: bool
     is_rotor: bool
-    """Whether its sensor is the rotor's instead of one on the mechanism."""
+    """Whether the loop uses the rotor's sensor instead of a sensor on the mechanism."""
     turns: float
-    """Velocity of the sensor's shaft [turns/s], or distance of the shaft from its goal [turns]."""
+    """Commanded velocity of the sensor's shaft [turns/s], or remaining distance to the commanded position [turns]."""
 
 
 class MotorPort:
-    """Motor controller as a drivetrain needs it; derive from it. Signs are those of robot code."""
+    """Base class for the simulated side of a motor controller, with robot code's signs."""
 
     def set_supply(self, volts: float) -> None:
-        """Set the voltage at the controller's terminals [V]."""
+        """Set the supply voltage of the controller [V]."""
         raise NotImplementedError
 
     def volts(self) -> float:
-        """Return the voltage on the motor [V]."""
+        """Return the motor voltage [V]."""
         raise NotImplementedError
 
     def is_open(self) -> bool:
-        """Return whether its circuit is open (coast); else zero volts brake. Called while `volts` are zero."""
+        """Return whether the motor circuit is open at zero volts (coast) instead of shorted (brake)."""
         raise NotImplementedError
 
     def write(self, rotations: float, rps: float) -> None:
-        """Write the rotor's position [rotations] and speed [rotations/s] to the controller's encoder."""
+        """Write the rotor position [rotations] and speed [rotations/s] to the controller's encoder."""
         raise NotImplementedError
 
     def duty_cycle(self) -> float | None:
-        """Return its duty cycle until the next call, with the sign of its volts; None: it commands volts."""
+        """Return the duty cycle [-] with the sign of `volts`, or None if the controller commands volts."""
         return None
 
     def limits(self) -> tuple[float, float]:
-        """Return stator and supply current limits that the model applies for it, of one motor [A]."""
+        """Return the stator and supply current limits for the model to apply, per motor [A]."""
         return math.inf, math.inf
 
     def setpoint(self) -> Setpoint | None:
-        """Return the goal of its loop; None: no position or velocity loop runs, or it gives no goal."""
+        """Return the set-point of the running position or velocity loop, or None without one."""
         return None
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Write voltage [V] and current [A] of one motor in the model, with the sign of `volts`."""
+        """Write the modelled voltage [V] and current [A] of one motor, with the sign of `volts`."""
 
     def run(self, dt: float) -> None:
-        """Run loops that no vendor's library simulates for dt [s]."""
+        """Advance by dt [s] the loops that no vendor library simulates."""
 
 
 class AnglePort(Protocol):
-    """Sensor of a shaft: an encoder on a wheel, an azimuth or a mechanism, or a limit switch."""
+    """Position sensor: an encoder on a wheel, steering axis or mechanism, or a limit switch."""
 
     def write(self, angle: float, rate: float) -> None:
-        """Write angle of the shaft, continuous over turns [rad], and its rate [rad/s]; of a piston [m, m/s]."""
+        """Write the shaft angle, continuous over turns [rad], and rate [rad/s]; for a piston [m] and [m/s]."""
         ...
 
 
 class GyroPort(Protocol):
-    """A gyro."""
+    """Simulated side of a gyro."""
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write angles since it was switched on, yaw continuous over turns [rad], and rates about the axes [rad/s]."""
+        """Write the rotation since power-on, with continuous yaw [rad], and rates about the robot's axes [rad/s]."""
         ...
 
 
 class MotorDevices(Protocol):
-    """Devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`; one with its own loops has `MotorPort.run`."""
+    """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may have `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Set the supply, and read the mechanism's volts [V]."""
+        """Set the controllers' supply [V], and the mechanism's volts from the controllers."""
         ...
 
     def write(self) -> None:
-        """Write the mechanism's motion to the sensors."""
+        """Write the mechanism's motion to the devices' sensors."""
         ...
 
 
 class SuppliedMotor(MotorPort):
-    """A motor controller of any maker through callables, for example REV's, whose simulation robot code can reach.
+    """Motor controller connected through callables, for a maker whose simulation robot code can access.
 
     Args:
-        volts: Returns the controller's voltage on the motor, with robot code's sign [V].
-        write: Takes the rotor's position [rotations] and speed [rotations/s], for the controller's encoder; None: it
-            has none.
-        supply: Takes the battery's voltage [V]; None: not needed.
-        coasts: Whether zero volts open the circuit instead of braking.
+        volts: Returns the motor voltage, with robot code's sign [V].
+        write: Takes the rotor position [rotations] and speed [rotations/s] for the controller's encoder; None without
+            an encoder.
+        supply: Takes the battery voltage [V]; None if the controller does not need it.
+        coasts: Whether the motor coasts at zero volts instead of braking.
 
     >>> written = []
     >>> port = SuppliedMotor(volts=lambda: 6.0, write=lambda rotations, rps: written.append(rps))
@@ -128,15 +128,15 @@ class SuppliedMotor(MotorPort):
         self._coasts = coasts
 
     def set_supply(self, volts: float) -> None:
-        """Set the voltage at the controller's terminals [V]."""
+        """Pass the battery voltage [V] to `supply`, if given."""
         if self._supply is not None:
             self._supply(volts)
 
     def volts(self) -> float:
-        """Return the voltage on the motor [V].
+        """Return the motor voltage from the supplier [V].
 
         Raises:
-            NonFiniteError: The supplier gave no finite number.
+            NonFiniteError: The supplier's value is not finite.
         """
         volts = float(self._volts())
         if not math.isfinite(volts):
@@ -144,21 +144,21 @@ class SuppliedMotor(MotorPort):
         return volts
 
     def is_open(self) -> bool:
-        """Return whether zero volts open the circuit."""
+        """Return whether the motor coasts at zero volts."""
         return self._coasts
 
     def write(self, rotations: float, rps: float) -> None:
-        """Write the rotor's position and speed to the controller's encoder."""
+        """Write the rotor position [rotations] and speed [rotations/s] to the controller's encoder, if any."""
         if self._write is not None:
             self._write(rotations, rps)
 
 
 def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
-    """Return each controller's kind of request, and volts or duty cycles.
+    """Return the kind of each controller's request, and the volts or duty cycles.
 
-    An open circuit carries no current, as with exactly its back-EMF [V] as voltage. Few circuits are open, so only
-    those compute it. A duty cycle must not become fixed volts while the supply sags: the
-    next one would refer to a recovered supply, and the two would oscillate.
+    An open circuit carries no current, as if the voltage were exactly the back-EMF [V]; the back-EMF is computed only
+    for open circuits, which are rare. A duty cycle must not be converted to fixed volts while the supply sags: the next
+    one would refer to a recovered supply, and supply and volts would oscillate.
     """
     modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
     for k, port in enumerate(ports):
@@ -170,29 +170,29 @@ def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> t
 
 
 class DrivetrainPorts:
-    """Motor controllers and gyro of a drivetrain of any kind; the gyro reads zero where it is switched on.
+    """Motor controllers and gyro of a drivetrain of any kind; the gyro's yaw reads zero at power-on.
 
     Args:
         motors: All motor controllers.
-        gyro: Gyro; None: without.
+        gyro: Gyro; None if the robot has no gyro.
     """
 
     def __init__(self, motors: Sequence[MotorPort], gyro: GyroPort | None) -> None:
         self.devices: tuple[DeviceKey, ...] = ()
-        """Keys of all devices, set by whoever connects them."""
+        """Keys of all devices, set by the caller that connects the devices."""
         self.gyro_upside_down = self.gyro_reversed = False
-        """Mounting of the gyro, set by whoever connects it."""
+        """Mounting of the gyro, set by the caller that connects the gyro."""
         self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None
 
     def run(self, dt: float) -> None:
-        """Run the controllers' own loops for dt [s]."""
+        """Advance the controllers' own loops by dt [s]."""
         for motor in self._motors:
             motor.run(dt)
 
     def read(self, battery_voltage: float) -> None:
-        """Write the supply [V] to devices and read volts into the model."""
+        """Write the battery voltage [V] to the devices, and read their volts into the model."""
         for motor in self._motors:
             motor.set_supply(battery_voltage)
 
@@ -200,10 +200,10 @@ class DrivetrainPorts:
         """Write the model's motion to the sensors.
 
         Args:
-            yaw: Yaw of the gyro, continuous over turns; the device reads zero at the first value [rad].
-            pitch: Pitch [rad].
-            roll: Roll [rad].
-            rates: Rates about the robot's axes [rad/s], shape (3,).
+            yaw: Yaw of the robot, continuous over turns [rad]; the gyro reads zero at the first value.
+            pitch: Pitch of the robot [rad].
+            roll: Roll of the robot [rad].
+            rates: Angular velocity about the robot's axes [rad/s], shape (3,).
         """
         if self._yaw_at_start is None:
             self._yaw_at_start = yaw
@@ -217,18 +217,18 @@ class DrivetrainPorts:
 
 
 class SwervePorts(DrivetrainPorts):
-    """Ports of a swerve drive: motor controllers' volts move the model, the model's motion moves their sensors.
+    """Ports of a swerve drive: the controllers' volts drive the model, whose motion drives the sensors.
 
     Args:
-        drive: Model, which its owner steps with the chassis.
+        drive: Model of the drive, which the caller steps with the chassis.
         drive_motors: Drive motor of each module, in the model's order.
         steer_motors: Steer motor of each module.
-        steer_encoders: Encoders on the azimuths; None where there is none.
-        wheel_encoders: Encoders on the wheels, for motors without one; omitted where there are none.
-        gyro: Gyro; None: without.
+        steer_encoders: Absolute encoder of each module's steering axis; None for a module without one.
+        wheel_encoders: Encoder on each wheel, None for a wheel without one; empty if no wheel has one.
+        gyro: Gyro; None if the robot has no gyro.
 
     Raises:
-        ConfigError: Their number differs from the model's modules.
+        ConfigError: The number of ports differs from the number of modules in the model.
     """
 
     def __init__(
@@ -259,7 +259,7 @@ class SwervePorts(DrivetrainPorts):
         self._kv = [(m.free_speed_share * m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
     def read(self, battery_voltage: float) -> None:
-        """See `DrivetrainPorts.read`."""
+        """Write the battery voltage [V] to the devices, and read their volts or duty cycles into the model."""
         super().read(battery_voltage)
         modes, drive = _requests(self._drive_ports, self._drive_emf)
         more, steer = _requests(self._steer_ports, self._steer_emf)
@@ -267,9 +267,9 @@ class SwervePorts(DrivetrainPorts):
         self._drive.keep_limits([port.limits() for port in self._motors])
 
     def module_setpoints(self) -> FloatArray:
-        """Return speeds [m/s] and angles [rad] that are goals of the controllers' loops, shape (n, 2).
+        """Return each module's speed [m/s] and angle [rad] set-points, shape (n, 2).
 
-        No rows where one controller has no such loop: many programs command volts to drive motors.
+        The result has no rows if any controller lacks a closed loop: many programs command volts to drive motors.
         """
         rows = []
         for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):
@@ -282,17 +282,17 @@ class SwervePorts(DrivetrainPorts):
         return np.array(rows)
 
     def _drive_emf(self, k: int) -> float:
-        """Return the voltage at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        """Return the back-EMF of the drive motor of module k, at which no current flows [V]."""
         speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
         n = len(self._gears)
         return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
-        """Return the voltage at which its steer motor carries no current [V]."""
+        """Return the back-EMF of the steer motor of module k, at which no current flows [V]."""
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `DrivetrainPorts.write`."""
+        """Write the model's wheel, steering and robot motion to the sensors; see `DrivetrainPorts.write`."""
         n, shafts = len(self._gears), self._drive.shafts
         angles, speeds = shafts["position"].tolist(), shafts["speed"].tolist()
         for motor, volts, amps in zip(self._motors, shafts["volts"].tolist(), shafts["current"].tolist(), strict=True):
@@ -324,14 +324,14 @@ class SwervePorts(DrivetrainPorts):
 
 
 class ShaftPorts(DrivetrainPorts):
-    """Ports of a drive without steering: one or more controllers a shaft, of which the first drives the model.
+    """Ports of a tank or mecanum drive: the first controller of each shaft drives the model.
 
     Args:
-        drive: Model, which its owner steps with the chassis.
-        shafts: Motor controllers of each shaft: tank: left and right; mecanum: front left, front right, rear
-            left, rear right; positive drives forward.
-        encoders: Encoders on the shafts, for motors without one; omitted where there are none.
-        gyro: Gyro; None: without.
+        drive: Model of the drive, which the caller steps with the chassis.
+        shafts: Motor controllers of each shaft, positive forward. Tank: left, right. Mecanum: front left, front
+            right, rear left, rear right.
+        encoders: Encoder on each shaft, None for a shaft without one; empty if no shaft has one.
+        gyro: Gyro; None if the robot has no gyro.
 
     Raises:
         ConfigError: A shaft has no motor controller.
@@ -356,13 +356,13 @@ class ShaftPorts(DrivetrainPorts):
         self._encoders = list(encoders) or [None] * n
 
     def read(self, battery_voltage: float) -> None:
-        """See `DrivetrainPorts.read`."""
+        """Write the battery voltage [V] to the devices, and read their volts or duty cycles into the model."""
         super().read(battery_voltage)
         self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
         self._drive.keep_limits([port.limits() for port in self._first])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `DrivetrainPorts.write`."""
+        """Write the model's wheel and robot motion to the sensors; see `DrivetrainPorts.write`."""
         drive = self._drive
         gearing = drive.config.gearing
         rows = zip(self._shafts, self._encoders, drive.shaft_angles.tolist(), drive.shaft_speeds.tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""Motor controllers on a mechanism: their volts move it, and its motion sets their sensors."""
+"""Motor controllers on a mechanism: the controllers' volts drive the model, whose motion drives their sensors."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ __all__ = ["MotorSim"]
 
 
 class MotorSim:
-    """Motor controllers of one maker on a mechanism; the leader drives it.
+    """Motor controllers of one maker on a mechanism, driven by the leader's output.
 
     Args:
         name: Name of the leader in messages.
-        mechanism: Mechanism that it turns.
-        followers: Number of devices that follow it.
+        mechanism: Mechanism that the motors turn.
+        followers: Number of followers.
         opposed: Indices of followers mounted face to face with the leader.
-        zero_at: Angle of the mechanism when the rotor was switched on [rad].
+        zero_at: Angle of the mechanism at which the rotor position reads zero [rad].
         encoder_gearing: Turns of an encoder on the mechanism per turn of the mechanism [-].
 
     Raises:
-        ConfigError: `mechanism` is none; its gearbox and the devices differ in number; or an
-            `opposed` index names no follower.
+        ConfigError: `mechanism` is not a mechanism, the number of devices differs from the number of motors in its
+            gearbox, or an index in `opposed` is out of range.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class MotorSim:
         if any(not 0 <= k < followers for k in opposed):
             raise ConfigError(f"{name}: opposed names followers 0..{followers - 1}, got {list(opposed)}")
         self.mechanism = mechanism
-        """Mechanism that the motor turns."""
+        """Mechanism that the motors turn."""
         self._zero_at = zero_at
         self._encoder_gearing = encoder_gearing
 
@@ -64,19 +64,19 @@ class MotorSim:
 
     @property
     def volts(self) -> float:
-        """Voltage on the motor at the last `read` [V]."""
+        """Motor voltage at the last `read` [V]."""
         return self.mechanism.volts
 
     @property
     def supply_current(self) -> float:
-        """Supply current of all motors of the gearbox together [A]."""
+        """Total supply current of all motors of the gearbox [A]."""
         return self.mechanism.supply_current
 
     def setpoint(self) -> tuple[str, float] | None:
-        """Return the goal of the leader's closed loop, for the mechanism; None: no loop runs, or it gives none.
+        """Return the set-point of the leader's closed loop in turns of the mechanism, or None without one.
 
         Returns:
-            `VelocityRPS` and turns/s, or `PositionRot` and turns.
+            `VelocityRPS` and the velocity [turns/s], or `PositionRot` and the position [turns].
         """
         goal = self._ports[0].setpoint()
         if goal is None:
@@ -87,16 +87,16 @@ class MotorSim:
         )
 
     def run(self, dt: float) -> None:
-        """Advance loops of the leader that no vendor's library simulates by dt [s]."""
+        """Advance by dt [s] the leader's loops that no vendor library simulates."""
         self._ports[0].run(dt)
 
     def update(self, dt: float, battery_voltage: float | None = None, *, powered: bool = True) -> None:
         """Advance the model by one step: loops, supply, volts, mechanism, sensors.
 
         Args:
-            dt: Length [s]; 5 ms or less keeps the devices' own 1 kHz loops as stable as on the robot.
-            battery_voltage: Voltage [V]; None: the roboRIO's measurement, so step the battery first.
-            powered: False: the roboRIO disables its outputs (brown-out), and the motor coasts.
+            dt: Time step [s]; up to 5 ms, the devices' own 1 kHz loops are as stable as on the robot.
+            battery_voltage: Battery voltage [V]; None for the roboRIO's measurement, so step the battery first.
+            powered: Whether the roboRIO's outputs are enabled; if not (brownout), the motor coasts.
         """
         self.run(dt)
         supply = RobotController.get_battery_voltage() if battery_voltage is None else battery_voltage
@@ -105,7 +105,12 @@ class MotorSim:
         self.write()
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Do the first half of `update`, for a mechanism that another object steps: supply in, volts out [V]."""
+        """Set the controllers' supply [V] and the mechanism's volts: the part of `update` before the mechanism's step.
+
+        Args:
+            battery_voltage: Battery voltage [V].
+            powered: Whether the roboRIO's outputs are enabled; if not, the motor coasts.
+        """
         leader, m = self._ports[0], self.mechanism
         for port in self._ports:
             port.set_supply(battery_voltage)
@@ -120,14 +125,14 @@ class MotorSim:
             m.set_volts(volts)
 
     def _leader_volts(self) -> float:
-        """Return the leader's voltage on its motor, within its limits [V]."""
+        """Return the leader's motor voltage within the controller's limits [V]."""
         return self._ports[0].volts()
 
     def _show_output(self, duty_cycle: float) -> None:
-        """Write the duty cycle of followers, where no vendor's library does [-]."""
+        """Write the followers' duty cycle [-], for makers whose library does not."""
 
     def write(self) -> None:
-        """Do the second half of `update`: write the motors' currents, and the rotors' position and velocity."""
+        """Write motor currents, rotor positions and velocities: the part of `update` after the mechanism's step."""
         m = self.mechanism
         rotations, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         for port in self._ports:

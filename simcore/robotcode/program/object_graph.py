@@ -1,4 +1,4 @@
-"""Search of a robot object's attributes for devices: which object holds each motor, and under which name."""
+"""Search of the robot object's attributes for devices: the object that holds each motor, and the attribute name."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from simcore.robotcode.program.recorder import Built, built
 
 __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
-_MOST = 20_000  # objects
-_NEAR = 3  # attributes from a holder to its own devices; longer paths lead away from the robot
+_MOST = 20_000  # maximum number of objects to search
+_NEAR = 3  # maximum number of attributes from a holder to its own device; longer paths lead to other subsystems
 _MAKERS = {package for package, _ in MAKER_MODULES}
 _VENDORS = _MAKERS - {"wpilib"}
 _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
@@ -26,21 +26,21 @@ _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holder:
-    """Object of the program that holds devices."""
+    """Object of the program whose attributes lead to devices."""
 
     made: Any
     name: str
-    """Attribute path from the robot to the object: `container.drive.front_left`."""
+    """Attribute path from the robot object: `container.drive.front_left`."""
     devices: dict[str, BuiltDevice]
-    """Devices by attribute path from the object: `drive_motor`, `steer.motor`."""
+    """Devices by attribute path from the holder: `drive_motor`, `steer.motor`."""
 
 
 class ObjectGraph:
     """Objects reachable from a robot object through attributes, lists, tuples and dictionaries.
 
     Args:
-        robot: The robot object.
-        folder: Folder of the project, whose modules' globals count as well.
+        robot: Robot object.
+        folder: Folder of the project; the globals of the project's modules are searched as well.
     """
 
     def __init__(self, robot: Any, folder: Path | None = None) -> None:
@@ -51,11 +51,11 @@ class ObjectGraph:
         self._below: dict[int, list[tuple[str, Any]]] = {}
         self._depths: dict[int, int] = {}
         self.modules = _modules(folder)
-        """Modules of the project."""
+        """Imported modules of the project."""
         self._walk([("", robot), *(pair for module in self.modules for pair in _globals(module))])
 
     def holders(self) -> list[Holder]:
-        """Return objects that hold devices, directly or in parts, nearest to the robot first; modules last."""
+        """Return the objects that hold devices, directly or in members: nearest to the robot first, then modules."""
         found = []
         leads = self._leading()
         for key, made in self._objects.items():
@@ -70,14 +70,14 @@ class ObjectGraph:
         return found
 
     def objects(self) -> Iterator[tuple[str, Any]]:
-        """Yield all objects with their names."""
+        """Yield every object with its attribute path."""
         return ((self._names[key], made) for key, made in self._objects.items())
 
     def built(self, kind: str, name: str) -> list[Built]:
-        """Return the WPILib objects that the program has built, starting with those it still refers to.
+        """Return the WPILib objects that the program has built, reachable ones first.
 
         Args:
-            kind: Kind as in `Built.kind`.
+            kind: Kind of object, as in `Built.kind`.
             name: Beginning of the class name.
         """
         seen = {id(record.made): record for record in built(kind, name)}
@@ -94,7 +94,7 @@ class ObjectGraph:
         return kept + list(seen.values())
 
     def name_of(self, device: BuiltDevice) -> str:
-        """Return the attribute path from the robot to a device; empty if there is none."""
+        """Return the attribute path from the robot to a device, or an empty string if the device is unreachable."""
         return next((self._names[k] for k, made in self._objects.items() if self._same(made, device)), "")
 
     # --- internals ------------------------------------------------------------------------------------------------
@@ -113,7 +113,7 @@ class ObjectGraph:
                 queue.extend((f"{name}.{n}" if name else n, child, key) for n, child in self._below[key])
 
     def _leading(self) -> set[int]:
-        """Return the ids of objects whose attributes lead to a device."""
+        """Return the `id` of each object whose attributes lead to a device."""
         above: dict[int, list[int]] = {}
         for key, children in self._below.items():
             for _, child in children:
@@ -138,7 +138,7 @@ class ObjectGraph:
         return found is not None and found.key == device.key
 
     def _held(self, made: Any) -> dict[str, BuiltDevice]:
-        """Return the devices reachable from an object, excluding paths through the object that holds it."""
+        """Return the devices below an object, excluding paths back through the object's parents."""
         above = set()
         key = id(made)
         while key:
@@ -165,7 +165,7 @@ class ObjectGraph:
 
 
 def _children(made: Any) -> Iterator[tuple[str, Any]]:
-    """Yield attributes of an object of the program, or members of a container."""
+    """Yield the attributes of a program's object, or the members of a container, with their names."""
     if isinstance(made, Mapping) and not is_foreign(type(made), containers=True):
         pairs = [(str(key), value) for key, value in list(made.items())]
     elif isinstance(made, (list, tuple, set, frozenset)):
@@ -192,7 +192,7 @@ def _slots(cls: type) -> list[str]:
 
 
 def is_foreign(cls: type, *, containers: bool = False) -> bool:
-    """Return whether a class is not the program's: Python's own, or a library's that builds no motor controllers."""
+    """Return whether a class belongs to Python or to a library that builds no motor controllers."""
     root = cls.__module__.split(".")[0]
     if root in sys.stdlib_module_names:
         return not (containers and root in ("builtins", "collections", "types")) and root != "__main__"
@@ -206,7 +206,7 @@ def is_foreign(cls: type, *, containers: bool = False) -> bool:
 
 @cache
 def _builds_motors(package: str) -> bool:
-    """Return whether modules of an installed package shared between teams name a class of a maker's package."""
+    """Return whether an installed package shared between teams refers to a class of a maker's package."""
     if package in _MAKERS:
         return False
     for name, module in list(sys.modules.items()):
@@ -219,7 +219,7 @@ def _builds_motors(package: str) -> bool:
 
 
 def _modules(folder: Path | None) -> list[types.ModuleType]:
-    """Return the modules of the project."""
+    """Return the imported modules in the project's folder."""
     if folder is None:
         return []
     base, found = folder.resolve(), []
@@ -231,7 +231,7 @@ def _modules(folder: Path | None) -> list[types.ModuleType]:
 
 
 def _globals(module: types.ModuleType) -> list[tuple[str, Any]]:
-    """Return the classes of a module, and its other globals that may hold devices."""
+    """Return the globals of a module that may hold devices, then the classes defined in the module."""
     names = [(n, v) for n, v in list(vars(module).items()) if not n.startswith("__")]
     classes = [(n, v) for n, v in names if isinstance(v, type) and v.__module__ == module.__name__]
     return [(n, v) for n, v in names if not isinstance(v, _PLAIN)] + classes

@@ -1,8 +1,8 @@
-"""Owner of a device's simulated state: simcore's physics, or a team's own model.
+"""Ownership of each device's simulated state: by simcore's physics, or by a team's own model.
 
-If two models write one rotor, robot code reads both in turn. So each maker asks before another model writes
-(`Maker.watch_simulations`): it drops writes to a device that physics has claimed, with one warning; it records others,
-and physics does not write that device.
+If two models wrote the same rotor, robot code would read both in turn. So each maker checks the writes of other models
+(`Maker.watch_simulations`). Writes to a device claimed by physics are dropped, with one warning; any other write is
+recorded, and physics leaves that device alone.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ __all__ = ["DRIVETRAIN", "Ownership"]
 
 _log = logging.getLogger(__name__)
 
-_MANY = 100  # dropped writes; fewer may come from a model's thread that ran when it was switched off
+_MANY = 100  # dropped writes before a warning; fewer may come from a model's thread that is still stopping
 
 DRIVETRAIN = "drivetrain"
-"""Owner of the drivetrain's devices."""
+"""Owner name of the drivetrain's devices."""
 
 
 class Ownership:
-    """Owners of devices; one per program, made before the robot is built."""
+    """Owners of all devices of one program, created before the robot object."""
 
     def __init__(self) -> None:
         self._claimed: dict[DeviceKey, str] = {}
@@ -33,10 +33,10 @@ class Ownership:
         """Devices that another model has written."""
 
     def claim(self, key: DeviceKey, owner: str) -> None:
-        """Reserve this device for physics from now on; `owner` is its name in messages.
+        """Reserve a device for physics from now on; `owner` is the owner's name in messages.
 
         Raises:
-            ConfigError: A mechanism and the drivetrain both claim it.
+            ConfigError: A mechanism and the drivetrain both claim the device.
         """
         before = self._claimed.get(key, owner)
         if before != owner and DRIVETRAIN in (before, owner):
@@ -49,11 +49,11 @@ class Ownership:
 
     @property
     def claimed(self) -> Set[DeviceKey]:
-        """Devices that only physics writes."""
+        """Devices reserved for physics."""
         return self._claimed.keys()
 
     def may_write(self, key: DeviceKey) -> bool:
-        """Record another model's write to a device; return False to drop it, if physics has claimed the device."""
+        """Record another model's write to a device, and return whether to allow it: not if physics owns the device."""
         owner = self._claimed.get(key)
         if owner is None:
             self.foreign.add(key)

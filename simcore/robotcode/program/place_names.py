@@ -1,4 +1,4 @@
-"""Sides and corners of a robot in the names of a program's attributes: `left_leader`, `frontLeft`, `BR`, `lf_drive`."""
+"""Sides and corners of the robot in attribute names: `left_leader`, `frontLeft`, `BR`, `lf_drive`."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import re
 __all__ = ["CORNERS", "SIDES", "corner_of", "says_place", "words_of"]
 
 SIDES = {"left": r"left|\b(port|[fmrb]?l|l[fmrb])\b", "right": r"right|starboard|\b([fmrb]?r|r[fmb])\b"}
-"""Patterns of words and of single letters: `l`, `fl`, `rr`, `lf`."""
+"""Patterns for each side: whole words, and abbreviations such as `l`, `fl`, `rr`, `lf`."""
 CORNERS = ("front left", "front right", "rear left", "rear right")
 
 
 def words_of(name: str) -> str:
-    """Return the last attribute's name in lower case, split where a capital or a number begins.
+    """Return the last attribute of a path in lower-case words, split at capitals, numbers, `_` and `-`.
 
     >>> words_of("base.motorL1"), words_of("LDrive"), words_of("fl_motor")
     ('motor l 1', 'l drive', 'fl motor')
@@ -22,17 +22,17 @@ def words_of(name: str) -> str:
 
 
 def says_place(name: str, place: str) -> bool:
-    """Return whether an attribute's name says that its object is at a side or corner.
+    """Return whether the last attribute of a path names a side or corner.
 
     Args:
-        name: Attribute with those that lead to it: `base.motorL1`.
+        name: Attribute path: `base.motorL1`.
         place: Side (`left`, `right`) or corner (`front left`).
     """
     return re.search(SIDES.get(place) or _corner_pattern(place), words_of(name)) is not None
 
 
 def corner_of(name: str) -> tuple[int, int] | None:
-    """Return front or back and left or right from the last attribute that gives both, as signs of x and y.
+    """Return the corner from the last attribute that names one, as signs of x and y (front and left are 1).
 
     >>> corner_of("drive.frontLeft"), corner_of("drivetrain.modules.BR"), corner_of("rf.io"), corner_of("modules.0")
     ((1, 1), (-1, -1), (1, -1), None)

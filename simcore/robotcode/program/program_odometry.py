@@ -1,6 +1,6 @@
-"""Estimated pose of a robot program and its resets, from WPILib's odometry or a maker's drivetrain.
+"""Pose estimate of a robot program, and pose resets, from WPILib's odometry or a maker's drivetrain.
 
-A vision measurement is no reset.
+A vision measurement does not count as a reset.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ __all__ = [
 _log = logging.getLogger(__name__)
 
 Reset: TypeAlias = tuple[tuple[float, float] | None, float | None]
-"""Position [m, m] and heading [rad] that were set, field frame; None is a part left unchanged."""
+"""Position [m, m] and heading [rad] set by a reset, field frame; None for an unchanged part."""
 PoseReset: TypeAlias = Callable[[tuple[float, float] | None, float | None], object]
-"""Callback for a reset."""
+"""Callback that takes the position and heading of a `Reset`."""
 
-_EARLY = 10  # resets kept until a listener comes
+_EARLY = 10  # maximum number of resets kept before a listener is registered
 
 
 class PoseResets:
-    """Resets of objects of robot code, kept until a listener comes."""
+    """Pose resets of robot code's objects, kept until a listener is registered."""
 
     def __init__(self) -> None:
         self._listeners: WeakKeyDictionary[Any, PoseReset] = WeakKeyDictionary()
         self._early: WeakKeyDictionary[Any, deque[Reset]] = WeakKeyDictionary()
 
     def listen(self, made: Any, tell: PoseReset) -> None:
-        """Call `tell` after each reset of an object, on the thread of robot code, and at once for resets so far."""
+        """Call `tell` for each reset of an object, past and future, on robot code's thread."""
         self._listeners[made] = tell
         for reset in self._early.pop(made, ()):
             tell(*reset)
 
     def note(self, made: Any, reset: Reset) -> None:
-        """Record that robot code has set the pose of an object."""
+        """Record a pose reset of an object by robot code."""
         tell = self._listeners.get(made)
         if tell is None:
             self._early.setdefault(made, deque(maxlen=_EARLY)).append(reset)
@@ -61,26 +61,26 @@ class PoseResets:
 
 
 class _Program:
-    """Key for whichever odometry the program uses."""
+    """Key for the resets of the odometry in use."""
 
 
 _resets = PoseResets()
-_built: list[Any] = []  # the one set last at the end
+_built: list[Any] = []  # odometry objects, the one set last at the end
 
 
 def on_pose_reset(tell: PoseReset) -> None:
-    """Call `tell` with position and heading after each pose reset of the program, and at once for resets so far."""
+    """Call `tell` with position and heading for each pose reset of the program, past and future."""
     _resets.listen(_Program, tell)
 
 
 def estimated_pose() -> tuple[float, float, float] | None:
-    """Return the program's estimated pose, field frame [m, m, rad]; None: it keeps no odometry of WPILib's."""
+    """Return the program's estimated pose in the field frame [m, m, rad], or None without WPILib odometry."""
     main = _main()
     return None if main is None else _pose(main)
 
 
 def _main() -> Any:
-    """Return the odometry that the program uses: an estimator before plain odometry, of several the last one set."""
+    """Return the odometry in use: a pose estimator if there is one, and the object set last if there are several."""
     estimators = [made for made in _built if hasattr(made, "get_estimated_position")]
     return (estimators or _built or [None])[-1]
 
@@ -108,11 +108,11 @@ def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> N
 _distances: list[Callable[[list[float]], object]] = []
 _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 _updates: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-"""Time of the last update of each odometry [s]."""
+"""Time of the last `update` call of each odometry [s]."""
 
 
 def on_wheel_distances(tell: Callable[[list[float]], object]) -> None:
-    """Call `tell` with distances of sides or wheels, left first, on each update of the program's odometry [m]."""
+    """Call `tell` with the wheel or side distances [m], left first, on each update of the program's odometry."""
     _distances[:] = [tell]
 
 
@@ -130,13 +130,13 @@ def _note_update(made: Any, *_: object) -> None:
 
 
 def _is_updated(made: Any) -> bool:
-    """Return whether the program updates it loop by loop; a maker's drivetrain does so by itself."""
+    """Return whether an odometry is updated in every loop; a maker's drivetrain updates itself."""
     now = float(season.wpilib.Timer.get_monotonic_timestamp())
     return made not in _built or now - _updates.get(made, -math.inf) < 2.0 * _NEXT_LOOP
 
 
 def why_still() -> str:
-    """Say why the program's pose does not follow its sensors if nothing updates it; else return nothing."""
+    """Return the reason why the program's pose does not follow the sensors; empty if the odometry is updated."""
     main, asked = _main(), place_of_question()
     if main is None or _is_updated(main):
         return ""
@@ -149,7 +149,7 @@ def why_still() -> str:
 
 
 class _EveryLoop:
-    """Sets of one value by a program, and whether it sets it in every loop while enabled."""
+    """Detector for a program that sets a pose or heading in every loop while enabled."""
 
     def __init__(self, what: str) -> None:
         self._what = what
@@ -158,13 +158,13 @@ class _EveryLoop:
         self._is_logged = False
 
     def is_left_out(self, is_of_simulation: bool, is_seen: bool, place: str, *, is_updated: bool = True) -> bool:
-        """Record a set and return whether to drop it, as for writes to devices.
+        """Record a setter call, and return whether to drop it.
 
         Args:
-            is_of_simulation: Whether simulation-only code sets it.
-            is_seen: Whether the value is the robot's true position, as from a camera.
-            place: File and line.
-            is_updated: Whether sensors give the position, too; a set that nothing replaces stays.
+            is_of_simulation: Whether simulation-only code makes the call.
+            is_seen: Whether the value is close to the robot's true position, as a camera measurement would be.
+            place: File and line of the call.
+            is_updated: Whether the odometry is also updated from sensors; if not, the call is kept.
         """
         now = float(season.wpilib.Timer.get_monotonic_timestamp())
         if not season.wpilib.RobotState.is_enabled():
@@ -191,20 +191,20 @@ class _EveryLoop:
         return True
 
 
-_NEXT_LOOP = 0.045  # [s] from one set to that of the next loop, of 20 ms, with one missed
-_FEW, _MANY = 2, 10  # consecutive sets that pass: of simulation code, and of other code
-_SEEN = 0.5  # [m]
+_NEXT_LOOP = 0.045  # [s], longest time between calls in consecutive 20 ms loops, with one loop missed
+_FEW, _MANY = 2, 10  # consecutive calls that pass: from simulation code, and from other code
+_SEEN = 0.5  # [m], largest distance from the true position
 _sets: WeakKeyDictionary[Any, _EveryLoop] = WeakKeyDictionary()
 _truth: list[Callable[[], tuple[float, float, float]]] = []
 
 
 def set_truth(pose: Callable[[], tuple[float, float, float]]) -> None:
-    """Set the true pose of the program's robot, field frame [m, m, rad], until the next call."""
+    """Set the function that returns the robot's true pose in the field frame [m, m, rad]."""
     _truth[:] = [pose]
 
 
 def _caller() -> tuple[bool, str]:
-    """Return whether simulation code is the caller, and the program's file and line."""
+    """Return whether simulation code is in the call stack, and the program's innermost file and line."""
     frame: types.FrameType | None = sys._getframe(1)
     place, is_of_simulation = "", False
     while frame is not None:
@@ -217,13 +217,13 @@ def _caller() -> tuple[bool, str]:
 
 
 def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None:
-    """Drop pose or heading sets that come in every loop while the robot is enabled; see `_EveryLoop`.
+    """Drop calls of a setter that a program repeats in every loop while the robot is enabled; see `_EveryLoop`.
 
     Args:
         cls: Class that has the method.
-        method: Its name.
-        what: Value that is set, for the warning.
-        dropped: Result of a dropped call.
+        method: Name of the method that sets a pose or heading.
+        what: Name of the value, for the warning.
+        dropped: Return value of a dropped call.
     """
     call = getattr(cls, method)
     if hasattr(call, "_leaves_out"):
@@ -244,7 +244,7 @@ def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None
 
 
 def _position(*args: Any) -> tuple[float, float] | None:
-    """Return the position of the pose among the arguments of a reset."""
+    """Return the position from the pose or translation among the arguments of a reset, or None without one."""
     for value in args:
         value = value.to_pose2d() if hasattr(value, "to_pose2d") else value
         if hasattr(value, "x") and hasattr(value, "y") and not callable(value.x):
@@ -252,10 +252,10 @@ def _position(*args: Any) -> tuple[float, float] | None:
     return None
 
 
-for _cls in odometry_classes():  # watched from the import of this module on, before the robot is built
+for _cls in odometry_classes():  # watch from the import of this module on, before the robot is built
     record_class(_cls, _note_built)
     for _name in ("update", season.own_name(_cls, "update_with_time")):
-        if hasattr(_cls, _name):  # an estimator's method
+        if hasattr(_cls, _name):  # only pose estimators have update_with_time
             after_call(_cls, _name, _note_update)
     if "Swerve" not in _cls.__name__:
         after_call(_cls, "update", lambda made, _, args, settings: _note_distances(made, (*args, *settings.values())))

@@ -1,7 +1,7 @@
-"""Measures of the robot in PathPlanner's and Choreo's settings in a project's deploy folder.
+"""Robot measures from the PathPlanner and Choreo settings in a project's deploy folder.
 
-Source: PathPlanner 2026 `deploy/pathplanner/settings.json`, Choreo 2026 `deploy/choreo/*.chor`, whose values in SI
-stand under `val`.
+Source: PathPlanner 2026 `deploy/pathplanner/settings.json`; Choreo 2026 `deploy/choreo/*.chor`, with SI values under
+`val`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _CORNERS = ("fl", "fr", "bl", "br")
 
 
 def project_measures(folder: Path) -> list[dict[str, Measure]]:
-    """Return measures by name, PathPlanner's first; `places` are positions of the modules.
+    """Return the measures in each settings file by name, PathPlanner's first; `places` are the module positions.
 
     Args:
         folder: Folder of robot.py.

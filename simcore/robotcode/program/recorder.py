@@ -1,7 +1,6 @@
-"""Objects that a program builds and calls: devices of any maker, and WPILib's kinematics, odometry and drive classes.
+"""Record of objects that a program builds: devices of any maker, and WPILib's kinematics, odometry and drive classes.
 
-Watching starts before the program is imported, because libraries keep bound methods from the time when an
-object is built.
+Recording starts before the program is imported, because libraries store bound methods when an object is built.
 """
 
 from __future__ import annotations
@@ -24,25 +23,25 @@ __all__ = [
 
 Arguments: TypeAlias = tuple[Any, ...]
 Settings: TypeAlias = dict[str, Any]
-"""Keyword arguments."""
+"""Keyword arguments of a call, by name."""
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Built:
-    """One object that the program has built."""
+    """WPILib object that the program has built."""
 
     kind: str
-    """Kind: `kinematics`, `odometry`, `drive` or `group`."""
+    """Kind of object: `kinematics`, `odometry`, `drive` or `group`."""
     name: str
-    """Name of its class in WPILib: `SwerveDrive4Kinematics`."""
+    """Class name in WPILib: `SwerveDrive4Kinematics`."""
     made: Any
     args: tuple[Any, ...]
     settings: dict[str, Any]
-    """Keyword arguments."""
+    """Keyword arguments of the constructor."""
 
     def argument(self, place: int, name: str) -> Any:
-        """Return one argument, positional or by keyword; None: it was not given."""
+        """Return a constructor argument by position or keyword, or None if it was omitted."""
         return self.settings.get(name, self.args[place] if len(self.args) > place else None)
 
 
@@ -50,10 +49,10 @@ _built: list[Built] = []
 
 
 def built(kind: str, name: str = "") -> list[Built]:
-    """List objects of a kind that the program has built, first to last.
+    """List the objects of one kind that the program has built, in build order.
 
     Args:
-        kind: Kind as in `Built.kind`.
+        kind: Kind of object, as in `Built.kind`.
         name: Beginning of the class name.
     """
     return [b for b in _built if b.kind == kind and b.name.startswith(name)]
@@ -63,11 +62,11 @@ _noted: set[tuple[Any, str, str, str]] = set()
 
 
 def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Settings], object]) -> None:
-    """Call `note` after each call of a method from now on; may be called again.
+    """Call `note` after each call of a method from now on; safe to call more than once.
 
     Args:
         owner: Class that has the method.
-        method: Its name.
+        method: Name of the method.
         note: Takes the object, the result, the arguments and the keyword arguments.
     """
     mark = owner, method, note.__module__, note.__qualname__
@@ -81,7 +80,7 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
         note(made, answer, args, settings)
         return answer
 
-    # pybind11 looks at the frame's name to see whether an overriding method calls its base; else it would recurse
+    # pybind11 detects an override that calls its base method by the frame's name; with another name it would recurse
     noted.__code__ = noted.__code__.replace(co_name=method)
     setattr(owner, method, functools.wraps(call)(noted))
 
@@ -95,15 +94,15 @@ def guard(
     drops: bool = True,
     dropped: object = None,
 ) -> None:
-    """Ask before each call of a method by which a team's own simulation writes; see `Maker.watch_simulations`.
+    """Check each call of a method that writes to a device from a team's simulation; see `Maker.watch_simulations`.
 
     Args:
         owner: Class that has the method; an earlier guard is replaced.
-        method: Its name.
-        key_of: Returns model and address of the device behind the object; None: unknown, so the call passes.
-        may_write: Takes model and address, returns whether the call may pass.
-        drops: Whether to drop a refused call; else it is only recorded, as one that returns an object to write to.
-        dropped: Result of a dropped call.
+        method: Name of the method.
+        key_of: Returns model and address of the device behind the object, or None to let the call pass.
+        may_write: Takes model and address, and returns whether the call may pass.
+        drops: Whether to drop a refused call; if not, `may_write` only records the call.
+        dropped: Return value of a dropped call.
     """
     call = inspect.unwrap(getattr(owner, method))
 
@@ -118,7 +117,7 @@ def guard(
 
 
 def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:
-    """Call `note` with each new object of a class, its arguments and keywords; may be called again."""
+    """Call `note` with each new object of a class and its constructor arguments; safe to call more than once."""
 
     def note_built(made: Any, _: Any, args: Arguments, settings: Settings) -> None:
         note(made, args, settings)
@@ -128,10 +127,10 @@ def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -
 
 
 class Answers(Generic[T]):
-    """Replies of simcore for methods of a maker's classes whose own simulation is missing or runs on the wall clock.
+    """Replacements for vendor library methods whose simulation is missing or runs on the wall clock.
 
-    A method is wrapped once; for an attached object of robot code the reply comes from here, for any other from
-    the maker's library as before.
+    Each method is wrapped once. Calls on an attached object of robot code get simcore's reply; calls on any other
+    object go to the vendor library.
 
     >>> class Gyro:
     ...     def yaw(self):
@@ -148,20 +147,20 @@ class Answers(Generic[T]):
         self._by_object: weakref.WeakKeyDictionary[Any, T] = weakref.WeakKeyDictionary()
 
     def attach(self, made: Any, answering: T) -> None:
-        """Reply for this object of robot code from now on."""
+        """Use `answering` as the source of replies for an object of robot code from now on."""
         self._by_object[made] = answering
 
     def of(self, made: Any) -> T | None:
-        """Return the source of replies for an object; None: it is not attached."""
+        """Return the source of replies attached to an object, or None without one."""
         return self._by_object.get(made)
 
     def wrap(self, cls: Any, replies: Mapping[str, Callable[..., Any]], *, also_original: bool = False) -> None:
-        """Wrap methods of a class; may be called again.
+        """Wrap methods of a class; safe to call more than once.
 
         Args:
-            cls: Class of the maker's library.
-            replies: Replies by method name; each takes the attached object and the arguments.
-            also_original: Whether to call the maker's own method first; its result is dropped.
+            cls: Class of the vendor library.
+            replies: Function by method name; takes the attached source of replies and the call's arguments.
+            also_original: Whether to call the library's own method first and ignore its result.
         """
         for name, reply in replies.items():
             original = getattr(cls, name, None)
@@ -183,7 +182,7 @@ class Answers(Generic[T]):
 
 
 class BuiltDevices:
-    """Devices of one maker that the program has built and still keeps.
+    """Devices of one maker that the program has built and still refers to.
 
     >>> class Motor:
     ...     def __init__(self, number):
@@ -200,17 +199,18 @@ class BuiltDevices:
         self._keys: dict[int, tuple[weakref.ref[Any], DeviceKey]] = {}
 
     def record(self, cls: Any, model: str, address_of: Callable[[Any, Arguments, Settings], DeviceAddress]) -> None:
-        """Record each object of a class from now on.
+        """Record each new object of a class from now on.
 
         Args:
-            cls: Class of the maker's library.
-            model: Model as its maker writes it.
-            address_of: Returns the address of an object, from it or its arguments; a number below zero means none.
+            cls: Class of the vendor library.
+            model: Model in the maker's spelling.
+            address_of: Returns an object's address from the object or its constructor arguments; objects with a
+                negative number are not recorded.
         """
         record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 
     def add(self, model: str, address: DeviceAddress, made: Any) -> None:
-        """Record one object; once is enough."""
+        """Record one object, unless it is already recorded or its address number is negative."""
         known = self._keys.get(id(made))
         if address.number >= 0 and (known is None or known[0]() is not made):
             reference = weakref.ref(made)
@@ -219,19 +219,19 @@ class BuiltDevices:
 
     @property
     def objects(self) -> list[BuiltDevice]:
-        """Devices, one per object, in building order."""
+        """Devices in build order, one per object that still exists."""
         found = [BuiltDevice(model, address, reference()) for model, address, reference in self._built]
         return [device for device in found if device.hardware is not None]
 
     def devices(self) -> list[BuiltDevice]:
-        """List one device per model and address; the first object where a program has built two."""
+        """List one device per model and address, with the first object that the program has built."""
         found: dict[DeviceKey, BuiltDevice] = {}
         for device in self.objects:
             found.setdefault(device.key, device)
         return list(found.values())
 
     def find(self, made: Any) -> BuiltDevice | None:
-        """Return the device behind an object or a derived one; None: unknown."""
+        """Return the device behind an object of robot code, or None if it is unknown."""
         reference, key = self._keys.get(id(made), (None, None))
         if reference is None or reference() is not made:
             return None
@@ -249,7 +249,7 @@ def odometry_classes() -> list[Any]:
 
 
 def watch_program() -> None:
-    """Record kinematics, odometry and drive classes that are built from now on."""
+    """Record the WPILib kinematics, odometry, drive and group objects that are built from now on."""
     for drive in season.DRIVES:
         _watch("kinematics", getattr(season.wpimath, f"{drive}Kinematics"))
     for cls in odometry_classes():

@@ -1,4 +1,4 @@
-"""Tank and mecanum drives: sides of motors, from WPILib's drive classes or the names of attributes."""
+"""Discovery of tank and mecanum drives: the side of each motor, from WPILib's drive classes or attribute names."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _PLAIN = re.compile(
     rf"(({SIDES['left']}|{SIDES['right']}|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)"
     "s? ?)+"
 )
-_PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port counts
+_PULSES = 2048.0  # pulses per turn that simcore assumes for an encoder on the roboRIO's ports
 
 
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find two sides, from a `DifferentialDrive`, else from `left` and `right`, or their letters, in names of motors.
+    """Find a tank drive from a `DifferentialDrive`, else from `left` and `right` or their initials in motor names.
 
-    Without kinematics or odometry the names have to say that they drive, too.
+    Without a WPILib tank drive object, the names must also say that the motors drive.
 
     Raises:
-        DrivetrainNotFoundError: There is such an object, but its motors are not known.
+        DrivetrainNotFoundError: The program has a WPILib tank drive object, but its motors are unknown.
     """
     drives, kinematics, odometry = (
         graph.built(kind, "DifferentialDrive") for kind in ("drive", "kinematics", "odometry")
@@ -70,10 +70,10 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
 
 
 def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find four wheels, from a `MecanumDrive`, else from kinematics and names of motors.
+    """Find a mecanum drive from a `MecanumDrive`, else from its kinematics and corners in motor names.
 
     Raises:
-        DrivetrainNotFoundError: There is such an object, but its motors are not known.
+        DrivetrainNotFoundError: The program has a WPILib mecanum drive object, but its motors are unknown.
     """
     drives, kinematics = graph.built("drive", "MecanumDrive"), graph.built("kinematics", "MecanumDrive")
     if not (drives or kinematics):
@@ -111,7 +111,7 @@ def _wheels(
     places: Sequence[tuple[float, float]],
     leaders: Sequence[Sequence[BuiltDevice]],
 ) -> tuple[FoundWheel, ...]:
-    """Return sides or corners with their motors, the followers of these, and encoders."""
+    """Return the wheel or side at each place, with leaders, followers and encoder."""
     encoders = _encoders(graph, names, leaders)
     return tuple(
         FoundWheel(
@@ -130,13 +130,13 @@ def _wheels(
 
 
 def _given(record: Built, names: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Return motors passed to a drive class as objects, groups or bound methods; None: some are unknown."""
+    """Return the motors passed to a drive class as objects, groups or bound methods; None if any is unknown."""
     found = [_motors_of(record.argument(k, name)) for k, name in enumerate(names)]
     return found if all(found) else None
 
 
 def _motors_of(given: Any, deep: int = 4) -> list[BuiltDevice]:
-    """Return motors that an object is, has, or whose setters a function calls, at most `deep` steps away."""
+    """Return the motors reachable from an object or function within `deep` steps."""
     device = device_of(given)
     if device is not None:
         return [device] if device.model in maker_of(device).motors else []
@@ -146,7 +146,7 @@ def _motors_of(given: Any, deep: int = 4) -> list[BuiltDevice]:
 
 
 def _parts_of(given: Any) -> list[Any]:
-    """Return parts of an object; of a function or method, the names in its body."""
+    """Return the members of an object, or the objects named in the body of a function or method."""
     function, owner = getattr(given, "__func__", given), getattr(given, "__self__", None)
     if isinstance(given, functools.partial):
         return [given.func, *given.args]
@@ -167,18 +167,18 @@ def _parts_of(given: Any) -> list[Any]:
 
 
 def _members_of(given: Any) -> Sequence[Any]:
-    """Return members of a `MotorControllerGroup`."""
+    """Return the members of a `MotorControllerGroup`."""
     return next((r.args for r in built("group") if r.made is given), ())
 
 
 def _drive_sign(motor: BuiltDevice) -> float:
-    """Return -1 where negative values drive a motor forward: in groups that the program has inverted."""
+    """Return -1 if inverted motor controller groups reverse a motor, else 1."""
     groups = [r.made for r in built("group") if motor.key in {m.key for m in _motors_of(r.made)}]
     return -1.0 if sum(bool(group.get_inverted()) for group in groups) % 2 else 1.0
 
 
 def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
-    """Return these leaders and the followers of the first."""
+    """Return the leaders and all their followers."""
     devices = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     found = list(leaders)
     for leader in leaders:
@@ -190,13 +190,13 @@ def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
 
 
 def _named_motors(graph: ObjectGraph) -> dict[str, BuiltDevice]:
-    """Return motors by the attributes that lead to them."""
+    """Return all motor controllers by attribute path."""
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     return {graph.name_of(d): d for d in motors}
 
 
 def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Return leaders by the names of their attributes; None: one place has none."""
+    """Return the leaders at each place by attribute names, or None if a place has no motor."""
     found = []
     for place in places:
         own = [d for name, d in names.items() if says_place(name, place)]
@@ -209,7 +209,7 @@ def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[li
 
 
 def _drives(name: str) -> bool:
-    """Return whether attributes that lead to a motor say that it drives; plain ones of the robot itself do.
+    """Return whether an attribute path suggests a drive motor: a drive word, or a plain name on the robot itself.
 
     >>> _drives("container.drive_train.left_leader"), _drives("leftMotor"), _drives("lift.left_motor")
     (True, True, False)
@@ -223,7 +223,7 @@ def _drives(name: str) -> bool:
 def _encoders(
     graph: ObjectGraph, names: Sequence[str], motors: Sequence[Sequence[BuiltDevice]]
 ) -> list[BuiltDevice | None]:
-    """Return encoders on the roboRIO's ports by side or corner, else those wired to the leaders."""
+    """Return the encoder of each side or corner: on the roboRIO's ports, else wired to the leader, else None."""
     all_of_them = [d for maker in makers() for d in maker.built() if d.model == "Encoder"]
     found = [next((d for d in all_of_them if says_place(graph.name_of(d), place)), None) for place in names]
     if not any(found) and len(all_of_them) == len(names):
@@ -232,15 +232,15 @@ def _encoders(
 
 
 def wired_encoder(leader: BuiltDevice) -> BuiltDevice | None:
-    """Return the motor controller itself, where an encoder that turns with the wheel is wired to it."""
+    """Return the leader if it reads an encoder on the wheel, else None."""
     return leader if maker_of(leader).has_wheel_encoder(leader) else None
 
 
 def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
-    """Return the distance per turn that the program has set on an encoder [m]; None: the program converts it itself."""
+    """Return the distance per turn configured on an encoder [m], or None if robot code converts the reading."""
     if encoder is None:
         return None
-    if encoder.model != "Encoder":  # wired to a motor controller
+    if encoder.model != "Encoder":  # the encoder is wired to a motor controller
         units = abs(maker_of(encoder).facts(encoder).units_per_rotor_turn)
         return None if units in (0.0, 1.0) else units
     distance = float(encoder.hardware.get_distance_per_pulse())
@@ -248,7 +248,7 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:
-    """Return the distance per turn of the rotor [m], from the controller's conversion factor."""
+    """Return the distance per rotor turn [m] from the controller's conversion factor; empty without one."""
     leader = wheel.motors[0]
     units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
     if wheel.wheel_encoder is not None or units in (0.0, 1.0):

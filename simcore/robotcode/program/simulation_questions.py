@@ -1,7 +1,8 @@
-"""Calls by which a program asks whether it runs in simulation, and the answers.
+"""Interception of the program's `isReal`, `isSimulation` and `getSerialNumber` calls.
 
-Code that asks may behave differently in simulation. With `real = true` under `[robot]` of simcore.toml the program
-gets the answer that it runs on the robot, so that it builds the robot's devices. Libraries get the true answer.
+Code that makes these calls may behave differently in simulation. With `real = true` under `[robot]` of simcore.toml,
+`isReal` returns True and `isSimulation` False, so the program builds the robot's devices. Libraries still get the
+actual values.
 """
 
 from __future__ import annotations
@@ -26,44 +27,44 @@ _HERE = str(Path(__file__).resolve().parents[2])
 _HOOKS = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
 _asked: dict[types.CodeType, str] = {}
 _serial_numbers: set[str] = set()
-"""Code locations that ask for it."""
+"""Code locations that read the roboRIO's serial number."""
 
 
 def is_of_program(code: types.CodeType) -> bool:
-    """Return whether code belongs to the robot program and not to a library."""
+    """Return whether code belongs to the robot program instead of a library."""
     file = code.co_filename
     return not (file.startswith(("<", _HERE)) or "site-packages" in file)
 
 
 def simulation_code(code: types.CodeType) -> bool:
-    """Return whether code of the program is for simulation, judged by its name or its questions."""
+    """Return whether a function is simulation code: it has a typical name, or calls `isReal` or `isSimulation`."""
     return code in _asked or code.co_name.lower().strip("_") in _HOOKS
 
 
 def place_of_question() -> str:
-    """Return file and line of the program's first question; empty: it has asked none."""
+    """Return file and line of the program's first `isReal` or `isSimulation` call, or an empty string."""
     return next(iter(_asked.values()), "")
 
 
 def answering_keys() -> list[str]:
-    """Return keys of `[robot]` that answer the program's questions."""
+    """Return the keys of `[robot]` that set the values returned to the program."""
     return ["real"] * bool(_asked) + ["serial_number"] * bool(_serial_numbers)
 
 
 @cache
 def _settings(folder: Path) -> RobotSettings:
-    """Read the file of the project to which a folder belongs."""
+    """Read simcore.toml of the project that contains a folder."""
     for place in (folder, *folder.parents):
         if (place / "robot.py").is_file():
             try:
                 return read_settings(place / FILE_NAME)
             except ConfigError:
-                break  # the reader of the field's tables reports a bad file
+                break  # a bad file is reported elsewhere, by the reader of the field's tables
     return RobotSettings()
 
 
 def watch_questions() -> None:
-    """Record questions from now on, and answer them; may be called again."""
+    """Intercept the calls from now on; safe to call more than once."""
     cls = season.wpilib.RobotBase
     for name, is_real in (("is_simulation", False), ("is_real", True)):
         own = season.own_name(cls, name)

@@ -1,4 +1,4 @@
-"""A swerve drivetrain of the program's own classes: modules, their positions, and its reading of their sensors."""
+"""Discovery of a swerve drivetrain in the program's own classes: modules, positions, sensor signs and zeros."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ _DEAF = (
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
-"""Attributes that a program subtracts from its encoders' readings; a magnet's offset is the encoder's own."""
-_HALF = 0.28  # [m] from the center to wheels without a known position
+"""Attributes that a program subtracts from encoder readings; the encoder itself subtracts a magnet offset."""
+_HALF = 0.28  # [m], x and y distance from the center to a wheel without a known position
 _UNPLACED = "no kinematics or settings say where modules stand"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find modules of two motors each: one per position of the program's kinematics, or four that steer without any.
+    """Find modules with two motors each: one per kinematics position or, without kinematics, four that steer.
 
     Returns:
-        Drivetrain; None: there is none.
+        Drivetrain, or None if the program has no swerve drive.
 
     Raises:
-        DrivetrainNotFoundError: There are kinematics but no matching modules.
+        DrivetrainNotFoundError: The program has swerve kinematics but no matching modules.
     """
-    kinematics = graph.built("kinematics", "SwerveDrive")  # kept ones first: PathPlanner builds its own, too
+    kinematics = graph.built("kinematics", "SwerveDrive")  # reachable ones first: PathPlanner builds its own, too
     groups = _module_groups(graph)
     for record in kinematics:
         places = [(float(t.x), float(t.y)) for t in record.made.get_modules()]
@@ -64,7 +64,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
 def _drivetrain(
     modules: Sequence[Holder], places: Sequence[tuple[float, float]], kinematics: str = ""
 ) -> FoundDrivetrain:
-    """Assign positions to modules: by names that give corners, else in order."""
+    """Assign positions to modules by corner names if every module has one, else in order."""
     ordered, is_named = _in_order(modules, places)
     wheels = tuple(_wheel(holder, place) for holder, place in zip(ordered, places, strict=True))
     measures: dict[str, Measure] = {}
@@ -84,7 +84,7 @@ def _drivetrain(
 
 
 def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
-    """List objects of one class with two motors each, and members by corner or number; likely modules first."""
+    """List candidate modules, likely ones first: objects of one class with two motors each, or members by corner."""
     holders = graph.holders()
     by_class: dict[tuple[bool, type], list[Holder]] = {}
     for holder in holders:
@@ -95,11 +95,11 @@ def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
         bases = [cls for cls in own.__mro__[1:] if not is_foreign(cls)]
         for key in ((False, own), *((True, base) for base in bases)):
             group = by_class.setdefault(key, [])
-            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # of two, the one nearer to the robot
+            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # if two share a motor, the nearer wins
                 group.append(holder)
     groups = [(is_base, group) for (is_base, _), group in by_class.items()]
-    # A container that holds each module alone has the same motors, but the module itself knows its position; a
-    # program's simulation of a module may have its own motors, but it has no encoders.
+    # A container around each module has the module's motors, but only the module gives its position; a program's
+    # simulated module may have its own motors, but no encoders.
     groups.sort(key=lambda g: (type(g[1][0].made) in (dict, list, tuple), g[0], -sum(len(h.devices) for h in g[1])))
     return [group for _, group in groups] + [flat for h in reversed(holders) if (flat := _flat_modules(h))]
 
@@ -109,7 +109,7 @@ def _motor_keys(holder: Holder) -> set[DeviceKey]:
 
 
 def _flat_modules(holder: Holder) -> list[Holder]:
-    """List modules of an object with all their motors as members: `front_left_drive`, `drive_motors[0]`, `steer2`."""
+    """List modules whose motors are members of one object: `front_left_drive`, `drive_motors[0]`, `steer2`."""
     parts: dict[object, dict[str, BuiltDevice]] = {}
     for name, device in holder.devices.items():
         number = re.search(r"\d+", name.split(".")[-1])
@@ -126,13 +126,13 @@ def _flat_modules(holder: Holder) -> list[Holder]:
 
 
 def _is_steered(holder: Holder) -> bool:
-    """Return whether an object with two motors turns a wheel: a motor's name says so, or it has another encoder."""
+    """Return whether an object with two motors is a swerve module: it has a steer motor by name, or an encoder."""
     motors = [name for name, device in holder.devices.items() if _is_motor(device)]
     return any(_steers(name) > 0 for name in motors) or len(motors) < len(holder.devices)
 
 
 def _steers(name: str) -> int:
-    """Return 1 where the attributes of a device say that it steers, -1 where they say that it drives.
+    """Return 1 if the attribute path of a motor names steering, -1 if it names driving, 0 if both or neither.
 
     >>> _steers("turn_motor"), _steers("drive.motor"), _steers("driveTurnMotor")
     (1, -1, 0)
@@ -141,7 +141,7 @@ def _steers(name: str) -> int:
 
 
 def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> tuple[list[Holder], bool]:
-    """Return modules ordered by names, and True, where these give corners; else in the order found."""
+    """Return the modules in the order of `places` and True if their names give corners, else as found and False."""
     named = {corner_of(holder.name): holder for holder in holders}
     corners = [(_sign(x), _sign(y)) for x, y in places]
     is_named = len({*corners}) == len(holders) and {*corners} == {*named}
@@ -176,7 +176,7 @@ def _wheel(holder: Holder, place: tuple[float, float]) -> FoundWheel:
 
 
 def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDevice, BuiltDevice]:
-    """Return drive and steer motor by attribute names, else by a loop on an absolute encoder, else as built."""
+    """Return drive and steer motor: by attribute name, else by a loop on an absolute encoder, else in build order."""
     (name_a, a), (name_b, b) = motors
 
     lean = _steers(name_a) - _steers(name_b)
@@ -192,10 +192,10 @@ def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDe
 
 
 def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
-    """Return the drivetrain with the program's signs, zeros and measures, found by moving its sensors.
+    """Return the drivetrain with the program's signs, zeros and measures, measured by moving the sensors.
 
     Raises:
-        ConfigError: A device does not answer.
+        ConfigError: A device does not respond.
     """
     asked: list[Maker] = list(dict.fromkeys(maker_of(d) for wheel in found.wheels for d in wheel.devices))
     by_name = {name: made for name, made in graph.objects()}
@@ -251,7 +251,7 @@ def _ports(wheel: FoundWheel) -> ModulePorts:
 
 
 def _zeros_of_odometry(count: int) -> list[float | None]:
-    """Return module angles with which the program has built its odometry while its sensors read zero [rad]."""
+    """Return the module angles passed to the odometry's constructor at zero sensor readings [rad]; None if unknown."""
     for record in reversed(built("odometry", "SwerveDrive")):
         for value in (*record.args, *record.settings.values()):
             if isinstance(value, (list, tuple)) and len(value) == count and hasattr(value[0], "angle"):
@@ -260,7 +260,7 @@ def _zeros_of_odometry(count: int) -> list[float | None]:
 
 
 def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None], dict[str, Measure]]:
-    """Guess angles while encoders read zero [rad] by offsets among attributes, where no module says its angle."""
+    """Guess the module angles at zero encoder readings [rad] from offset attributes, if no module gives its angle."""
     rows = [
         [(n, v) for made in objects for n, v in getattr(made, "__dict__", {}).items() if _OFFSET.search(n)]
         for objects in modules
@@ -286,7 +286,7 @@ def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWhe
     by_encoder, by_rotor = belief.angle_per_encoder_turn, belief.angle_per_rotor_turn
     assert wheel.steer is not None
     is_own_sensor = maker_of(wheel.steer).facts(wheel.steer).sensor is not None
-    # where the controller closes its loop on the encoder, positive output turns that encoder up
+    # if the controller closes its loop on the encoder, positive output increases the encoder reading
     steers = by_rotor if by_rotor else by_encoder if is_own_sensor else 0.0
     return replace(
         wheel,
@@ -309,11 +309,11 @@ def _way_of(change: float) -> float:
 
 
 def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
-    """Return the configuration of a controller, by names of a drivetrain's measures.
+    """Return the configuration of a motor controller as drivetrain measures, by name.
 
     Args:
-        role: `drive` or `steer`.
-        device: The first of its kind.
+        role: `drive` or `steer`, the first word of each name.
+        device: Motor controller that represents all controllers of this role.
     """
     facts = maker_of(device).facts(device)
     found = {f"{role}_motor": Measure(facts.motor, f"usual on a {device.model}", facts.is_guess)}
@@ -325,14 +325,14 @@ def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
 
 
 def free_speed_volts(wheel: FoundWheel) -> tuple[Measure, ...]:
-    """Return the measures of `FoundDrivetrain.free_speed_volts` for one wheel's drive and steer motor."""
+    """Return `FoundDrivetrain.free_speed_volts` for the drive and steer motors of one wheel."""
     devices = (wheel.motors[0], *(() if wheel.steer is None else (wheel.steer,)))
     said = [(maker_of(device).facts(device).free_speed_volts, str(device)) for device in devices]
     return tuple(Measure(volts, source) for volts, source in said if volts is not None)
 
 
 def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
-    """Return the distance per turn of the drive motor's rotor that the program assumes [m]."""
+    """Return the program's distance per rotor turn of the drive motor [m]; empty if unknown."""
     if belief.meters_per_rotor_turn:
         return {"meters_per_rotor_turn": Measure(abs(belief.meters_per_rotor_turn), "the program's own positions")}
     if wheel.wheel_encoder is None and facts.units_per_rotor_turn not in (0.0, 1.0):
@@ -343,7 +343,7 @@ def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, M
 
 
 def _turn(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
-    """Return the gearing of the azimuth."""
+    """Return the steer gearing from the program or the steer controller's configuration; empty if unknown."""
     device = wheel.steer
     if belief.angle_per_rotor_turn:
         return {"steer_gearing": Measure(math.tau / abs(belief.angle_per_rotor_turn), "the program's own angles")}

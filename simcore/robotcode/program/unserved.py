@@ -1,4 +1,4 @@
-"""Devices of the program that simcore does not simulate, so that a start can name them."""
+"""Devices of the program that simcore does not simulate, for a warning at startup."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ __all__ = ["unknown_sim_devices", "unserved_devices"]
 
 
 def unserved_devices(graph: ObjectGraph) -> list[str]:
-    """List objects of vendors' libraries that no maker knows, by class and the attributes that lead to them.
+    """List the vendor library objects that simcore does not simulate, by class and attribute path.
 
-    A vendor's library is a C++ package made for WPILib; Python code of a program needs no simulation.
+    A vendor library is a C++ package built on WPILib; pure Python objects need no simulation.
 
     Args:
         graph: Graph of the robot object.
@@ -36,13 +36,13 @@ def unserved_devices(graph: ObjectGraph) -> list[str]:
 
 
 def unknown_sim_devices(names: Sequence[str]) -> list[str]:
-    """Return WPILib's SimDevices, by name, of makers that simcore does not know."""
+    """Return the names of WPILib SimDevices that no maker in simcore simulates."""
     known = [part for maker in makers() for part in maker.sim_devices]
     return sorted({name.split("/")[0] for name in names if not any(part in name for part in known)})
 
 
 def _number(made: Any) -> str:
-    """Return its CAN id, where it has one, and a space."""
+    """Return the CAN ID of a device followed by a space, or an empty string without a CAN ID."""
     for method in ("getDeviceId", "getDeviceID", "getDeviceNumber"):
         if hasattr(made, method):
             return f"{int(getattr(made, method)())} "
@@ -53,12 +53,12 @@ _OWN = (
     *("wpilib", "robotpy-wpi", "robotpy-hal", "robotpy-cscore", "robotpy-commands", "pyntcore"),
     *("robotpy-apriltag", "robotpy-fields"),
 )
-"""Beginnings of the names of WPILib's own distributions."""
+"""Prefixes of the names of WPILib's own distributions."""
 
 
 @cache
 def _is_of_a_vendor(package: str) -> bool:
-    """Return whether a package needs WPILib without being one of WPILib's own."""
+    """Return whether a package depends on WPILib but is not part of WPILib."""
     others = (name for name in packages_distributions().get(package, ()) if not name.lower().startswith(_OWN))
     wanted = [text.lower() for name in others for text in requires(name) or ()]
     return any(text.startswith(("wpilib", "robotpy-hal", "robotpy-wpi")) for text in wanted)

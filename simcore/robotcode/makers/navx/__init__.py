@@ -1,3 +1,3 @@
-"""Studica's navX: `navx_maker`. Needs the extra 'navx'."""
+"""Adapter to Studica's navX gyros; needs the extra 'navx'."""
 
-import navx  # noqa: F401  # before the modules: an import hook loads them
+import navx  # noqa: F401  # first, because an import hook loads the modules of this package

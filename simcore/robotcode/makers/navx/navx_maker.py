@@ -1,11 +1,11 @@
-"""Studica's navX, whose yaw is clockwise positive, and navX3, as robot code reads them through their library.
+"""Studica's navX, with clockwise positive yaw, and navX3, as read by robot code through Studica's library.
 
-The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. So this module answers
-robot code's calls itself, equally in real and in simulated time; it also writes the SimDevice, for other
-readers. Not simulated: displacement, velocity, accelerometer, compass.
+The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. Robot code's calls are
+therefore answered here, in real and in simulated time; the SimDevice is also written, for other readers. Displacement,
+velocity, accelerometer and compass are not simulated.
 
-Axes: x to the right, y forward, z up; pitch is positive as the nose goes up, roll as the left side goes down, yaw
-clockwise. Source: Studica's navX-MXP manual, "Orientation", for a board that lies flat.
+navX axes: x right, y forward, z up; pitch is positive nose up, roll left side down, yaw clockwise. Source: Studica's
+navX-MXP manual, "Orientation", for a board that lies flat.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 class NavxPort:
     """Simulated side of one `AHRS`.
 
-    `reset()` and `zeroYaw()` zero yaw and angle, as the library's software reset does: quaternion and fused
-    heading stay.
+    `reset()` and `zeroYaw()` zero yaw and angle but not quaternion and fused heading, as the library's software reset
+    does.
 
     Args:
-        ahrs: Object of robot code.
+        ahrs: Device object of robot code.
     """
 
     def __init__(self, ahrs: navx.AHRS) -> None:
         self.adjustment = float(ahrs.getAngleAdjustment())
-        """Offset of the continuous angle [deg]."""
+        """Angle adjustment added to `angle` [deg]."""
         self._zero = self._turned = 0.0  # clockwise [deg]
         self.rate = self.pitch = self.roll = 0.0
-        """Rate, pitch and roll as robot code reads them [deg/s, deg, deg]."""
+        """Yaw rate [deg/s], pitch and roll [deg] with the navX's signs."""
         self._attitude = Rotation3d()
         sim = SimDeviceSim(f"navX-Sensor[{ahrs.getPort()}]")
         self._shown = [sim.getDouble(name) for name in ("Yaw", "Pitch", "Roll", "Rate", "FusedHeading")]
         _answers.attach(ahrs, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the rotation since power-on, as in `simcore.robotcode.program.motor_ports.GyroPort`."""
         self._turned = -math.degrees(yaw)
         self.pitch, self.roll, self.rate = -math.degrees(pitch), -math.degrees(roll), -math.degrees(rates[2])
         self._attitude = Rotation3d(roll, pitch, yaw)
@@ -59,22 +59,22 @@ class NavxPort:
 
     @property
     def yaw(self) -> float:
-        """Yaw clockwise since the last reset, within half a turn [deg]."""
+        """Yaw since the last reset, clockwise, from -180 to 180 [deg]."""
         return math.remainder(self._turned - self._zero, 360.0)
 
     @property
     def angle(self) -> float:
-        """Yaw, continuous over turns, plus the adjustment [deg]."""
+        """Yaw since the last reset, clockwise and continuous over turns, plus the adjustment [deg]."""
         return self._turned - self._zero + self.adjustment
 
     @property
     def fused_heading(self) -> float:
-        """Heading clockwise since it was switched on, from 0 to 360 [deg]."""
+        """Heading since power-on, clockwise, from 0 to 360 [deg]."""
         return self._turned % 360.0
 
     @property
     def quaternion(self) -> Quaternion:
-        """Attitude in the sensor's axes, since it was switched on."""
+        """Attitude since power-on, in navX axes."""
         q = self._attitude.getQuaternion()
         return Quaternion(q.W(), -q.Y(), q.X(), q.Z())
 
@@ -83,7 +83,7 @@ class NavxPort:
         self._zero = self._turned
 
     def adjust(self, adjustment: float) -> None:
-        """Set the offset of the angle [deg]."""
+        """Set the angle adjustment [deg]."""
         self.adjustment = float(adjustment)
 
 
@@ -93,13 +93,13 @@ _NAVX3_QUATERNIONS = ("Quaternion6", "Quaternion9")
 
 
 class Navx3Port:
-    """Simulated side of one `Navx` (navX3): counter-clockwise positive, as its `getRotation2D` returns its yaw.
+    """Simulated side of one `Navx` (navX3), counter-clockwise positive like its `getRotation2D`.
 
-    Its library reads the SimDevice at once; `resetYaw()` zeroes yaw there and leaves the continuous angle. Its
-    other axes are assumed to be the robot's: x forward, y to the left.
+    The library reads the SimDevice without delay; `resetYaw()` zeroes the yaw but not the continuous angle. The other
+    axes are assumed to match the robot's: x forward, y left.
 
     Args:
-        number: CAN id.
+        number: CAN ID of the device.
     """
 
     def __init__(self, number: int) -> None:
@@ -111,7 +111,7 @@ class Navx3Port:
         _navx3[number] = self
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the rotation since power-on, as in `simcore.robotcode.program.motor_ports.GyroPort`."""
         self._turned = turned = math.degrees(yaw)
         self._yaw.set(math.remainder(turned - self._zero, 360.0))
         for value, angle in zip(self._angles, (turned, math.degrees(pitch), math.degrees(roll)), strict=True):
@@ -124,11 +124,11 @@ class Navx3Port:
                 value.set(part)
 
     def zero(self) -> None:
-        """Zero the yaw."""
+        """Zero the yaw, but not the continuous angle."""
         self._zero = self._turned
 
 
-_navx3: dict[int, Navx3Port] = {}  # by CAN id
+_navx3: dict[int, Navx3Port] = {}  # by CAN ID
 
 
 def _note_reset(made: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
@@ -180,7 +180,7 @@ class _Studica(Maker):
     def watch(self) -> None:
         self.devices.record(navx.AHRS, "navX", lambda made, args, settings: DeviceAddress(int(made.getPort())))
         ahrs: Any = navx.AHRS
-        ahrs.create_spi = staticmethod(_create_spi)  # the library's own factory calls no watched constructor
+        ahrs.create_spi = staticmethod(_create_spi)  # the library's own factory bypasses the recorded constructor
         self.devices.record(navx.Navx, "navX3", _address_of_navx3)
         after_call(navx.Navx, "resetYaw", _note_reset)
         _answers.wrap(navx.AHRS, _ANSWERS)
@@ -191,4 +191,4 @@ class _Studica(Maker):
 
 
 MAKER = _Studica()
-"""Maker object; see `simcore.robotcode.program.makers`."""
+"""Studica's entry in `simcore.robotcode.program.makers`."""

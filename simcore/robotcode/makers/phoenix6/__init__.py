@@ -1,4 +1,4 @@
-"""Adapters to CTRE's Phoenix 6 devices: physics writes their simulated state and reads their volts."""
+"""Adapters to CTRE's Phoenix 6 devices: physics writes the devices' simulated state and reads their volts."""
 
 from importlib.metadata import PackageNotFoundError, version
 
@@ -10,13 +10,13 @@ TESTED_PHOENIX6 = "26.3.0"
 
 
 def require_phoenix6(found: str | None) -> None:
-    """Refuse another year's Phoenix 6, whose simulated devices may differ.
+    """Reject a Phoenix 6 version from another year, whose simulated devices may differ.
 
     Args:
-        found: Installed version; None: not installed.
+        found: Installed version; None if Phoenix 6 is not installed.
 
     Raises:
-        VendorError: It is not of 2026, or not installed.
+        VendorError: Phoenix 6 is not installed, or not a 2026 version.
     """
     if found is None:
         raise VendorError('simcore needs Phoenix 6, which is not installed: pip install "phoenix6>=26.1,<27"')

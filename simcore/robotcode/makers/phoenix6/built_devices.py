@@ -1,6 +1,6 @@
-"""CTRE devices that the robot program builds, their buses and configurations, and those that it writes itself.
+"""CTRE devices that the robot program builds, their buses and configurations, and writes of the program's simulation.
 
-Classes are watched as this module is imported: before the robot is built, as physics is.
+Recording starts when this module is imported, which is before the robot is built.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ MODELS: dict[str, Any] = {
     model: getattr(hardware, model)
     for model in ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 }
-"""Classes in robot code."""
+"""Device class in robot code, by model."""
 DEVICES = BuiltDevices()
-"""Devices that the program has built; `TalonFX.none()`, with an id below zero, does not count."""
+"""Devices that the program has built, without placeholders such as `TalonFX.none()`, whose ID is negative."""
 MOTORS_OF_TALON_FXS = {
     "MINION_JST": "Minion",
     "NEO_JST": "NEO",
@@ -48,7 +48,7 @@ MOTORS_OF_TALON_FXS = {
     "VORTEX_JST": "NEO Vortex",
     "BRUSHED_DC": "CIM",
 }
-"""Motors behind a TalonFXS by its configured arrangement."""
+"""Motor of a TalonFXS by the configured motor arrangement."""
 
 
 _ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")
@@ -75,14 +75,14 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
         ),
     ),
 }
-"""Methods by which a team's own simulation writes the simulated state of a device."""
+"""Simulated state class of each model, and the setters that a team's own simulation may call."""
 
 
 _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Ask before a team's own simulation writes; see `Maker.watch_simulations`."""
+    """Check each write of a team's own simulation to a device; see `Maker.watch_simulations`."""
     for cls, names in _SETTERS.values():
         after_call(cls, "__init__", _note_simulation)
         for name in names:
@@ -94,12 +94,12 @@ def _note_simulation(state: Any, _: Any, args: tuple[Any, ...], settings: dict[s
 
 
 def key_of(made: Any) -> DeviceKey:
-    """Return model and address of a device object, whatever class a program derived."""
+    """Return model and address of a device object, including an instance of a derived class."""
     return next(model for model, cls in MODELS.items() if isinstance(made, cls)), address_of(made)
 
 
 def address_of(made: Any) -> DeviceAddress:
-    """Return id and bus of a device object."""
+    """Return the CAN ID and bus of a device object."""
     return DeviceAddress(int(made.device_id), made.network.name)
 
 
@@ -108,10 +108,10 @@ for _model, _cls in MODELS.items():
 
 
 def require_distinct() -> None:
-    """Check that CTRE's own simulation tells all devices apart: it knows them by model and id alone.
+    """Check that CTRE's own simulation distinguishes all devices; it identifies a device by model and ID only.
 
     Raises:
-        ConfigError: Two on different buses have one id.
+        ConfigError: Two devices of one model on different buses have the same ID.
     """
     known: dict[tuple[str, int], BuiltDevice] = {}
     for device in DEVICES.devices():
@@ -125,18 +125,18 @@ def require_distinct() -> None:
 
 
 PATIENCE = (0.05, 0.1, 0.25, 0.5, 1.0)
-"""Timeouts of successive tries [s]; a device answers in 50 ms, but not while it starts or the computer is busy."""
+"""Timeouts of successive attempts [s]; a device responds in 50 ms, unless it is starting or the computer is busy."""
 
 
 def read_configuration(device: Any, config: Any) -> None:
-    """Fill a configuration object, or one group of it, from its device; try again if there is no answer.
+    """Fill a configuration object, or one group of it, from the device; retry if the device does not respond.
 
     Args:
-        device: Object of robot code.
+        device: Device object of robot code.
         config: Configuration to fill, for example `TalonFXConfiguration()` or `MotorOutputConfigs()`.
 
     Raises:
-        ConfigError: The device does not answer.
+        ConfigError: The device does not respond.
     """
     for timeout in PATIENCE:
         status = device.configurator.refresh(config, timeout)
@@ -149,14 +149,14 @@ def read_configuration(device: Any, config: Any) -> None:
 
 
 def talon_configuration(device: Any, model: str) -> Any:
-    """Return the whole configuration of a motor controller.
+    """Return the complete configuration of a motor controller.
 
     Args:
-        device: Object of robot code, of whatever class the program derived.
-        model: Model, `TalonFX` or `TalonFXS`.
+        device: Device object of robot code, possibly of a derived class.
+        model: Model of the controller: `TalonFX` or `TalonFXS`.
 
     Raises:
-        ConfigError: The device does not answer.
+        ConfigError: The device does not respond.
     """
     make: Any = configs.TalonFXConfiguration if model == "TalonFX" else configs.TalonFXSConfiguration
     config = make()
@@ -166,20 +166,20 @@ def talon_configuration(device: Any, model: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """Source of a motor controller's position."""
+    """Feedback sensor configuration of a motor controller."""
 
     source: str
-    """Source as CTRE names it: `ROTOR_SENSOR`, `FUSED_CANCODER`."""
+    """Feedback source in CTRE's spelling: `ROTOR_SENSOR`, `FUSED_CANCODER`."""
     rotor_per_sensor: float
-    """Rotor turns per turn of the sensor; 1 for the rotor's own [-]."""
+    """Rotor turns per sensor turn [-]; 1 for the rotor sensor."""
     sensor_per_mechanism: float
-    """Turns of the sensor per turn that robot code reads [-]."""
+    """Sensor turns per turn that robot code reads [-]."""
     remote_id: int
-    """CAN id of the sensor, where it is a device by itself."""
+    """CAN ID of a remote sensor."""
 
     @property
     def on_rotor(self) -> bool:
-        """Whether the sensor is the rotor's own."""
+        """Whether the feedback source is the rotor sensor."""
         return self.source in ("ROTOR_SENSOR", "COMMUTATION")
 
     @property
@@ -189,7 +189,7 @@ class Feedback:
 
 
 def feedback_of(config: Any) -> Feedback:
-    """Return the feedback of a motor controller's `TalonFXConfiguration` or `TalonFXSConfiguration`."""
+    """Return the feedback settings of a `TalonFXConfiguration` or `TalonFXSConfiguration`."""
     is_fx = hasattr(config, "feedback")
     group = config.feedback if is_fx else config.external_feedback
     source = str((group.feedback_sensor_source if is_fx else group.external_feedback_sensor_source).name)

@@ -1,7 +1,7 @@
-"""Lights that robot code requests of a CANdle: the color of each LED, and the requests in words.
+"""LED state of a CANdle from robot code's requests: color of each LED, and a description.
 
-Neither CTRE's simulation nor the emulator models the lights, so this module watches `set_control`. CTRE does not
-document whether a solid color or an animation wins on the same LEDs; here the animation does.
+Neither CTRE's simulation nor the emulator models the LEDs, so calls of `set_control` are recorded here. CTRE does not
+document whether a solid color or an animation wins on the same LEDs; here the animation wins.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from simcore.typing import IntArray
 __all__ = ["candle_lights"]
 
 CHANGING_COLORS = -1
-"""Color of LEDs under an animation without a fixed color: rainbow, RGB fade, fire."""
+"""Color value of LEDs in an animation without a fixed color: rainbow, RGB fade, fire."""
 
 _MOST_LEDS = 400
 _ONBOARD = 8
 
 
 class CANdleLights:
-    """Lights of one CANdle, as last requested."""
+    """LED state of one CANdle after the latest request."""
 
     def __init__(self) -> None:
         self._solid = np.zeros(_MOST_LEDS, dtype=np.int64)
@@ -34,10 +34,10 @@ class CANdleLights:
         self._animations: dict[int, tuple[str, int, int, int]] = {}
         self._used = _ONBOARD
         self.changes = 0
-        """Number of changes so far."""
+        """Number of changes of the lights so far."""
 
     def note(self, request: Any) -> None:
-        """Record a request of robot code; one for other devices changes nothing."""
+        """Record a control request of robot code; requests without LEDs are ignored."""
         name = str(request.name)
         if name == "EmptyAnimation":
             self.changes += self._animations.pop(int(request.slot), None) is not None
@@ -53,7 +53,7 @@ class CANdleLights:
         if name == "SolidColor":
             if self._spans.get((first, last)) == color and (self._solid[first : last + 1] == color).all():
                 return
-            # drop requests that this one covers completely
+            # drop earlier requests whose LEDs are all covered by the new request
             self._spans = {k: v for k, v in self._spans.items() if not (first <= k[0] and k[1] <= last)}
             self._spans[first, last] = color
             self._solid[first : last + 1] = color
@@ -66,7 +66,7 @@ class CANdleLights:
 
     @property
     def colors(self) -> IntArray:
-        """Color of each LED up to the last one ever lit, 0xRRGGBB, or `CHANGING_COLORS`; shape (n,)."""
+        """Color of each LED as 0xRRGGBB or `CHANGING_COLORS`, up to the last LED used so far, shape (n,)."""
         shown = self._solid[: self._used].copy()
         for _, (_, first, last, color) in sorted(self._animations.items()):
             shown[first : last + 1] = color
@@ -74,7 +74,7 @@ class CANdleLights:
 
     @property
     def shows(self) -> str:
-        """Requests in words: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`."""
+        """Description of the requests: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`."""
         words = [_words("SolidColor", *span, color) for span, color in self._spans.items()]
         words += [_words(*animation) for _, animation in sorted(self._animations.items())]
         return ", ".join(words)
@@ -86,7 +86,7 @@ def _words(name: str, first: int, last: int, color: int) -> str:
 
 
 def _rgb(color: Any) -> int:
-    """Return 0xRRGGBB of an `RGBWColor`; white adds to all three."""
+    """Return an `RGBWColor` as 0xRRGGBB, with white added to each channel."""
     r, g, b = (min(255, int(part) + int(color.white)) for part in (color.red, color.green, color.blue))
     return r << 16 | g << 8 | b
 
@@ -95,14 +95,14 @@ _lights: dict[DeviceAddress, CANdleLights] = {}
 
 
 def candle_lights() -> dict[DeviceAddress, CANdleLights]:
-    """Return the lights of every CANdle that has received a request."""
+    """Return the LED state of every CANdle that has received a request, by address."""
     return _lights
 
 
 def _note_request(candle: Any, status: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    if status.is_ok() and candle.device_id >= 0:  # CANdle.none() has an id below zero and is no device
+    if status.is_ok() and candle.device_id >= 0:  # CANdle.none() has a negative ID and is not a device
         request = next(iter((*args, *settings.values())))
         _lights.setdefault(address_of(candle), CANdleLights()).note(request)
 
 
-after_call(CANdle, "set_control", _note_request)  # watched from the import of this module on
+after_call(CANdle, "set_control", _note_request)  # record requests from the import of this module on

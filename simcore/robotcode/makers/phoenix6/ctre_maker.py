@@ -1,4 +1,4 @@
-"""CTRE's Phoenix 6 devices TalonFX, TalonFXS, CANcoder and Pigeon 2, and its swerve drivetrain."""
+"""CTRE's `Maker`: the Phoenix 6 devices TalonFX, TalonFXS, CANcoder and Pigeon 2, and CTRE's swerve drivetrain."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
-from simcore.robotcode.makers.phoenix6 import swerve  # records drivetrains from this import on; robots come later
+from simcore.robotcode.makers.phoenix6 import swerve  # records drivetrains from this import on, before the robot
 from simcore.robotcode.makers.phoenix6.built_devices import (
     DEVICES,
     MOTORS_OF_TALON_FXS,
@@ -42,20 +42,20 @@ from simcore.robotcode.program.program_odometry import watch_sets
 
 __all__ = ["MAKER", "CtreDrivetrain"]
 
-_SHOWN = 0.1  # [s]; status frames come 50 times a second or more often
-_MOST_VOLTS = 1.0  # gains kS and kG above this are in amperes, of a torque-current loop
+_SHOWN = 0.1  # [s], wait until all status frames are sent, which have 50 Hz or more
+_MOST_VOLTS = 1.0  # [V], largest plausible kS or kG; larger gains are in amperes, for a torque-current loop
 
 
 class CtreDrivetrain:
-    """CTRE's `SwerveDrivetrain`, which drives itself: a `MakersDrivetrain`.
+    """CTRE's `SwerveDrivetrain`, with its own control loops, as a `MakersDrivetrain`.
 
     Args:
-        drivetrain: Drivetrain of any class.
+        drivetrain: `SwerveDrivetrain`, possibly of a derived class.
         settings: Settings of simcore.toml.
         folder: Folder of robot.py.
 
     Raises:
-        ConfigError: Its constants are invalid.
+        ConfigError: The drivetrain's module constants are invalid.
     """
 
     def __init__(self, drivetrain: Any, settings: RobotSettings, folder: Path) -> None:
@@ -95,7 +95,7 @@ class CtreDrivetrain:
         )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
-        """Connect its devices to the model."""
+        """Connect the drivetrain's devices to the model."""
         return swerve.SwerveDrivetrainSim(self._drivetrain, drive)
 
 
@@ -135,10 +135,10 @@ _WIRED = ("QUADRATURE", "PULSE_WIDTH")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess(GuessedMechanism):
-    """Likely mechanism of a group of Talons."""
+    """Guessed mechanism of a group of Talons."""
 
     inverted: bool
-    """Whether the leader is configured `CLOCKWISE_POSITIVE`."""
+    """Whether the leader is configured as `CLOCKWISE_POSITIVE`."""
     feedback: Feedback
 
 
@@ -193,7 +193,7 @@ class _Ctre(Maker):
         return CANcoderSim(encoder.hardware)
 
     def guess(self, group: FollowerGroup) -> Guess:
-        """Guess by the configuration of the leader, which takes 50 ms to read."""
+        """Guess the mechanism from the leader's configuration; the read takes 50 ms."""
         device = group.leader
         config = talon_configuration(device.hardware, device.model)
         feedback, gains, name = feedback_of(config), config.slot0, _usual_motor(config)
@@ -258,12 +258,12 @@ class _Ctre(Maker):
         if emulator is None:
             time.sleep(_SHOWN)
             return
-        for device in 2 * [*emulator]:  # a motor controller reads its encoder's previous value
+        for device in 2 * [*emulator]:  # twice, because a motor controller reads the previous value of its encoder
             device.send_frame()
 
 
 def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **known: Any) -> TalonFXMotorSim:
-    """Connect Talons to a mechanism; `known` holds further facts of their configuration."""
+    """Connect Talons to a mechanism; `known` holds further arguments of `TalonFXMotorSim`."""
     is_small = group.leader.model == "TalonFX" and mounting.motor.startswith("Kraken X44")
     return TalonFXMotorSim(
         group.leader.hardware,
@@ -280,7 +280,7 @@ def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return its leader by its present `Follower` or `StrictFollower` request, of its own model and bus."""
+    """Return the leader in a device's current `Follower` or `StrictFollower` request, and whether it is opposed."""
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
@@ -292,12 +292,12 @@ def _arrangement(config: Any) -> str:
 
 
 def _usual_motor(config: Any) -> str:
-    """Return the motor of a TalonFXS's configuration, else the usual one in the same housing."""
+    """Return the motor in a TalonFXS configuration, or the most common motor of the controller."""
     return MOTORS_OF_TALON_FXS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
 
 
 def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
-    """Return lower stop and present angle of an arm, from its soft limit and its controller's reading [rad]."""
+    """Return the lower stop and current angle of an arm [rad], from the reverse soft limit and the position reading."""
     position = device.hardware.get_position()
     position.wait_for_update(0.1)
     start = device.hardware.get_position().value * math.tau
@@ -307,9 +307,9 @@ def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
 
 
 def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
-    """Return a gain kS or kG in volts, whether tuned in volts or in amperes."""
+    """Return a kS or kG gain in volts, converted if tuned in amperes."""
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance
 
 
 MAKER = _Ctre(DEVICES)
-"""Maker object; see `simcore.robotcode.program.makers`."""
+"""CTRE's entry in `simcore.robotcode.program.makers`."""

@@ -1,7 +1,7 @@
-"""CTRE's `SwerveDrivetrain`, unmodified, on simcore's model.
+"""CTRE's unmodified `SwerveDrivetrain` on simcore's swerve model.
 
-The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of a real
-robot: rotor positions, CANcoders and the Pigeon 2; never a pose.
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, its inputs are
+rotor positions, CANcoders and the Pigeon 2, never a pose.
 """
 
 from __future__ import annotations
@@ -49,24 +49,24 @@ _log = logging.getLogger(__name__)
 _CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
 _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
-_SHOWN = 0.25  # [s]; a reading reaches robot code with the encoder's frame, and the motor's after that: 20 ms
-_LEVEL = 1e-3  # [rotations]; the CANcoder rounds to 1/4096
+_SHOWN = 0.25  # [s], longest wait for a reading, which takes a frame of the encoder and one of the motor: 20 ms
+_LEVEL = 1e-3  # [rotations], largest angle that counts as zero; the CANcoder rounds to 1/4096
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
 def _note_constants(drivetrain: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    """Keep the module constants of a drivetrain, which it does not expose."""
+    """Record the module constants of a drivetrain, which the drivetrain object does not expose."""
     for value in (*args, *settings.values()):
         if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
             _seen[drivetrain] = list(value)
 
 
 def _note_module(module: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    """Set the encoder of a module to the wheel's angle before odometry starts.
+    """Set a module's encoder to the wheel's angle before odometry starts.
 
-    A simulated encoder starts at zero plus its offset, and odometry, whose first sample comes within 4 ms, would take
-    the step to the true angle for coupled travel of the wheel: up to 6 cm.
+    A simulated encoder starts at zero plus its offset. Odometry takes its first sample within 4 ms, and would
+    interpret the jump to the true angle as coupled travel of the wheel, up to 6 cm.
     """
     _show_straight_ahead(module, settings.get("constants", args[3] if len(args) > 3 else None))
 
@@ -77,7 +77,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
     if port is not None:
         port.write(0.0, 0.0)
     if is_emulated():
-        return  # no frame is sent before the first step
+        return  # the emulator sends no frame before the first step
     until = time.monotonic() + _SHOWN
     position = module.steer_motor.get_position
     while abs(position().value) > _LEVEL and time.monotonic() < until:
@@ -85,10 +85,10 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _azimuth(module: Any, c: Any) -> AnglePort | None:
-    """Return the encoder of a module, configured by its constants; None: it has none.
+    """Return the steer encoder of a module, configured from the module constants, or None without one.
 
     Raises:
-        ConfigError: The constants give no pin of a CANdi.
+        ConfigError: The constants give no CANdi pin.
     """
     encoder, turned, offset = module.encoder, c.encoder_inverted, c.encoder_offset
     if isinstance(encoder, CANdi):
@@ -97,16 +97,16 @@ def _azimuth(module: Any, c: Any) -> AnglePort | None:
 
 
 def _pin(c: Any) -> int:
-    """Return the CANdi pin of the azimuth's encoder; 0: none."""
+    """Return the CANdi pin of the steer encoder, or 0 without one."""
     name = str(getattr(getattr(c, "feedback_source", None), "name", ""))
     return int(name[-1]) if "CANDI_PWM" in name else 0
 
 
 def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> tuple[DeviceKey, ...]:
-    """List all devices of a drivetrain.
+    """List the keys of all devices of a drivetrain.
 
     Raises:
-        ConfigError: Two modules share one; the device simulation would move it twice.
+        ConfigError: Two modules share a device, which the simulation would move twice.
     """
     owners: dict[tuple[DeviceKey, int], str] = {}
     for k, (module, c) in enumerate(modules):
@@ -123,7 +123,7 @@ def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> 
 
 
 def _match_wired_encoder(module: Any, c: Any) -> None:
-    """Configure an encoder that may be wired to a steer motor's TalonFXS as CTRE does."""
+    """Configure an encoder wired to the steer motor's TalonFXS, as CTRE's own simulation does."""
     if isinstance(module.steer_motor, TalonFXS):
         state = module.steer_motor.sim_state
         is_turned = c.steer_motor_inverted != c.encoder_inverted
@@ -131,13 +131,13 @@ def _match_wired_encoder(module: Any, c: Any) -> None:
         state.pulse_width_sensor_offset = c.encoder_offset
 
 
-# physics.py is loaded before the robot object is built, so an import there is early enough; robot code stays unchanged
+# physics.py is loaded before the robot object is built, so importing this module there is early enough
 record_class(SwerveDrivetrain, _note_constants)
 record_class(SwerveModule, _note_module)
 
 
 _RESETS = PoseResets()
-"""Pose resets by robot code, of every drivetrain built from now on."""
+"""Pose resets by robot code on every drivetrain."""
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:
@@ -152,7 +152,7 @@ _MEANINGS: dict[str, Any] = {
     "reset_rotation": lambda drivetrain, rotation: (None, float(rotation.radians())),
     "seed_field_centric": lambda drivetrain, rotation=None: (None, _heading(drivetrain, rotation)),
 }
-"""Values that each method sets: position [m, m] and heading [rad]."""
+"""Position [m, m] and heading [rad] set by each method's arguments; None for an unchanged part."""
 
 
 def _noting(meaning: Any) -> Any:
@@ -169,10 +169,10 @@ for _method, _meaning in _MEANINGS.items():
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
-    """Return the `SwerveModuleConstants` with which a drivetrain was built, in its order.
+    """Return the `SwerveModuleConstants` of a drivetrain, in module order.
 
     Raises:
-        ConfigError: It was built before this module was imported.
+        ConfigError: The drivetrain was built before this module was imported.
     """
     if drivetrain not in _seen:
         raise ConfigError(
@@ -188,10 +188,10 @@ def known_drivetrains() -> list[Any]:
 
 
 def only_drivetrain() -> Any:
-    """Return the drivetrain that the program has built, of any class; of several on the same devices the last.
+    """Return the drivetrain that the program has built, or the last one of several on the same devices.
 
     Raises:
-        ConfigError: There is no drivetrain, or more than one.
+        ConfigError: The program has built no drivetrain, or drivetrains on different devices.
     """
     found = known_drivetrains()
     if found and len(_of_same_devices(found[-1])) == len(found):
@@ -205,7 +205,7 @@ def only_drivetrain() -> Any:
 
 
 def _of_same_devices(drivetrain: Any) -> list[Any]:
-    """List all drivetrains on the motors of one, in building order: on the robot they are one."""
+    """List the drivetrains that share all motors with `drivetrain`, itself included, in build order."""
     own_keys = _motor_keys(drivetrain)
     return [other for other in known_drivetrains() if _motor_keys(other) == own_keys]
 
@@ -225,24 +225,25 @@ def swerve_config(
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
 ) -> SwerveConfig:
-    """Return the model of a drivetrain from its `SwerveModuleConstants`.
+    """Return the model configuration of a drivetrain from its `SwerveModuleConstants`.
 
-    It uses positions, gear ratios, coupling, wheel radius, motor kinds and current limits. It ignores on
-    purpose inertias and friction voltages, which the generator fills with placeholders (0.01 kg m^2, 0.2 V) that
-    describe no robot. The constants do not have mass and bumpers.
+    The constants give module positions, gear ratios, coupling, wheel radius, motors and current limits. Inertias and
+    friction voltages are ignored on purpose: Tuner X fills them with placeholders (0.01 kg m^2, 0.2 V) that describe no
+    real robot. Mass and bumper size are not part of the constants.
 
     Args:
-        drivetrain: A `SwerveDrivetrain` of any class.
-        modules: Constants in its order, if it was built too early for `module_constants`.
+        drivetrain: `SwerveDrivetrain`, possibly of a derived class.
+        modules: Module constants in module order, if the drivetrain was built too early for `module_constants`.
         mass: Mass with bumpers and battery [kg].
-        bumper: Length and width over the bumpers, for the yaw inertia [m].
+        bumper: Length and width over the bumpers [m], for the yaw inertia.
         height: Height of the center of mass [m].
         wheel_cof: Coefficient of friction of the wheels on carpet [-].
-        drive_motor: Drive motor, where the constants' `TALON_FX_INTEGRATED` is not a Kraken X60 with FOC.
-        steer_motor: Steer motor, likewise.
+        drive_motor: Drive motor; None for the motor in the constants, where `TALON_FX_INTEGRATED` is a Kraken X60 with
+            FOC.
+        steer_motor: Steer motor; None for the motor in the constants.
 
     Raises:
-        ConfigError: A constant is missing or invalid; the text names the module.
+        ConfigError: A constant is missing or invalid; the message names the module.
     """
     constants = module_constants(drivetrain) if modules is None else modules
     return SwerveConfig(
@@ -268,7 +269,7 @@ def _module(
     steer = getattr(constants, "steer_motor_initial_configs", None)
     slip_current = getattr(constants, "slip_current", None)
     stator, supply = _limits(drive)
-    # CTRE applies the slip current as the drive motors' stator limit.
+    # CTRE applies the slip current as the stator current limit of the drive motors.
     if isinstance(slip_current, (int, float)) and slip_current > 0.0:
         stator = float(slip_current) if stator is None else min(stator, float(slip_current))
     steer_stator, steer_supply = _limits(steer)
@@ -293,7 +294,7 @@ def _module(
 
 
 def _friction(constants: object, drive_motor: MotorModel) -> float:
-    """Return friction of a module by the kS of its drive gains, volts or amperes, or as usual where it has none [V]."""
+    """Return the drive friction of a module [V] from kS in the drive gains (V or A), or `USUAL_FRICTION` without kS."""
     ks = getattr(getattr(constants, "drive_motor_gains", None), "k_s", 0.0)
     if not isinstance(ks, (int, float)) or not math.isfinite(ks) or ks == 0.0:
         return USUAL_FRICTION
@@ -303,20 +304,20 @@ def _friction(constants: object, drive_motor: MotorModel) -> float:
 
 
 def arranged_motor(constants: object, name: str) -> MotorModel:
-    """Return the motor that an arrangement of CTRE's constants names.
+    """Return the motor model for the motor arrangement in CTRE's module constants.
 
     Args:
-        constants: Constants of a module.
-        name: Constant, `drive_motor_type` or `steer_motor_type`.
+        constants: Constants of one module.
+        name: Name of the constant: `drive_motor_type` or `steer_motor_type`.
     """
     kind = str(getattr(getattr(constants, name, None), "name", ""))
-    # a TalonFX may be a Falcon or either Kraken, and a brushed motor any: the constants do not tell
+    # the constants do not distinguish a Falcon from the Krakens, or one brushed motor from another
     other = "CIM" if "BRUSHED" in kind else "Kraken X60 FOC"
     return motor(MOTORS_OF_TALON_FXS.get(kind.removeprefix("TALON_FXS_"), other))
 
 
 def _limits(configs: object) -> tuple[float | None, float | None]:
-    """Return stator and supply limit of a configuration [A], infinite where disabled; None: not configured."""
+    """Return the stator and supply current limits [A]: infinite if disabled, None without a configuration."""
     limits = getattr(configs, "current_limits", None)
     if limits is None:
         return None, None
@@ -330,19 +331,18 @@ def _limits(configs: object) -> tuple[float | None, float | None]:
 
 
 class SwerveDrivetrainSim(SwervePorts):
-    """Devices of the drivetrain: their volts move the model, whose motion sets their sensors.
+    """Devices of a CTRE swerve drivetrain: the motors' volts drive the model, whose motion sets the sensors.
 
-    It replaces `update_sim_state` by an empty function: the generated class calls that from a Notifier at 250 Hz,
+    `update_sim_state` is replaced with an empty function, because Tuner X's class calls it from a 250 Hz Notifier,
     and the model must be stepped only once.
 
     Args:
-        drivetrain: A `SwerveDrivetrain` of any class.
-        drive: Model of the same robot, which its owner steps with the chassis.
-        modules: Constants, if the drivetrain was built too early for `module_constants`.
+        drivetrain: `SwerveDrivetrain`, possibly of a derived class.
+        drive: Model of the drivetrain, which the caller steps with the chassis.
+        modules: Module constants, if the drivetrain was built too early for `module_constants`.
 
     Raises:
-        ConfigError: The number of modules differs from the model's; or two devices of a kind share an id (the device
-            simulation would make them one).
+        ConfigError: The number of modules differs from the model's, or two modules share a device.
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -382,31 +382,31 @@ class SwerveDrivetrainSim(SwervePorts):
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
     def on_pose_reset(self, tell: PoseReset) -> None:
-        """Call `tell` whenever robot code resets the drivetrain's pose."""
+        """Call `tell` for each pose reset of the drivetrain by robot code, past and future."""
         for twin in self._twins:
             _RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
 
     def _note_reset(self, twin: Any, tell: PoseReset, *pose: Any) -> None:
-        self._drivetrain = twin  # its pose is the program's estimate
+        self._drivetrain = twin  # the drivetrain that was reset holds the pose estimate in use
         tell(*pose)
 
     def module_setpoints(self) -> FloatArray:
-        """Return the last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
+        """Return the latest module targets: speed [m/s] and angle [rad], shape (n, 2)."""
         targets: Any = self._drivetrain.get_state().module_targets
         return np.array([(season.module_speed(one), one.angle.radians()) for one in targets])
 
     def estimated_pose(self) -> tuple[float, float, float]:
-        """Return the drivetrain's estimated pose, field frame [m, m, rad]."""
+        """Return the drivetrain's estimated pose in the field frame [m, m, rad]."""
         pose = self._drivetrain.get_state().pose
         return pose.x, pose.y, pose.rotation().radians()
 
 
 def _stop_stepping(drivetrain: Any) -> None:
-    """Stop the generated class's Notifier in simulated time, which would run 250 times a second without effect."""
+    """Stop the 250 Hz Notifier of Tuner X's class in simulated time, since the Notifier has no effect."""
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
     if is_emulated() and hasattr(notifier, "stop"):
         notifier.stop()
 
 
 def _do_nothing(dt: float, supply_voltage: float) -> None:
-    """Replace `update_sim_state`, because physics steps the model."""
+    """Ignore a call of `update_sim_state`, because physics steps the model."""

@@ -1,4 +1,4 @@
-"""A TalonFX or TalonFXS: volts from its simulation, rotor motion to it; and its connection to a mechanism."""
+"""Simulated side of TalonFX and TalonFXS: motor volts out, rotor motion in; and their connection to a mechanism."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_
 _log = logging.getLogger(__name__)
 
 Talon: TypeAlias = TalonFX | TalonFXS
-"""CTRE's motor controllers."""
+"""CTRE motor controller."""
 
 RotorWriter: TypeAlias = Callable[[float, float], None]
-"""Takes rotations and rotations/s."""
+"""Function that takes the rotor position [rotations] and velocity [rotations/s]."""
 
-_MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
-_HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
-_MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V no output
+_MAX_RPS = 159.9  # [rotations/s]; the simulated velocity wraps at +-160: 160 reads as -160
+_HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps at +-16384
+_MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V], valid range; -1 V gives 173 V of output, 20 V gives none
 
 
 def is_configured_clockwise(talon: Talon) -> bool:
-    """Read from the device whether it is configured `CLOCKWISE_POSITIVE`, which takes 50 ms.
+    """Return whether the device is configured `CLOCKWISE_POSITIVE`; the read takes 50 ms.
 
     Raises:
-        ConfigError: The device does not answer.
+        ConfigError: The device does not respond.
     """
     output = MotorOutputConfigs()  # type: ignore[no-untyped-call]
     try:
@@ -49,18 +49,17 @@ def is_configured_clockwise(talon: Talon) -> bool:
 
 
 class TalonPort(MotorPort):
-    """Simulated side of one motor controller.
+    """Simulated side of one Talon.
 
-    The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
-    With the orientation equal to the configured inversion the two cancel, and positive is the same for robot code and
-    physics.
+    The simulated state is in the chassis frame for either inversion: sign(get_position) = inversion x orientation. An
+    orientation equal to the configured inversion cancels it, so robot code and physics agree on the positive direction.
 
     Args:
-        talon: Device of robot code.
-        clockwise: Whether a rotation that physics calls positive is clockwise, facing the shaft; None: as the device
-            is configured, which is read once (50 ms).
-        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None:
-            without one.
+        talon: Device object of robot code.
+        clockwise: Whether positive rotation in physics is clockwise, facing the shaft; None for the configured
+            inversion, read from the device once (50 ms).
+        sensor_gearing: Rotor turns per turn of a quadrature or pulse-width encoder wired to a TalonFXS; None without
+            an encoder.
     """
 
     def __init__(self, talon: Talon, *, clockwise: bool | None = None, sensor_gearing: float | None = None) -> None:
@@ -92,55 +91,55 @@ class TalonPort(MotorPort):
         self._was_clamped = False
 
     def set_supply(self, volts: float) -> None:
-        """Set the voltage at the controller's terminals [V], clamped to the device model's range, 4 to 16 V."""
+        """Set the supply voltage of the controller [V], clamped to the device model's range of 4 to 16 V."""
         if -0.01 < volts - self._supply < 0.01:
             return
         wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
-        if not abs(wanted - self._supply) < 0.01:  # also true for the first NaN; a write takes 2 us
+        if not abs(wanted - self._supply) < 0.01:  # also true for the initial NaN; a write takes 2 us
             self._state.set_supply_voltage(wanted)
             self._supply = wanted
 
     def volts(self) -> float:
-        """Return the controller's voltage on the motor, after its own limits [V]."""
+        """Return the motor voltage after the controller's limits [V]."""
         volts = float(self._state.motor_voltage)
         if volts != 0.0:
             self._is_open = False
         return volts
 
     def duty_cycle(self) -> float | None:
-        """Return its duty cycle [-]; None: it commands volts, or is CTRE's own simulation, which does not report it."""
+        """Return the duty cycle [-], or None if the controller commands volts or runs on CTRE's own simulation."""
         return getattr(self._state, "duty_cycle", None)
 
     def limits(self) -> tuple[float, float]:
-        """Return the limits of `MotorPort`; CTRE's own simulation applies its limits to its volts."""
+        """Return the stator and supply current limits [A]; infinite if CTRE's own simulation applies the limits."""
         return getattr(self._state, "limits", super().limits())
 
     def setpoint(self) -> Setpoint | None:
-        """Return the setpoint of `MotorPort`; CTRE's own simulation does not report it."""
+        """Return the set-point of the closed loop, or None without one or with CTRE's own simulation."""
         goal = getattr(self._state, "setpoint", None)
         return None if goal is None else Setpoint(*goal)
 
     def is_open(self) -> bool:
-        """Return whether the circuit is open (coast) instead of shorted (brake).
+        """Return whether the motor circuit is open (coast) instead of shorted (brake).
 
-        CTRE's own simulation shows 0 V for both, and current for a brake only. At rest the two cannot be told apart,
-        and the last answer stays.
+        CTRE's own simulation reports 0 V for both neutral modes, but a current only for brake. At rest the modes cannot
+        be distinguished, so the last result is kept.
         """
         is_open: bool | None = getattr(self._state, "is_open", None)
         if is_open is not None:
             return is_open
         if abs(self._rps) > 0.05:
-            # a shorted motor carries 5 A per turn a second, an open one none
+            # a shorted motor carries 5 A per rotation/s, an open one none
             self._is_open = abs(self._state.torque_current) < min(0.5, 0.1 * abs(self._rps))
         return self._is_open
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Show volts and current as in `MotorPort`; CTRE's own simulation computes its own current."""
+        """Write the modelled volts [V] and current [A]; no effect on CTRE's own simulation, which has its own model."""
         if self._show is not None:
             self._show(volts, amps)
 
     def write(self, rotations: float, rps: float) -> None:
-        """Set position [rotations] and velocity [rotations/s] of the rotor, positive as in `volts`.
+        """Write the rotor position [rotations] and velocity [rotations/s], with the sign of `volts`.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.
@@ -154,7 +153,7 @@ class TalonPort(MotorPort):
                 self._was_clamped = True
                 _log.warning("Talon %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
             rps = math.copysign(_MAX_RPS, rps)
-        # Also at rest: a device still busy with its configuration loses a write, so one is not enough.
+        # Write at rest, too: a device that is still applying its configuration loses writes.
         self._rps = rps
         self._write_rotor((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE, rps)
         for set_position, set_velocity in self._sensor:
@@ -171,36 +170,34 @@ def _writer(set_position: Callable[[float], object], set_velocity: Callable[[flo
 
 
 MotorType = TalonFXSimState.MotorType
-"""Motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
+"""Motor of a TalonFX in the simulated device: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
 
 
 class TalonFXMotorSim(MotorSim):
-    """Connection of a TalonFX and its followers to any mechanism: flywheel, roller, arm, elevator, rack.
+    """Connection of a TalonFX or TalonFXS and its followers to a mechanism: flywheel, roller, arm, elevator, rack.
 
-    A TalonFXS as well; its motor is the one of its configuration.
-
-    By default signs agree on both sides: volts that robot code calls positive, after any inversion that
-    it has configured, push the mechanism in its positive direction, and a rising `get_position()` is a rising
-    `mechanism.position`. That covers a clockwise shooter as well as a clockwise hood that goes up. Where signs differ
-    (a robot that counts down while its arm goes up) pass `reversed=True`; negate nothing elsewhere.
+    By default, robot code and mechanism have the same sign: positive volts in robot code, with any configured
+    inversion, push the mechanism in its positive direction, and `get_position()` rises with `mechanism.position`. This
+    holds for a clockwise shooter as well as for a clockwise hood that goes up. If the signs differ (robot code counts
+    down while the arm goes up), pass `reversed=True` and negate nothing elsewhere. The motor of a TalonFXS is the one
+    in its configuration.
 
     Args:
-        talon: Device of robot code.
-        mechanism: Mechanism that it turns.
-        followers: Devices that follow it on the same shaft; their rotors are written too.
+        talon: Device object of the leader in robot code.
+        mechanism: Mechanism that the motors turn.
+        followers: Followers on the same shaft, whose rotors are written as well.
         opposed: Indices of followers mounted face to face with the leader (`Follower` with OPPOSED).
-        inverted: Whether the device is configured `CLOCKWISE_POSITIVE`; None reads it from the device (50 ms, once).
-        reversed: Whether positive in robot code is negative for the mechanism.
-        zero_at: Angle of the mechanism when the rotor was switched on, so that it reads zero there
-            [rad].
-        motor_type: Motor of a TalonFX's device model; None leaves it a Kraken X60.
-        encoder: Absolute encoder on the mechanism, e.g. the CANcoder that the device is fused with.
-        encoder_gearing: Turns of that encoder per turn of the mechanism [-].
-        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS; None: without one.
+        inverted: Whether the leader is configured `CLOCKWISE_POSITIVE`; None to read it from the device (50 ms, once).
+        reversed: Whether positive output in robot code moves the mechanism in its negative direction.
+        zero_at: Angle of the mechanism at which the rotor position reads zero [rad].
+        motor_type: Motor of a TalonFX in the simulated device; None for the default Kraken X60.
+        encoder: Absolute encoder on the mechanism, for example a fused CANcoder.
+        encoder_gearing: Turns of `encoder` per turn of the mechanism [-].
+        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS; None without an encoder.
 
     Raises:
-        ConfigError: The mechanism's gearbox and the devices differ in number, or an `opposed` index
-            names no follower, or the device's inversion cannot be read.
+        ConfigError: The number of devices differs from the number of motors in the mechanism's gearbox, an index in
+            `opposed` is out of range, or the leader's inversion cannot be read.
 
     Example:
         shooter = TalonFXMotorSim(robot.shooter.leader, FlywheelSim(config), followers=robot.shooter.followers)
@@ -225,7 +222,7 @@ class TalonFXMotorSim(MotorSim):
         name = f"{type(talon).__name__} {talon.device_id}"
         super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at, encoder_gearing=encoder_gearing)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
-        # A follower's shaft direction is that of its mounting, whatever inversion is configured.
+        # A follower's shaft direction depends on its mounting, not on its configured inversion.
         self._ports = [
             TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing),
             *(TalonPort(f, clockwise=clockwise != (k in opposed)) for k, f in enumerate(followers)),
@@ -239,7 +236,7 @@ class TalonFXMotorSim(MotorSim):
         self.write()
 
     def write(self) -> None:
-        """Write the sensors as in `MotorSim.write`, including the encoder."""
+        """Write the mechanism's motion to the rotors, as in `MotorSim.write`, and to the encoder."""
         super().write()
         if self._encoder is not None:
             m, gearing = self.mechanism, self._encoder_gearing

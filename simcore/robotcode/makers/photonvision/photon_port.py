@@ -1,6 +1,6 @@
-"""A camera's table as PhotonVision's coprocessor writes it, and its frames in photonlib's types.
+"""NetworkTables port of a simulated PhotonVision camera, and conversion of frames to photonlib's types.
 
-A frame has targets with both poses, the multi-tag pose, and object detections.
+A frame contains AprilTag targets with both candidate poses, the multi-tag pose, and object detections.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ _log = logging.getLogger(__name__)
 
 _ROOT = "photonvision"
 _TAG_TO_SQUARE: FloatArray = np.array([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
-_PONG = 1_000_000  # [us]; time since a time server's answer, one second
+_PONG = 1_000_000  # [us], reported time since the last reply of the time server
 
 
 class PhotonCameraPort:
-    """Table of a camera for every `PhotonCamera` of its name, and its requests.
+    """NetworkTables table of one camera: publishes frames to each `PhotonCamera` of the same name, and reads requests.
 
-    Append one to the `ports` of a `LimelightSim`. A frame costs about a millisecond, most of it photonlib's packing.
-    Pipelines, driver mode and the frame limit take effect; lights are only reported; no pictures are saved.
+    Append the port to `ports` of a `LimelightSim`. A frame takes about 1 ms, mostly for photonlib's packing. Pipeline,
+    driver mode and frame limit take effect; the LED mode is only echoed, and no images are saved.
 
     Args:
-        config: The camera.
-        clock: Clock from simulated time to NetworkTables' time.
+        config: Configuration of the camera.
+        clock: Clock that converts simulated time to NetworkTables time.
     """
 
     def __init__(self, config: CameraConfig, clock: NetworkClock) -> None:
@@ -59,10 +59,10 @@ class PhotonCameraPort:
         root = ntcore.NetworkTableInstance.get_default().get_table(_ROOT)
         table = root.get_sub_table(config.name)
         self._topics: Any = NTTopicSet(table)
-        self._topics.updateEntries()  # publishes with the id of the message format, which a PhotonCamera checks
+        self._topics.updateEntries()  # publishes with the message format's ID, which a PhotonCamera checks
         self._version = root.get_string_topic("version").publish()
         self._version.set(_photonvision_version())
-        # One poller for rarely written topics, because polling each subscriber would take longer.
+        # One poller for all rarely written topics is faster than polling each subscriber.
         self._poller = ntcore.NetworkTableListenerPoller(root.get_instance())
         self._lights_request = root.get_integer_topic("ledModeRequest").subscribe(-1)
         self._lights = root.get_integer_topic("ledModeState").publish()
@@ -79,11 +79,11 @@ class PhotonCameraPort:
             )
         }
         self._drives = False
-        self._shortest = 0.0  # [s]; between two frames
+        self._shortest = 0.0  # [s], shortest time between two frames
         self._last = float("-inf")
         self._has_warned = False
         (fx, fy), (cx, cy) = config.type.focal_length, config.type.principal_point
-        first = clock.to_network(0.0)  # older than any frame: ntcore drops values older than the current one
+        first = clock.to_network(0.0)  # older than any frame, since ntcore drops values older than the current value
         self._topics.cameraIntrinsicsPublisher.set([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0], first)
         self._topics.cameraDistortionPublisher.set([0.0] * 8, first)
         self._topics.pipelineIndexPublisher.set(0, first)
@@ -92,7 +92,7 @@ class PhotonCameraPort:
         self._topics.heartbeatPublisher.set(0, first)
 
     def read(self) -> list[CameraRequest]:
-        """Return pipelines that robot code requests."""
+        """Return the pipeline requests of robot code, and apply all other requests."""
         requests: list[CameraRequest] = []
         for event in self._poller.read_queue():
             name, value = self._listeners[event.listener], event.data.value.value()
@@ -112,7 +112,7 @@ class PhotonCameraPort:
         return requests
 
     def publish(self, frame: Frame) -> None:
-        """Send a frame; in driver mode one without targets."""
+        """Publish a frame, without targets in driver mode."""
         if frame.time - self._last < self._shortest - 1e-9:
             return
         self._last = frame.time
@@ -134,7 +134,7 @@ class PhotonCameraPort:
         topics.heartbeatPublisher.set(frame.number, stamp)
 
     def close(self) -> None:
-        """Withdraw the topics; may be called twice."""
+        """Unpublish the topics; safe to call more than once."""
         self._poller.close()
         for name, publisher in vars(self._topics).items():
             if name.endswith(("Publisher", "Entry")) or name.startswith("bestTarget"):
@@ -150,13 +150,13 @@ def _photonvision_version() -> str:
 
 
 def pipeline_result(frame: Frame, stamp: int) -> Any:
-    """Return a `PhotonPipelineResult`.
+    """Convert a camera frame to a `PhotonPipelineResult`.
 
-    Targets come in PhotonVision's default order, the largest first, which makes it `getBestTarget`.
+    Targets are in PhotonVision's default order, largest first, so `getBestTarget` returns the largest.
 
     Args:
         frame: Frame of the camera.
-        stamp: Time of publication on NetworkTables' clock [us].
+        stamp: Publication time on the NetworkTables clock [us].
     """
     multitag = None
     if frame.megatag1 is not None and frame.megatag1.tag_count > 1:
@@ -209,21 +209,21 @@ def _piece(piece: PieceSighting) -> Any:
 
 
 def _transform(pose: TagPose) -> Any:
-    """Return the transform from camera to tag, both with WPILib's axes."""
+    """Return the camera-to-tag transform in WPILib axes."""
     rotation = OPTICAL.T @ np.array(pose.rotation) @ _TAG_TO_SQUARE
     x, y, z = (OPTICAL.T @ np.array(pose.translation)).tolist()
     return Transform3d(Translation3d(x, y, z), _rotation(rotation))
 
 
 def _camera_pose(robot: PoseEstimate, frame: Frame) -> Any:
-    """Return the camera pose on the field: the estimated pose of the robot and the camera's configured mounting."""
+    """Return the camera pose on the field from the estimated robot pose and the camera's configured mounting."""
     turn = Rotation3d(math.radians(robot.roll_deg), math.radians(robot.pitch_deg), math.radians(robot.yaw_deg))
     mount = Transform3d(Translation3d(*frame.mount_position), _rotation(frame.mount_axes @ OPTICAL))
     return Transform3d(Pose3d(), Pose3d(Translation3d(*robot.position), turn).transformBy(mount))
 
 
 def _rotation(matrix: FloatArray) -> Any:
-    """Convert through roll, pitch and yaw: Rotation3d refuses a matrix with more than rounding errors."""
+    """Convert a matrix to a Rotation3d via roll, pitch and yaw; Rotation3d rejects a slightly non-orthogonal matrix."""
     r = matrix.tolist()
     return Rotation3d(
         math.atan2(r[2][1], r[2][2]), math.asin(max(-1.0, min(1.0, -r[2][0]))), math.atan2(r[1][0], r[0][0])

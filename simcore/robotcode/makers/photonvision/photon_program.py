@@ -1,9 +1,9 @@
-"""Objects of photonlibpy that a robot program builds: its cameras, their lenses and their mountings.
+"""Record of the photonlibpy objects that a robot program builds: cameras, their lenses and their mountings.
 
-Classes of photonlibpy are wrapped when they are loaded, not before: most programs do not use them. Wrapped classes
-work as before, with two exceptions: a simulated camera that simcore feeds publishes nothing itself, so that there is
-one publisher, and a `VisionSystemSim` is updated with the robot's true pose instead of the program's
-estimate, which would confirm itself.
+Classes of photonlibpy are wrapped only when the program loads them, since most programs do not use them. Wrapped
+classes work as before, with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
+so that each camera has one publisher. A `VisionSystemSim` is updated with the robot's true pose, because the program's
+own estimate would confirm itself.
 """
 
 from __future__ import annotations
@@ -34,60 +34,60 @@ __all__ = [
 _log = logging.getLogger(__name__)
 
 _TAG = "_simcore_camera"
-_SECOND = 1.0  # [s]; a larger latency was meant in milliseconds, as photonlib's annotations say
+_SECOND = 1.0  # [s], largest plausible latency; a larger value is in milliseconds, as in photonlib's annotations
 
 
 @dataclass(slots=True, eq=False)
 class SeenEstimator:
-    """A `PhotonPoseEstimator` that the program has built."""
+    """`PhotonPoseEstimator` that the program has built."""
 
     estimator: Any
     after: str | None
-    """Camera built last before it, if no other estimator came in between."""
+    """Name of the camera built last before the estimator, or None if another estimator was built in between."""
     camera: str | None = None
-    """Camera whose results it gets, or which it was built with; None: unknown so far."""
+    """Name of the camera whose results the estimator processes; None while unknown."""
 
     @property
     def robot_to_camera(self) -> Any:
-        """Present transform."""
+        """Current robot-to-camera transform of the estimator."""
         attributes = vars(self.estimator)
         return attributes.get("robotToCamera", attributes.get("_robotToCamera"))
 
 
 @dataclass(slots=True)
 class PhotonProgram:
-    """Cameras of one robot program, by name and in building order."""
+    """PhotonVision objects of one robot program, in build order."""
 
     cameras: dict[str, Any] = field(default_factory=dict)
-    """Cameras by name (`PhotonCamera`)."""
+    """Each `PhotonCamera` by camera name."""
     estimators: list[SeenEstimator] = field(default_factory=list)
     simulated: dict[str, Any] = field(default_factory=dict)
-    """Simulated cameras of the program's own simulation (`PhotonCameraSim`)."""
+    """Each `PhotonCameraSim` of the program's own simulation, by camera name."""
     transforms: dict[str, Any] = field(default_factory=dict)
-    """Robot to camera, as last passed to a `VisionSystemSim`."""
+    """Robot-to-camera transform last passed to a `VisionSystemSim`, by camera name."""
     systems: dict[str, Any] = field(default_factory=dict)
-    """Simulation of each camera (`VisionSystemSim`)."""
+    """`VisionSystemSim` of each simulated camera, by camera name."""
     fed: set[str] = field(default_factory=set)
-    """Cameras that simcore feeds."""
+    """Names of the cameras whose results simcore publishes."""
     true_pose: Callable[[], Any] | None = None
-    """Returns the robot's pose as a `Pose3d`; None: unknown."""
+    """Returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
     version: int = 0
-    """Counter of built objects and of new facts about them."""
+    """Number of changes so far: objects built, and new facts about them."""
     dropped: int = 0
-    """Number of unpublished frames of the program's own simulation."""
+    """Number of dropped frames of the program's own simulation."""
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
-        """Record that an estimator got a result of a camera."""
+        """Record that an estimator has processed a result of a camera."""
         for seen in self.estimators:
             if seen.estimator is estimator and seen.camera != camera:
                 seen.camera = camera
                 self.version += 1
 
     def begin(self) -> None:
-        """Forget the objects of the previous robot in this process, but not those of its modules.
+        """Drop the objects of the previous robot in this process, except those built at module level.
 
-        Robot code is imported once, so that objects at the top of its files belong to every robot.
+        Robot code is imported only once, so module-level objects belong to every robot.
         """
         things = (self.cameras, self.simulated, self.transforms, self.systems)
         if self._of_modules is None:
@@ -105,7 +105,7 @@ _program = PhotonProgram()
 
 
 def photon_program() -> PhotonProgram:
-    """Return the program of this process."""
+    """Return the PhotonVision objects of this process's robot program."""
     return _program
 
 
@@ -114,21 +114,21 @@ def photon_program() -> PhotonProgram:
 
 @dataclass(frozen=True, slots=True)
 class FoundMount:
-    """Mounting of a camera."""
+    """Mounting of a camera found in the program."""
 
     mount: CameraMount
     source: str
-    """Source of the mounting."""
+    """Where the program gives the mounting, as a phrase for messages."""
     is_guess: bool = False
-    """Whether it rests on the building order."""
+    """Whether camera and mounting are matched only by build order."""
 
 
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
-    """Return mountings by camera, of those whose code gives one.
+    """Return the mounting of each camera, by name, if the program gives one.
 
-    A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera: it belongs to the one
-    whose results it gets. Until it has got any, remaining estimators and cameras belong together in
-    their order if their numbers agree; else an estimator belongs to the camera built just before it.
+    A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so it is matched to
+    the camera whose results it processes. Estimators without results are matched to the remaining cameras in build
+    order if the counts agree, else each to the camera built just before.
     """
     found: dict[str, FoundMount] = {}
     for name, transform in program.transforms.items():
@@ -150,9 +150,9 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return the lens of a camera by its `SimCameraProperties`, if the program has any, else `PHOTON_LENS`.
+    """Return the lens of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program has none.
 
-    Properties without noise, latency or frame limit, such as photonlib's defaults, get those of `PHOTON_LENS`.
+    Noise, latency and frame rate left at zero, photonlib's default, are taken from `PHOTON_LENS`.
     """
     simulated = program.simulated.get(name)
     if simulated is None:
@@ -160,7 +160,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
     properties: Any = simulated.prop
     width, height = int(properties.getResWidth()), int(properties.getResHeight())
     matrix = properties.getIntrinsics()
-    noise = math.sqrt((properties.avgErrorPx**2 + properties.errorStdDevPx**2) / 2.0)  # in each direction
+    noise = math.sqrt((properties.avgErrorPx**2 + properties.errorStdDevPx**2) / 2.0)  # per image axis
     latency = float(properties.avgLatency)
     if latency > _SECOND:
         latency *= 1e-3
@@ -179,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """Return the pipeline of a camera: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
+    """Return the pipeline of a camera: game pieces if its `VisionSystemSim` has only non-tag targets, else tags."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()
@@ -231,7 +231,7 @@ def _hook_vision_system(module: Any) -> None:
 
 
 def _hook_time_sync(module: Any) -> None:
-    """Replace the time server: no coprocessor's clock needs it, and a second program could not have its port."""
+    """Disable the time server: no coprocessor clock needs it, and two programs could not share its port."""
     module.TimeSyncServer.start = lambda self: None
 
 
@@ -242,7 +242,7 @@ HOOKS: dict[str, Callable[[Any], None]] = {
     "photonlibpy.simulation.photonCameraSim": _hook_camera_sim,
     "photonlibpy.simulation.visionSystemSim": _hook_vision_system,
 }
-"""Hooks to call with modules of photonlibpy once they are loaded."""
+"""Hook for each photonlibpy module, to call with the loaded module."""
 
 
 # --- built objects ------------------------------------------------------------------------------------------------
@@ -254,7 +254,7 @@ def _camera_built(camera: Any, args: Arguments, settings: Settings) -> None:
 
 
 def _estimator_built(estimator: Any, args: Arguments, settings: Settings) -> None:
-    kind = sys.modules["photonlibpy.photonCamera"].PhotonCamera  # until 2026.1 an estimator was built with its camera
+    kind = sys.modules["photonlibpy.photonCamera"].PhotonCamera  # an argument of the constructor until 2026.1
     given = next((str(a.getName()) for a in (*args, *settings.values()) if isinstance(a, kind)), None)
     last = next(reversed(_program.cameras), None)
     if any(seen.after == last for seen in _program.estimators):
@@ -291,7 +291,7 @@ def _watch(
     built: Callable[[Any, Arguments, Settings], None],
     called: Mapping[str, Callable[[Any, Any, Arguments, Settings], None]],
 ) -> None:
-    """Observe objects that a class builds and has built, and calls of its methods, by name."""
+    """Record a class's existing and future objects, and calls of the named methods."""
     record_class(cls, built)
     for name, note in called.items():
         if hasattr(cls, name):
@@ -301,7 +301,7 @@ def _watch(
 
 
 def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
-    """Call a function in place of a method, with the method, the object and the arguments."""
+    """Replace a method with a function of the original method, the object and the arguments."""
     method = getattr(cls, name, None)
     if method is not None:
 
@@ -313,10 +313,10 @@ def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
 
 
 def _alive(cls: Any) -> list[Any]:
-    """List objects that a program has built before its module was watched: next to imports, at the top of a file."""
+    """List the objects of a class that the program built before the class was watched."""
     if getattr(sys.modules[cls.__module__].__spec__, "_initializing", False):
-        return []  # it is being loaded right now
-    # By type(): a weak reference that has died answers isinstance with an error.
+        return []  # the module is being loaded right now
+    # Use type(): isinstance raises for a dead weak proxy.
     return [thing for thing in gc.get_objects() if issubclass(type(thing), cls)]
 
 
@@ -325,13 +325,13 @@ def _name_of(camera_sim: Any) -> str:
 
 
 def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings) -> None:
-    """Tag results with their camera."""
+    """Tag results with the name of their camera."""
     for result in results if isinstance(results, list) else [results]:
         setattr(result, _TAG, camera.getName())
 
 
 def _pair_camera(estimator: Any, _: Any, args: Arguments, settings: Settings) -> None:
-    """Record that an estimator belongs to the camera whose results it gets."""
+    """Match an estimator to the camera whose results it processes."""
     for argument in (*args, *settings.values()):
         camera = getattr(argument, _TAG, None)
         if camera is not None:
@@ -343,7 +343,7 @@ def _place_camera(system: Any, _: Any, args: Arguments, settings: Settings) -> N
 
 
 def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwargs: Any) -> Any:
-    """Drop output of the program's own simulation of a camera that simcore feeds."""
+    """Drop a frame of the program's own simulation if simcore publishes the camera's results."""
     if _name_of(camera_sim) in _program.fed:
         _program.dropped += 1
         return None

@@ -1,15 +1,15 @@
-"""REV's SPARK MAX and SPARK Flex on mechanisms, as robot code reads them through REVLib's simulation.
+"""Adapters to REV's SPARK MAX and SPARK Flex, with control loops at 1 kHz.
 
-REVLib keeps robot code's requests and readings in WPILib SimDevices; its model of the controller is
-`SparkSim.iterate`, which adds random noise and treats a tick as one loop. Here the controllers' own 1 kHz loops run
-instead (`spark_loop`), on the clock of the physics, equally in real time and in simulated time.
+REVLib keeps robot code's requests and readings in WPILib SimDevices. REVLib's controller model, `SparkSim.iterate`,
+adds random noise and runs one loop per tick. The 1 kHz loops in `spark_loop` replace this model; they run on the
+physics clock, in real time and in simulated time.
 
-- `built_sparks` records the controllers that a program builds, and writes of its own simulation to them.
-- `spark_configuration` reads their configuration, `spark_loop` is the control law.
-- `spark_port` is one controller in the SimDevices, `spark_motor` connects it to a mechanism.
-- `rev_maker` lists the devices, their leaders, and the likely mechanism of an undescribed motor.
+- `built_sparks` records the controllers that a program builds, and writes by the program's own simulation.
+- `spark_configuration` reads a controller's configuration; `spark_loop` is the control law.
+- `spark_port` connects one controller to its SimDevices; `spark_motor` connects controllers to a mechanism.
+- `rev_maker` lists devices and their leaders, and guesses the mechanism of an undescribed motor.
 
-All need the extra 'rev'.
+All modules need the extra 'rev'.
 """
 
-import rev  # noqa: F401  # before the modules: an import hook loads them
+import rev  # noqa: F401  # first, because an import hook loads the modules of this package

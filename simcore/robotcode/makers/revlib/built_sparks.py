@@ -1,6 +1,6 @@
-"""SPARKs that the robot program builds, their latest configurations, and those that its own simulation moves.
+"""SPARKs that the robot program builds, changes of their configuration, and writes of the program's simulation.
 
-Classes are watched as this module is imported: before the robot is built, as physics is.
+Recording starts when this module is imported, which is before the robot is built.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ __all__ = [
 ]  # fmt: skip
 
 MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex}
-"""Classes of robot code by the name that REV prints on the box and gives their SimDevices."""
+"""Device class in robot code, by product name as in the names of SimDevices."""
 
 SPARKS = BuiltDevices()
 """SPARKs that the program has built."""
 
 _configured: dict[DeviceKey, int] = {}
 _centered: dict[DeviceKey, bool] = {}
-_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # since 2027 the bus can be read
+_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # readable from 2027 on
 _controllers: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 
 def _address(spark: Any) -> DeviceAddress:
-    bus = spark.get_can_port().name.lower() if hasattr(spark, "get_can_port") else ""  # since 2027, named as CTRE does
+    bus = spark.get_can_port().name.lower() if hasattr(spark, "get_can_port") else ""  # from 2027 on, in CTRE's style
     return DeviceAddress(int(spark.get_device_id()), bus)
 
 
 def key_of(spark: Any) -> DeviceKey:
-    """Return the model and address of a controller object of robot code."""
+    """Return model and address of a controller object in robot code."""
     return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), _address(spark)
 
 
@@ -62,24 +62,24 @@ for _model, _cls in MODELS.items():
 
 
 def configuration_count(key: DeviceKey) -> int:
-    """Return how often the program has configured a SPARK: after an increase read the configuration again."""
+    """Return the number of times that the program has configured a SPARK, for callers that cache the configuration."""
     return _configured.get(key, 0)
 
 
 def is_zero_centered(key: DeviceKey) -> bool:
-    """Return whether an absolute encoder counts from -1/2 to 1/2 turn; REVLib can set that, but not read it."""
+    """Return whether a SPARK's absolute encoder reads -1/2 to 1/2 turn, a setting that REVLib cannot read back."""
     return _centered.get(key, False)
 
 
 def spark_of_controller(controller: Any) -> DeviceKey | None:
-    """Return model and address of the SPARK of a `SparkClosedLoopController`."""
+    """Return model and address of the SPARK behind a `SparkClosedLoopController`, or None if it is unknown."""
     return _controllers.get(controller)
 
 
 # --- a team's own simulation ------------------------------------------------------------------------------------------
 
 _SIMS = [cls for name, cls in vars(rev).items() if name.startswith("Spark") and name.endswith("Sim")]
-"""Simulated controllers of REV, and those of the sensors on them."""
+"""REVLib's simulation classes of controllers and of their sensors."""
 _GETTERS = [
     f"get_{name}_sim"
     for name in ("relative_encoder", "absolute_encoder", "alternate_encoder", "external_encoder", "analog_sensor")
@@ -101,7 +101,7 @@ def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[st
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Ask before each write of a team's simulated SPARKs and of the sensors on them; see `Maker.watch_simulations`."""
+    """Check each write of a team's own simulation to SPARKs and their sensors; see `Maker.watch_simulations`."""
     for cls in _SIMS:
         after_call(cls, "__init__", _note_simulation)
         for name in (season.own_name(cls, write) for write in _WRITES):

@@ -1,4 +1,4 @@
-"""REV's SPARK MAX and SPARK Flex, with their own 1 kHz loops, on drivetrains and mechanisms."""
+"""REV's `Maker`: SPARK MAX and SPARK Flex, on drivetrains and mechanisms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ rev = season.rev
 __all__ = ["MAKER"]
 
 _TURNS = (1.0, math.tau, 360.0)
-"""Units that robot code may use for one turn of a mechanism."""
+"""One turn in the units that robot code may use: turns, radians, degrees."""
 
 
 class _Rev(Maker):
@@ -113,18 +113,17 @@ class _Rev(Maker):
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return its leader's address: a SPARK MAX may follow a SPARK Flex."""
+    """Return a device's leader by address, since a SPARK MAX may follow a SPARK Flex, and whether it is inverted."""
     accessor, is_follower = device.hardware.config_accessor, device.hardware.is_follower()
     leader = DeviceAddress(accessor.get_follower_mode_leader_id(), device.address.bus) if is_follower else None
     return leader, leader is not None and bool(accessor.get_follower_mode_inverted())
 
 
 def _gearing(config: SparkConfiguration) -> float:
-    """Return rotor turns per turn of the mechanism, as far as conversion factors give them.
+    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 if they do not give it.
 
-    A factor of 2 pi / 50 is a gear of 50 in radians. An absolute encoder on the mechanism gives the unit;
-    without one it is the first of turns, radians and degrees in which the gear is a round number, else the first above
-    1.
+    A factor of 2 pi / 50 means a gearing of 50 in radians. The unit follows from an absolute encoder on the mechanism.
+    Without one, turns, radians and degrees are tried for a gearing that is a multiple of 1/4, then for any above 1.
     """
     factor = abs(config.primary[0])
     if factor in (0.0, 1.0):
@@ -137,4 +136,4 @@ def _gearing(config: SparkConfiguration) -> float:
 
 
 MAKER = _Rev(SPARKS)
-"""Maker object; see `simcore.robotcode.program.makers`."""
+"""REV's entry in `simcore.robotcode.program.makers`."""

@@ -1,4 +1,4 @@
-"""Configuration of a SPARK, read from the controller into plain numbers."""
+"""Reader of a SPARK's configuration."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _FEEDBACK = {
 
 
 def read_spark_configuration(spark: Any) -> SparkConfiguration:
-    """Read the whole configuration; takes 0.3 ms.
+    """Return the complete configuration of a controller; the read takes 0.3 ms.
 
     Args:
-        spark: A `SparkMax` or `SparkFlex` of robot code.
+        spark: `SparkMax` or `SparkFlex` of the robot program.
     """
     accessor = spark.config_accessor
     loop, switches, soft = accessor.closed_loop, accessor.limit_switch, accessor.soft_limit

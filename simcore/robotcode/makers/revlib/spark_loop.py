@@ -1,8 +1,8 @@
-"""Control law of a SPARK: 1 kHz loops from a setpoint and a sensor to a duty cycle.
+"""Control law of a SPARK: 1 kHz loops that compute a duty cycle from a set-point and a sensor.
 
 Source: REV's closed-loop documentation (docs.revrobotics.com/revlib/spark/closed-loop: P on the error, I summed and D
-differenced once a loop of 1 ms, feed-forwards in volts, MAXMotion profiles) and REVLib 2026.0's `SparkSim.iterate`,
-whose proportional, feed-forward, wrapping and limiting parts this module matches to the last printed digit.
+differenced once per 1 ms loop, feedforward in volts, MAXMotion profiles) and REVLib 2026.0's `SparkSim.iterate`, whose
+proportional, feedforward, wrapping and limiting terms are matched to the last printed digit.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ TrapezoidProfile = season.wpimath.TrapezoidProfile
 __all__ = ["LOOP", "Command", "ControlMode", "Feedback", "MotionLimits", "SlotGains", "SparkConfiguration", "SparkLoop"]
 
 LOOP = 1e-3
-"""Period of a controller's loop [s]."""
+"""Period of a controller's control loop [s]."""
 
 
 class ControlMode(enum.IntEnum):
-    """Mode of a setpoint, numbered as `SparkLowLevel.ControlType`."""
+    """Control mode of a set-point, with the values of `SparkLowLevel.ControlType`."""
 
     DUTY_CYCLE = 0
     VELOCITY = 1
@@ -34,7 +34,7 @@ class ControlMode(enum.IntEnum):
 
 
 class Feedback(enum.Enum):
-    """Sensor that closes the loop."""
+    """Sensor that closes the control loop."""
 
     PRIMARY = "primary encoder"
     ABSOLUTE = "absolute encoder"
@@ -45,26 +45,26 @@ class Feedback(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionLimits:
-    """Limits of MAXMotion, in robot code's units; acceleration in velocity units per second."""
+    """MAXMotion limits in robot code's units; acceleration in velocity units per second."""
 
     cruise: float = 0.0
     acceleration: float = 0.0
     allowed_error: float = 0.0
-    """Error from the profile beyond which it restarts at the mechanism's position; 0: any."""
+    """Profile error above which the profile restarts at the mechanism's position; 0 for no limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlotGains:
-    """One closed-loop slot; gains in robot code's units, outputs as a duty cycle, feed-forwards in volts."""
+    """Gains of one closed-loop slot in robot code's units; outputs are duty cycles, feedforward is in volts."""
 
     p: float = 0.0
     i: float = 0.0
     d: float = 0.0
     d_filter: float = 0.0
     i_zone: float = 0.0
-    """Error beyond which the integral is reset; 0: none."""
+    """Error above which the integral is reset; 0 for no limit."""
     i_most: float = 0.0
-    """Largest integral; 0: any."""
+    """Largest absolute value of the integral; 0 for no limit."""
     allowed_error: float = 0.0
     least: float = -1.0
     most: float = 1.0
@@ -79,40 +79,40 @@ class SlotGains:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SparkConfiguration:
-    """Configuration of a SPARK, as far as it matters in simulation."""
+    """SPARK settings that matter in simulation."""
 
     brakes: bool = False
-    """Whether it brakes in idle; else it coasts."""
+    """Whether the idle mode is brake; if not, it is coast."""
     current_limit: float = 80.0
-    """Smart current limit, of the motor's current [A]."""
+    """Smart current limit, on the motor current [A]."""
     compensation: float | None = None
-    """Voltage compensation [V]."""
+    """Nominal voltage of the voltage compensation [V]; None if disabled."""
     open_ramp: float = 0.0
-    """Time from 0 to full output [s]; 0: no ramp."""
+    """Open-loop ramp: time from 0 to full output [s]; 0 for no ramp."""
     closed_ramp: float = 0.0
     feedback: Feedback = Feedback.PRIMARY
     primary: tuple[float, float] = (1.0, 1.0)
-    """Conversion factors of position and velocity, from turns and rpm."""
+    """Position and velocity conversion factors of the primary encoder, from turns and rpm."""
     absolute: tuple[float, float] = (1.0, 1.0)
     external: tuple[float, float] = (1.0, 1.0)
     analog: tuple[float, float] = (1.0, 1.0)
-    """Conversion factors of position and velocity, from volts and volts per second."""
+    """Position and velocity conversion factors of the analog sensor, from volts and volts per second."""
     is_centered: bool = False
-    """Whether the absolute encoder counts from -1/2 to 1/2 turn instead of 0 to 1."""
+    """Whether the absolute encoder reads -1/2 to 1/2 turn instead of 0 to 1."""
     is_brushed: bool = False
-    """Whether the primary encoder is wired to the data port instead of being the rotor's."""
+    """Whether the motor is brushed, with the primary encoder wired to the data port instead of a rotor sensor."""
     wrap: tuple[float, float] | None = None
-    """Range whose ends are the same position."""
+    """Position range with identical ends, for position wrapping; None if disabled."""
     soft_forward: float | None = None
     soft_reverse: float | None = None
     stops_forward: bool = False
-    """Whether a pressed limit switch stops the motor."""
+    """Whether the forward limit switch stops the motor."""
     stops_reverse: bool = False
     slots: tuple[SlotGains, ...] = (SlotGains(),)
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Conversion factors of the sensor that closes the loop."""
+        """Position and velocity conversion factors of the sensor that closes the loop."""
         others = {
             Feedback.ABSOLUTE: self.absolute,
             Feedback.EXTERNAL: self.external,
@@ -123,58 +123,58 @@ class SparkConfiguration:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Request of robot code."""
+    """Request of robot code to a controller."""
 
     mode: int = 0
     setpoint: float = 0.0
     slot: int = 0
     feed_forward: float = 0.0
-    """Arbitrary feed-forward [V], or a duty cycle."""
+    """Arbitrary feedforward: voltage [V] or duty cycle [-]."""
     feed_forward_is_duty: bool = False
 
 
 class SparkLoop:
-    """State of one controller's loop; its profile is MAXMotion's.
+    """Control loop of one controller, with the state of its PID and MAXMotion profile.
 
     Args:
-        config: Configuration; it may be replaced at any time.
+        config: Configuration, replaceable at any time; None for the defaults.
     """
 
     def __init__(self, config: SparkConfiguration | None = None) -> None:
         self.config = config or SparkConfiguration()
         self.output = 0.0
-        """Requested duty cycle, before limits that depend on the motor [-]."""
+        """Requested duty cycle before limit switches and current limit [-]."""
         self.integral = 0.0
-        """Sum of errors, one per loop."""
+        """Sum of the errors of all loops."""
         self.profile_position = 0.0
-        """Present setpoint of the motion profile, sensor units."""
+        """Current position set-point of the motion profile, in robot code's units."""
         self.profile_velocity = 0.0
-        self._error_slope = 0.0  # in one loop
+        self._error_slope = 0.0  # filtered change of the error per loop
         self._last_error: float | None = None
         self._asked_for: tuple[int, int] | None = None
         self.is_at_setpoint = False
         """Whether the error is within the slot's allowed error."""
 
     def rest(self) -> None:
-        """Reset the loop, disabled: no output, no memory."""
+        """Reset the loop while the robot is disabled: zero the output and clear the state."""
         self.output = self.integral = self._error_slope = 0.0
         self._last_error = self._asked_for = None
 
     def run(self, loops: int, command: Command, position: float, velocity: float, current: float, bus: float) -> float:
-        """Advance by some loops of 1 ms with constant measurements.
+        """Advance by a number of 1 ms loops with constant measurements.
 
         Args:
-            loops: Number of loops, at least one.
+            loops: Number of loops, at least 1.
             command: Request during these loops.
-            position: Position of the sensor that closes the loop, robot code's units.
-            velocity: Velocity of that sensor.
+            position: Position of the sensor that closes the loop, in robot code's units.
+            velocity: Velocity of the sensor that closes the loop, in robot code's units.
             current: Motor current [A].
             bus: Supply voltage [V].
 
         Returns:
-            Duty cycle [-].
+            Requested duty cycle [-].
         """
-        if (command.mode, command.slot) != self._asked_for:  # another mode or slot resets the loop
+        if (command.mode, command.slot) != self._asked_for:  # a change of mode or slot resets the loop
             self._asked_for = command.mode, command.slot
             self.integral = 0.0
             self._last_error = None
@@ -198,7 +198,7 @@ class SparkLoop:
     def _closed(
         self, loops: int, command: Command, gains: SlotGains, position: float, velocity: float, current: float
     ) -> tuple[float, float]:
-        """Return the duty cycle of the PID controller, and feed-forward [V]."""
+        """Return the PID output as a duty cycle [-], and the feedforward voltage [V]."""
         mode = command.mode
         if mode == ControlMode.POSITION:
             error = self.wrapped(command.setpoint - position)
@@ -225,9 +225,13 @@ class SparkLoop:
         return self._pid(loops, gains, error, rest), volts
 
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
-        """Return P, I and D of a constant error over some loops; `rest` is the distance to the setpoint itself.
+        """Return the PID output for a constant error over a number of loops; I is summed and D differenced per loop.
 
-        The loop sums I and differences D once per loop.
+        Args:
+            loops: Number of loops.
+            gains: Gains of the slot.
+            error: Error from the set-point, or from the motion profile.
+            rest: Error from the set-point itself.
         """
         self.is_at_setpoint = abs(rest) <= gains.allowed_error
         if abs(error) < gains.allowed_error:
@@ -248,7 +252,7 @@ class SparkLoop:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
     def wrapped(self, error: float) -> float:
-        """Return an error of position, the shorter way where positions wrap."""
+        """Return a position error, the shorter way round if position wrapping is enabled."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
@@ -262,11 +266,11 @@ class SparkLoop:
         self.profile_velocity = min(max(goal, speed - most), speed + most)
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
-        """Move along a trapezoid in every position mode of MAXMotion: an S-curve differs only in rounded corners."""
+        """Advance a trapezoidal profile in every MAXMotion position mode; an S-curve only differs in its corners."""
         if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self.wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors
-        # Position units per second for one velocity unit: turns and rpm, each by its factor.
+        # Position units per second for one velocity unit, from turns and rpm with their conversion factors.
         rate = of_position / (60.0 * of_velocity) if of_velocity else 1.0
         if self.config.wrap is not None:
             goal = self.profile_position + self.wrapped(goal - self.profile_position)
@@ -286,7 +290,7 @@ def _sign(value: float) -> float:
 
 
 def _ramped(asked: float, last: float, loops: int, ramp: float) -> float:
-    """Return a duty cycle in -1 to 1 after some loops of a ramp, whose time to full output is `ramp` [s]; 0: none."""
+    """Return the duty cycle after a number of loops; `ramp` is the time from 0 to full output [s], 0 for no ramp."""
     asked = min(max(asked, -1.0), 1.0)
     if ramp <= 0.0:
         return asked

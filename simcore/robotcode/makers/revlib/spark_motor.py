@@ -1,4 +1,4 @@
-"""A SPARK on a mechanism or a drivetrain: the controller's volts move it, and its encoders follow."""
+"""SPARKs on a mechanism, and encoders wired to the SPARKs of a drivetrain."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ __all__ = ["SparkMotorSim", "WiredEncoder"]
 
 
 class SparkMotorSim(MotorSim):
-    """Connection of a SPARK MAX or SPARK Flex and its followers to any mechanism.
+    """Connection of a SPARK MAX or SPARK Flex and its followers to a mechanism.
 
-    Signs agree on both sides, as with `TalonFXMotorSim`: an output that robot code calls positive, after
-    any inversion that it has configured, pushes the mechanism in its positive direction, and encoders count up.
+    Robot code and mechanism have the same sign, as with `TalonFXMotorSim`: positive output in robot code, with any
+    configured inversion, pushes the mechanism in its positive direction, and the encoders count up.
 
     Args:
-        controller: Device of robot code.
-        mechanism: Mechanism that it turns.
-        followers: Devices that follow it; their encoders and currents are written too.
-        opposed: Indices of followers configured to follow it inverted.
-        reversed: Whether positive in robot code is negative for the mechanism.
-        zero_at: Angle of the mechanism when the rotor's encoder was switched on [rad].
-        encoder_gearing: Turns of an encoder wired to the controller per turn of the mechanism [-].
+        controller: Device object of the leader in robot code.
+        mechanism: Mechanism that the motors turn.
+        followers: Followers on the same shaft, whose encoders and currents are written as well.
+        opposed: Indices of followers configured as inverted.
+        reversed: Whether positive output in robot code moves the mechanism in its negative direction.
+        zero_at: Angle of the mechanism at which the primary encoder reads zero [rad].
+        encoder_gearing: Turns of an encoder wired to the leader per turn of the mechanism [-].
 
     Raises:
-        ConfigError: The mechanism's gearbox and the devices differ in number, or a device was built
-            before simcore was imported.
+        ConfigError: The number of devices differs from the number of motors in the mechanism's gearbox, or a device
+            was built before simcore was imported.
 
     Example:
         intake = SparkMotorSim(robot.intake.motor, RollerSim(config))
@@ -70,7 +70,7 @@ class SparkMotorSim(MotorSim):
             port.show_output(duty_cycle)
 
     def write(self) -> None:
-        """Write the sensors as in `MotorSim.write`, including encoders and current readings."""
+        """Write the mechanism's motion to all encoders, and the motor current to the current readings."""
         m = self.mechanism
         rotor, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         turns = self._encoder_gearing / math.tau
@@ -80,11 +80,11 @@ class SparkMotorSim(MotorSim):
 
 
 class WiredEncoder:
-    """Encoder wired to a controller of the drivetrain, an `AnglePort`."""
+    """Encoder wired to a SPARK of the drivetrain, as an `AnglePort`."""
 
     def __init__(self, port: SparkPort) -> None:
         self._port = port
 
     def write(self, angle: float, rate: float) -> None:
-        """Write angle [rad] and rate [rad/s] of its shaft."""
+        """Write the shaft angle [rad] and rate [rad/s]."""
         self._port.write_encoder(angle / math.tau, rate / math.tau)

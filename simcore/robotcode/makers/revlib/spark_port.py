@@ -1,4 +1,4 @@
-"""One SPARK in WPILib's SimDevices: requests of robot code, and readings of its encoders and current sensor."""
+"""Port to one SPARK through WPILib's SimDevices: requests of robot code, encoder and current readings."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 __all__ = ["ANALOG_SPAN", "SparkPort"]
 
 ANALOG_SPAN = 3.3
-"""Voltage of the data port for one turn of an absolute encoder on its analog pin [V]."""
+"""Voltage span of one turn of an absolute encoder on the data port's analog pin [V]."""
 
 
 class _Sensor:
-    """A sensor of the controller whose position and velocity robot code reads by conversion factors.
+    """Sensor wired to the controller, with position and velocity conversion factors.
 
     Args:
-        name: Name of its SimDevice.
+        name: Name of the sensor's SimDevice.
     """
 
     def __init__(self, name: str) -> None:
@@ -50,16 +50,16 @@ class _Sensor:
 
 
 class _Encoder(_Sensor):
-    """An encoder that counts turns, whose position robot code may set."""
+    """Relative encoder, whose position robot code may set."""
 
-    _shown = 0.0  # its reading when switched on; robot code has set any other
+    _shown = 0.0  # last reading written; a different one has been set by robot code
     _shift = _turns = 0.0
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
-        """Set turns and rate of its shaft; return robot code's readings."""
+        """Set the shaft's turns and rate [rotations/s]; return position and velocity in robot code's units."""
         of_position, of_velocity = factors
         present = self._position.get()
-        if present != self._shown and of_position:  # robot code has set it
+        if present != self._shown and of_position:  # robot code has set the position
             self._shift = present / of_position - self._turns
         self._turns = turns
         seen = self._show((turns + self._shift) * of_position, rps * 60.0 * of_velocity)
@@ -68,38 +68,38 @@ class _Encoder(_Sensor):
 
 
 class _AbsoluteEncoder(_Sensor):
-    """An absolute encoder: one turn of its shaft, with a fixed zero."""
+    """Absolute encoder, with a range of one turn and a fixed zero."""
 
     def write(
         self, turns: float, rps: float, factors: tuple[float, float], *, is_centered: bool = False
     ) -> tuple[float, float]:
-        """Set turns and rate of its shaft; return robot code's readings."""
+        """Set the shaft's turns and rate [rotations/s]; return position and velocity in robot code's units."""
         turn = (turns + 0.5) % 1.0 - 0.5 if is_centered else turns % 1.0
         return self._show(turn * factors[0], rps * 60.0 * factors[1])
 
 
 class _AnalogSensor(_Sensor):
-    """An absolute encoder on the analog pin of the data port: one turn from 0 to 3.3 V."""
+    """Absolute encoder on the data port's analog pin: 0 to 3.3 V per turn."""
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
-        """Set turns and rate of its shaft; return robot code's readings."""
+        """Set the shaft's turns and rate [rotations/s]; return position and velocity in robot code's units."""
         volts = (turns % 1.0) * ANALOG_SPAN
         self._device.get_double("Voltage").set(volts)
         return self._show(volts * factors[0], rps * ANALOG_SPAN * factors[1])
 
 
 class SparkPort(MotorPort):
-    """Simulated side of one SPARK: its loops, and robot code's requests and readings.
+    """Simulated side of one SPARK: control loops, requests of robot code and readings.
 
-    Physics `run`s the loops, reads `volts` and `write`s the sensors. The loops run on the clock of the
-    physics, equally in real time and in simulated time. On mechanisms it is part of a `SparkMotorSim`.
+    Physics calls `run` for the loops, reads `volts` and calls `write` for the sensors. The loops run on the physics
+    clock, in real time and in simulated time. On a mechanism, the port is part of a `SparkMotorSim`.
 
     Args:
-        device: A `SparkMax` or `SparkFlex` of robot code.
-        sign: -1 where positive in robot code is negative for the mechanism.
+        device: `SparkMax` or `SparkFlex` of the robot program.
+        sign: -1 if positive in robot code is negative for the mechanism, else 1.
 
     Raises:
-        ConfigError: It was built before simcore was imported.
+        ConfigError: The device was built before simcore was imported.
 
     Example:
         port = SparkPort(robot.arm)
@@ -131,9 +131,9 @@ class SparkPort(MotorPort):
         self._absolute = _AbsoluteEncoder(f"{name} ABSOLUTE ENCODER")
         self._external = _Encoder(f"{name} {external} ENCODER")
         self._analog = _AnalogSensor(f"{name} ANALOG SENSOR")
-        self._at_start: float | None = None  # turns of an encoder on the data port when switched on
+        self._at_start: float | None = None  # turns of an encoder on the data port at power-on
         self._seen = -1
-        self._pending_time = 0.0  # time of its loops [s]
+        self._pending_time = 0.0  # time not yet simulated by loops [s]
         self._position = self._velocity = self._amps = 0.0
         self._rotor = self._encoder = (0.0, 0.0)
         self._supply = self._supply_of_loop = 12.0
@@ -142,22 +142,22 @@ class SparkPort(MotorPort):
 
     @property
     def config(self) -> SparkConfiguration:
-        """Present configuration."""
+        """Current configuration of the controller."""
         return self.loop.config
 
     def is_open(self) -> bool:
-        """Return whether it is configured to coast in idle."""
+        """Return whether the idle mode is coast."""
         return not self.loop.config.brakes
 
     def configure(self) -> None:
-        """Read the configuration again, if robot code has since applied one."""
+        """Read the configuration again if robot code has changed it."""
         count = configuration_count(self.device.key)
         if count != self._seen:
             self._seen = count
             self.loop.config = read_spark_configuration(self.device.hardware)
 
     def run(self, dt: float) -> None:
-        """Run its 1 kHz loop for dt [s] with constant sensor readings."""
+        """Run the controller's 1 kHz loop for dt [s] with constant sensor readings."""
         self._pending_time += dt
         loops = int(self._pending_time / LOOP + 0.5)
         self._pending_time -= loops * LOOP
@@ -174,16 +174,16 @@ class SparkPort(MotorPort):
         self.loop.run(loops, command, self._position, self._velocity, self._amps, self._supply)
 
     def set_supply(self, volts: float) -> None:
-        """Set the voltage at its terminals [V]."""
+        """Set the supply voltage of the controller [V], at least 1 V."""
         self._supply = max(volts, 1.0)
         self._bus.set(self._supply)
 
     def duty_cycle(self) -> float | None:
-        """See `MotorPort`."""
+        """Return the duty cycle with the mechanism's sign [-], or None if the controller commands volts."""
         return None if self._holds_volts else self._output.get() * self._sign
 
     def setpoint(self) -> Setpoint | None:
-        """See `MotorPort`."""
+        """Return the set-point of the running position or velocity loop with the mechanism's sign, or None."""
         mode, goal, config = self._mode.get(), self._setpoint.get(), self.config
         span = ANALOG_SPAN if config.feedback is Feedback.ANALOG else 1.0
         per_turn, per_rpm = (span * factor for factor in config.factors)
@@ -201,12 +201,12 @@ class SparkPort(MotorPort):
         return self._mode.get() == ControlMode.VOLTAGE or self.config.compensation is not None
 
     def volts(self, emf: float = 0.0, resistance: float = math.inf) -> float:
-        """Return its voltage on the motor, with the mechanism's sign [V].
+        """Return the motor voltage with the mechanism's sign [V].
 
         Args:
-            emf: Back-EMF of the motor, with the mechanism's sign [V].
-            resistance: Winding resistance of one motor, for its current limit; infinite where the motor's model limits
-                [ohm].
+            emf: Back-EMF of the motor with the mechanism's sign [V].
+            resistance: Winding resistance of one motor [ohm], for the current limit; infinite if the motor model
+                applies the limit.
         """
         config = self.config
         output = self.loop.output
@@ -217,32 +217,32 @@ class SparkPort(MotorPort):
         volts = output * self._sign * (self._supply_of_loop if self._holds_volts else self._supply)
         if volts != 0.0 and config.current_limit > 0.0:
             most = config.current_limit * resistance
-            # The limiter lowers the output of a motor that drives; it never reverses it.
+            # The limiter reduces the output but never reverses it.
             limited = min(max(volts, emf - most), emf + most)
             volts = min(max(limited, 0.0), volts) if volts > 0.0 else max(min(limited, 0.0), volts)
         self._output.set(volts * self._sign / self._supply)
         return volts
 
     def show_output(self, output: float) -> None:
-        """Write the duty cycle of a follower, with the mechanism's sign [-]."""
+        """Write a follower's duty cycle with the mechanism's sign [-]."""
         self._output.set(output * self._sign)
 
     def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:
         return (soft is not None and (self._position - soft) * sign >= 0.0) or (stops and bool(switch.get()))
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Write the current of one motor, with the mechanism's sign [A]; its volts are those of its loop."""
+        """Write the current of one motor with the mechanism's sign [A]; `volts` is not used."""
         self._amps = amps * self._sign
         self._current.set(abs(amps))
 
     def write(self, rotations: float, rps: float, encoder: tuple[float, float] | None = None) -> None:
-        """Write the sensors, with the mechanism's signs.
+        """Write the sensor readings, given with the mechanism's sign.
 
         Args:
-            rotations: Turns of the rotor since it was switched on.
-            rps: Rate of the rotor [1/s].
-            encoder: Turns and rate [1/s] of an absolute, alternate or external encoder on the mechanism; None:
-                the previous values.
+            rotations: Rotor position since power-on [rotations].
+            rps: Rotor velocity [rotations/s].
+            encoder: Position [rotations] and velocity [rotations/s] of an absolute, alternate or external encoder on
+                the mechanism; None to keep the previous values.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.
@@ -251,7 +251,7 @@ class SparkPort(MotorPort):
         self._show()
 
     def write_encoder(self, turns: float, rps: float) -> None:
-        """Write turns and rate [1/s] of the encoder alone."""
+        """Write position [rotations] and velocity [rotations/s] of the mechanism's encoder, but not of the rotor."""
         self._encoder = turns, rps
         self._show()
 
@@ -287,7 +287,7 @@ def _loop_of(controller: Any) -> SparkLoop | None:
 
 
 def _answer_from_loops() -> None:
-    """Make closed-loop controllers read their state from here: SimDevices have no values for it."""
+    """Make closed-loop controllers read their state from `SparkLoop`, because SimDevices have no values for it."""
     cls: Any = rev.SparkClosedLoopController
     for name, read in (
         ("is_at_setpoint", lambda loop: loop.is_at_setpoint),
