@@ -1,10 +1,12 @@
 """Balls of all games at all times, by small steps: why a ball rolls, bounces, is pinned and lies in a heap.
 
-`list_contacts` lists who may touch whom within a few milliseconds; `advance_balls` takes one step of at most 1 ms:
-every contact gives its force in the middle of the step, forces change velocities, all drift on to the middle of the
-next step (leapfrog). It has three parts: `find_contacts` with floor, solids and bodies; `choose_step`, as a ball whose
-contacts are too stiff for the step, or that is fast, goes through it alone in shorter steps; `integrate`. Contacts of
-balls with each other are found once a step.
+`list_contacts` lists the pairs of balls, and of balls and solids, that may touch within a few milliseconds.
+`advance_balls` takes one step of 1 ms: every contact gives its force in the middle of the step, forces change
+velocities, and all balls drift on to the middle of the next step (leapfrog).
+
+The step is the same for all balls, and a ball that needs shorter steps gets them without the others. One that is fast,
+or whose contact with a solid is too stiff for the step, goes through it in parts. Balls whose contacts with each other
+are too stiff go through it in equal parts together. What other contacts do to them is constant during the step.
 
 What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have,
 and get the same impulse afterwards.
@@ -22,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.loop.body import apply_impulse
-from simcore.loop.compiled import compiled, inlined
+from simcore.loop.compiled import compiled, inlined, inner
 from simcore.loop.contact import (
     air_acceleration,
     foam_energy,
@@ -33,11 +35,9 @@ from simcore.loop.contact import (
     friction_stiffness,
     hardened,
     rolling_resistance,
-    step_limit,
     steps_for,
 )
 from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_balls, near_pairs, near_solids
-from simcore.loop.robot_state import STEP
 from simcore.loop.solids import Solids, nearest_point
 from simcore.loop.state import (
     AWAKE,
@@ -52,12 +52,11 @@ from simcore.loop.state import (
 )
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "first_step", "list_contacts"]
+__all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts"]
 
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
-_COMES = 1.5 * STEP  # [s]; stiff pairs that can meet so soon cut the next step
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
 _GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
@@ -71,36 +70,60 @@ _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
 
 
 class Listed(NamedTuple):
-    """Balls that may move within a few milliseconds, and what each of them touches."""
+    """Balls that may move within a few milliseconds, and their contacts with solids."""
 
     queue: IntArray
-    """The balls; the first `size` of them count."""
+    """Rows of these balls; the first `size` entries count."""
     size: int
+    """Number of listed balls."""
     start: IntArray
-    """First solid of each ball in `near`, and the end, shape (size + 1,)."""
+    """First entry of each ball in `near`, and the end, shape (size + 1,)."""
     near: IntArray
-    """Solids that it may touch within that time."""
+    """Solids that each ball may touch within that time."""
     has_bodies: npt.NDArray[np.uint8]
-    """1 where bodies are among these solids, shape (size,)."""
+    """1 where these solids belong to bodies, shape (size,)."""
     number: IntArray
-    """Contacts now, shape (size,)."""
+    """Number of present contacts, shape (size,)."""
     found: FloatArray
-    """Normal, depth and place on the surface relative to the center of the ball of each, shape (12, size, 7)."""
+    """Normal, depth, and place on the surface relative to the ball's center of each contact, shape (12, size, 7)."""
     which: IntArray
-    """Solid of each, and whether its face is touched, shape (12, size, 2)."""
+    """Solid of each contact, and 1 where its face is touched, shape (12, size, 2)."""
     is_leaving: npt.NDArray[np.uint8]
     """1 while a ball is in the body that it was launched from, shape (size,)."""
     reach: FloatArray
-    """Distance from its center up to which gaps are known [m], shape (size,)."""
+    """Distance from the ball's center up to which gaps are known [m], shape (size,)."""
     gap: FloatArray
-    """Smallest to anything that is so near; below 0: a contact [m], shape (size,)."""
+    """Smallest gap to a solid within reach; negative: a contact [m], shape (size,)."""
     nearest: IntArray
     """Solid at that gap, shape (size,)."""
-    steps: IntArray
-    """Number of steps into which it cuts the step, shape (size,)."""
+    parts: IntArray
+    """Number of parts into which each ball divides the step, shape (size,)."""
+    joint: IntArray
+    """Number of parts that the stiff pairs of each ball need; 1: it has none; by row, shape (n,)."""
+    every: IntArray
+    """0, 1, 2 ...: all places of the queue, shape (size,)."""
+    order: IntArray
+    """The same places, sorted: one step, parts alone, parts together with others, shape (size,)."""
 
 
-@compiled
+class Pairs(NamedTuple):
+    """Pairs of balls that may touch within a few milliseconds."""
+
+    first: IntArray
+    """Row of one ball; the first `size` entries count."""
+    second: IntArray
+    """Row of the other ball."""
+    size: int
+    """Number of pairs."""
+    stiffness: npt.NDArray[np.uint8]
+    """0: whole steps will do; 1: too stiff for them when deep or fast; 2: too stiff at any depth, shape (size,)."""
+    every: IntArray
+    """0, 1, 2 ...: all pairs, shape (size,)."""
+    stiff: IntArray
+    """Pairs that are too stiff for the present step; `collide` says how many count, shape (size,)."""
+
+
+@inner
 def _slot(key, stamp, i, touched):
     """Return the place in the memory of ball i for a contact: its own, else that of the oldest contact."""
     oldest = 0
@@ -181,7 +204,7 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
 # --- contacts of one ball with solids -------------------------------------------------------------------------------
 
 
-@compiled
+@inner
 def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is_face):
     """Sort a contact into the list of a ball, the deepest first, and return their number.
 
@@ -212,7 +235,7 @@ def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is
     return min(count + 1, _MOST_SURFACES)
 
 
-@compiled
+@inner
 def _without_edges(found, which, q, count):
     """Leave out edges and corners within a surface whose face is touched more deeply, and return how many are left.
 
@@ -257,51 +280,54 @@ def _pair_foam(foam, a, b):
 
 
 @inlined
-def _pair_limit(square, foam, surface, masses, a, b, depth, closing, h):
-    """Return the square of a step [s^2], cut for two balls that are so deep in each other [m] and close [m/s]."""
+def _parts_of_pair(foam, surface, masses, a, b, depth, way, h):
+    """Return the number of parts of a step h [s] that two balls need which overlap [m] and may go on by a way [m]."""
     linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
-    slope = foam_slope(max(0.0, depth) + max(0.0, closing) * h, linear, cubic, hard_from, hard)
+    slope = foam_slope(max(0.0, depth) + max(0.0, way), linear, cubic, hard_from, hard)
     mass = masses[a] * masses[b] / (masses[a] + masses[b])
-    return step_limit(square, hardened(slope, surface[a, 1] * surface[b, 1]), mass)
+    return steps_for(hardened(slope, surface[a, 1] * surface[b, 1]), mass, h)
 
 
-@compiled
-def first_step(balls, pairs, step, h):
-    """Return the longest step, of `step` [s] at most, that the pairs of balls allow which touch or soon will [s].
-
-    Mark the pairs that may need shorter ones within h [s]: 1 if they are deep or fast, 2 if they are too stiff to touch
-    in a whole step.
-    """
-    first, second, count, needs = pairs
-    pos, vel, radii, status, longest = balls.pos, balls.vel, balls.radius, balls.status, step * step
-    foam, surface, masses = balls.foam, balls.surface, balls.mass
-    for p in range(count):
-        a, b = first[p], second[p]
+@inner
+def mark_stiff_pairs(balls, pairs, within, h):
+    """Mark the pairs that may be too stiff for a step h [s] within a time [s], see `Pairs.stiffness`."""
+    pos, vel, radii, foam, surface, masses = balls.pos, balls.vel, balls.radius, balls.foam, balls.surface, balls.mass
+    for p in range(pairs.size):
+        a, b = pairs.first[p], pairs.second[p]
         nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
-        distance = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
-        depth, uncut, fastest = radii[a] + radii[b] - distance, STEP * STEP, speed(vel, a) + speed(vel, b)
-        needs[p] = 0
-        if _pair_limit(uncut, foam, surface, masses, a, b, depth, fastest, h) < uncut:
-            is_stiff = _pair_limit(uncut, foam, surface, masses, a, b, 0.0, 0.0, h) < uncut
-            needs[p] = 2 if is_stiff else 1
-            near = -fastest * _COMES if is_stiff else 0.0
-            if depth > near and not (sleeps(status, a) and sleeps(status, b)):
-                longest = _pair_limit(longest, foam, surface, masses, a, b, depth, fastest, step)
-    return math.sqrt(longest)
+        depth = radii[a] + radii[b] - math.sqrt(nx * nx + ny * ny + nz * nz)
+        way = (speed(vel, a) + speed(vel, b)) * within
+        pairs.stiffness[p] = 0
+        if _parts_of_pair(foam, surface, masses, a, b, depth, way, h) > 1:
+            pairs.stiffness[p] = 2 if _parts_of_pair(foam, surface, masses, a, b, 0.0, 0.0, h) > 1 else 1
 
 
-@compiled
-def _collide(balls, memory, gravity, pairs, force, h):
-    """Add the forces of balls on each other in h [s], and return the longest next step their contacts allow [s].
+@inner
+def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_whole):
+    """Add the forces of balls on each other.
 
-    `force` has of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
+    Args:
+        balls: All balls.
+        memory: Memory of their contacts.
+        gravity: Gravity [m/s^2].
+        listed: List of `list_contacts`.
+        pairs: Pairs of `list_contacts`.
+        chosen: Pairs that count.
+        count: Number of them.
+        force: Force and torque on each ball [N, N m], number of contacts, and largest push [N], shape (n, 8).
+        h: Step, or a part of it [s].
+        is_whole: Whether h is a whole step. Pairs that are too stiff for it go to `pairs.stiff` then.
+
+    Returns:
+        Number of stiff pairs.
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
     key, stamp, spring, now, is_put = memory.key, memory.stamp, memory.spring, memory.clock[0], balls.is_put
-    first, second, count, needs = pairs
-    longest, slowing = STEP * STEP, 0.4 * _STOPPING / h
-    for p in range(count):
+    first, second, stiffness, joint = pairs.first, pairs.second, pairs.stiffness, listed.joint
+    stiff, slowing = 0, 0.4 * _STOPPING / h
+    for entry in range(count):
+        p = chosen[entry]
         a, b = first[p], second[p]
         sleeper = a if sleeps(status, a) else b if sleeps(status, b) else NOBODY
         if sleeper == a and sleeps(status, b):
@@ -312,12 +338,10 @@ def _collide(balls, memory, gravity, pairs, force, h):
             if speed(vel, b if sleeper == a else a) > _WAKING_SPEED:  # what leaned on it is not left standing
                 _wake(status, still, hold, sleeper)
                 sleeper = NOBODY
-        if square >= reach * reach:
-            if needs[p] == 2:
-                fastest = speed(vel, a) + speed(vel, b)  # one that touches something else may turn round
-                comes = reach + fastest * _COMES
-                if square < comes * comes:
-                    longest = _pair_limit(longest, foam, surface, masses, a, b, 0.0, fastest, h)
+        fastest = 0.0
+        if is_whole and stiffness[p] == 2:  # it must not come into contact within a whole step
+            fastest = (speed(vel, a) + speed(vel, b)) * h  # one that touches something else may turn round
+        if square >= (reach + fastest) * (reach + fastest):
             continue
         distance = math.sqrt(square)
         if distance > 1e-9:
@@ -333,10 +357,17 @@ def _collide(balls, memory, gravity, pairs, force, h):
         uy = vel[a, 1] - vel[b, 1] - (wz * nx - wx * nz)
         uz = vel[a, 2] - vel[b, 2] - (wx * ny - wy * nx)
         closing = -(ux * nx + uy * ny + uz * nz)
+        if is_whole and stiffness[p] > 0:
+            needed = _parts_of_pair(foam, surface, masses, a, b, depth, closing * h, h)
+            if needed > 1:
+                pairs.stiff[stiff] = p
+                stiff += 1
+                joint[a], joint[b] = max(joint[a], needed), max(joint[b], needed)
+                continue
+        if depth <= 0.0:
+            continue
         linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
         mass = masses[a] * masses[b] / (masses[a] + masses[b])
-        if needs[p] > 0:
-            longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, h)
         i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
         s = _slot(key, stamp, i, _PAIR - j)
         is_new = stamp[i, s] < now - 1 or is_put[a] == JUST_PUT or is_put[b] == JUST_PUT
@@ -379,14 +410,14 @@ def _collide(balls, memory, gravity, pairs, force, h):
         force[b, 6] += 1.0
         force[a, 7] = max(force[a, 7], push)
         force[b, 7] = max(force[b, 7], push)
-    return math.sqrt(longest)
+    return stiff
 
 
 # --- one step -------------------------------------------------------------------------------------------------------
 
 
-@compiled
-def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
+@inner
+def find_contacts(balls, solids, bodies, floor, listed, places, first, last, late, h):
     """Find the contacts of listed balls with floor, solids and bodies.
 
     Args:
@@ -395,8 +426,9 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
         bodies: All, in the middle of the step.
         floor: The floor.
         listed: List of `list_contacts`.
-        first: Place of the first ball in its queue.
-        last: Place behind the last one.
+        places: Places in the queue, of which those from `first` to before `last` count.
+        first: Index of the first place.
+        last: Index behind the last place.
         late: Time since the middle of the step, by which bodies have moved on [s].
         h: Step whose second half counts for gaps [s].
     """
@@ -408,7 +440,8 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
     owner, box, begin, plane, corner = solids.body, solids.box, solids.first, solids.plane, solids.corner
     origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.com, bodies.vel, bodies.rate
     is_floor, has_bodies = floor.is_there, listed.has_bodies
-    for q in range(first, last):
+    for entry in range(first, last):
+        q = places[entry]
         i = queue[q]
         is_asleep = sleeps(status, i)
         n = 0
@@ -420,14 +453,11 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
         gap = z - radius if is_floor else 1e30
         if is_floor and z < radius and not is_asleep:
             n = _add_contact(found, which, q, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
-        for entry in range(start[q], start[q + 1]):
-            s = near[entry]
+        for candidate in range(start[q], start[q + 1]):
+            s = near[candidate]
             b = owner[s]
-            if b < 0:
-                if is_asleep or is_outside(box, s, x, y, z, reach):
-                    continue
-                distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, reach, begin, plane, corner)
-            else:
+            lx, ly, lz = x, y, z
+            if b >= 0:
                 ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
                 wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
                 lx, ly, lz = to_body(
@@ -436,10 +466,13 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
                     y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
                     z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
                 )  # fmt: skip
-                if is_outside(box, s, lx, ly, lz, reach):
-                    continue
-                distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, reach, begin, plane, corner)
-                nx, ny, nz = to_field(axes, b, lx, ly, lz)
+            elif is_asleep:
+                continue
+            if is_outside(box, s, lx, ly, lz, reach):
+                continue
+            distance, nx, ny, nz, is_face = nearest_point(s, lx, ly, lz, reach, begin, plane, corner)
+            if b >= 0:
+                nx, ny, nz = to_field(axes, b, nx, ny, nz)
             if distance < radius and b >= 0 and b == leaves[i]:
                 is_leaving[q] = 1
                 continue
@@ -453,39 +486,63 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
         number[q], reaches[q], gaps[q] = n, reach, gap
 
 
-@compiled
-def choose_step(balls, solids, floor, listed, h):
-    """Choose into how many steps listed balls cut one of h [s]: so many as their speed and stiffest contact need.
+@inner
+def choose_parts(balls, solids, floor, listed, h):
+    """Choose into how many parts listed balls divide a step h [s], by their speed and the stiffest contact.
+
+    Sort `listed.order`: balls that take one step, those that go through parts alone by their number, and the others.
 
     Args:
-        balls: All of them.
+        balls: All balls.
         solids: Solids that they may touch.
         floor: The floor.
-        listed: List of `list_contacts`, with their contacts.
+        listed: List of `list_contacts`, with its contacts.
         h: Step [s].
+
+    Returns:
+        Number of balls that take one step, and number of those that do not share parts with others.
     """
-    queue, start, number, found, steps = listed.queue, listed.start, listed.number, listed.found, listed.steps
+    queue, start, number, found, parts = listed.queue, listed.start, listed.number, listed.found, listed.parts
     reach, gap, status, vel, radii, foam = listed.reach, listed.gap, balls.status, balls.vel, balls.radius, balls.foam
     nearest, which, surface, material = listed.nearest, listed.which, balls.surface, solids.surface
-    masses, on_floor = balls.mass, floor.restitution
+    masses, on_floor, joint, order = balls.mass, floor.restitution, listed.joint, listed.order
+    whole, behind = 0, listed.size
     for q in range(listed.size):
         i = queue[q]
-        if sleeps(status, i):
-            continue
-        k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
-        vx, vy, vz, mass, most = vel[i, 0], vel[i, 1], vel[i, 2], masses[i], 1
-        if start[q + 1] > start[q]:
-            most = max(most, math.ceil(speed(vel, i) * h / (_FARTHEST * radii[i])))
-        comes, stiffness, own = reach[q] - radii[i], 0.0, surface[i, 1]
-        if 0.0 <= gap[q] < comes:  # it will touch within this step
-            restitution = own * (material[nearest[q], 1] if nearest[q] >= 0 else on_floor)
-            stiffness = hardened(foam_slope(comes - gap[q], k1, k3, hard_from, hard), restitution)
-        for k in range(number[q]):
-            closing = -(vx * found[k, q, 0] + vy * found[k, q, 1] + vz * found[k, q, 2])
-            depth = found[k, q, 3] + max(0.0, closing) * h
-            restitution = own * (material[which[k, q, 0], 1] if which[k, q, 0] >= 0 else on_floor)
-            stiffness = max(stiffness, hardened(foam_slope(depth, k1, k3, hard_from, hard), restitution))
-        steps[q] = max(most, steps_for(stiffness, mass, h))
+        parts[q] = joint[i]
+        if not sleeps(status, i):
+            k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
+            vx, vy, vz, most = vel[i, 0], vel[i, 1], vel[i, 2], joint[i]
+            if start[q + 1] > start[q]:
+                most = max(most, math.ceil(speed(vel, i) * h / (_FARTHEST * radii[i])))
+            comes, stiffness, own = reach[q] - radii[i], 0.0, surface[i, 1]
+            if 0.0 <= gap[q] < comes:  # it will touch within this step
+                restitution = own * (material[nearest[q], 1] if nearest[q] >= 0 else on_floor)
+                stiffness = hardened(foam_slope(comes - gap[q], k1, k3, hard_from, hard), restitution)
+            for k in range(number[q]):
+                closing = -(vx * found[k, q, 0] + vy * found[k, q, 1] + vz * found[k, q, 2])
+                depth = found[k, q, 3] + max(0.0, closing) * h
+                restitution = own * (material[which[k, q, 0], 1] if which[k, q, 0] >= 0 else on_floor)
+                stiffness = max(stiffness, hardened(foam_slope(depth, k1, k3, hard_from, hard), restitution))
+            parts[q] = max(most, steps_for(stiffness, masses[i], h))
+        if joint[i] > 1:
+            behind -= 1
+            order[behind] = q
+        elif parts[q] == 1:
+            order[whole] = q
+            whole += 1
+    alone = whole
+    for q in range(listed.size):
+        if joint[queue[q]] > 1:
+            joint[queue[q]] = 1
+        elif parts[q] > 1:  # sorted by parts
+            k = alone
+            while k > whole and parts[order[k - 1]] > parts[q]:
+                order[k] = order[k - 1]
+                k -= 1
+            order[k] = q
+            alone += 1
+    return whole, alone
 
 
 @inlined
@@ -504,25 +561,27 @@ def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass,
     return vx, vy, vz, sx, sy, sz
 
 
-@compiled
-def integrate(balls, memory, solids, bodies, floor, listed, force, h, ahead):
-    """Move all listed balls on by the forces of their contacts, and push the bodies that they touch.
+@inner
+def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, late, h, on):
+    """Move balls on by the forces of their contacts, and push the bodies that they touch.
 
-    A ball goes through the step in as many as it has chosen. Bodies feel one that sleeps; it wakes if they push
-    otherwise than when it fell asleep.
+    Bodies feel a ball that sleeps; it wakes if they push otherwise than when it fell asleep.
 
     Args:
-        balls: All of them, in the middle of the step.
+        balls: All balls; those that move are in the middle of the step, or of a part.
         memory: Memory of their contacts.
         solids: Solids that they may touch.
-        bodies: All, in the middle of the step.
+        bodies: All bodies, in the middle of the step.
         floor: The floor, and gravity.
-        listed: List of `list_contacts`, with their contacts and steps.
+        listed: List of `list_contacts`, with its contacts.
         force: Force of balls on each other, which becomes 0, shape (n, 8).
-        h: Step [s].
-        ahead: Time from the middle of the step to that of the next one, to which balls go [s].
+        first: Index of the first ball in `listed.order`.
+        last: Index behind the last ball.
+        late: Time of the balls since the middle of the step [s].
+        h: Step or part [s].
+        on: Time to the middle of the next step or part, to which balls go [s].
     """
-    queue, number, found, which, steps = listed.queue, listed.number, listed.found, listed.which, listed.steps
+    queue, number, found, which, order = listed.queue, listed.number, listed.found, listed.which, listed.order
     has_bodies, is_leaving = listed.has_bodies, listed.is_leaving
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, air, still, load = balls.foam, balls.surface, balls.air, balls.still, balls.load
@@ -531,106 +590,135 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, h, ahead):
     key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
     owner, material = solids.body, solids.surface
     center, moving, turning = bodies.com, bodies.vel, bodies.rate
-    for q in range(listed.size):
+    for entry in range(first, last):
+        q = order[entry]
         i = queue[q]
         px, py, pz, qx, qy, qz = force[i, 0], force[i, 1], force[i, 2], force[i, 3], force[i, 4], force[i, 5]
-        touched, pressed = int(force[i, 6]), force[i, 7]
+        touched, pressed = int(force[i, 6]) + number[q], force[i, 7]
         for k in range(8):
             force[i, k] = 0.0
         is_asleep = sleeps(status, i)
         if is_asleep and not has_bodies[q]:
             continue
+        if not is_leaving[q] and len(bodies) > 0:
+            leaves[i] = NOBODY
         radius, mass = radii[i], masses[i]
         k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
-        lightness = 1.0 / mass
-        vx, vy, vz = vel[i, 0], vel[i, 1], vel[i, 2]
-        sx, sy, sz = spin[i, 0], spin[i, 1], spin[i, 2]
         own_friction, own_restitution, own_rolling = surface[i, 0], surface[i, 1], surface[i, 2]
-        step, part = 0, h
-        if steps[q] > 1:
-            part = h / steps[q]
-        while step < steps[q]:
-            late = (step + 0.5) * part - 0.5 * h
-            if part < h:
-                if step == 0:  # back to the middle of the first of them
-                    for c in range(3):
-                        pos[i, c] += late * vel[i, c]
-                find_contacts(balls, solids, bodies, floor, listed, q, q + 1, late, 0.0)
-            if not is_leaving[q] and len(bodies) > 0:
-                leaves[i] = NOBODY
-            x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
-            fx, fy, fz, tx, ty, tz, rolling, by_bodies, is_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False
-            for k in range(number[q]):
-                s, depth = which[k, q, 0], found[k, q, 3]
-                nx, ny, nz = found[k, q, 0], found[k, q, 1], found[k, q, 2]
-                lever = radius - depth
-                ux = vx - lever * (sy * nz - sz * ny)
-                uy = vy - lever * (sz * nx - sx * nz)
-                uz = vz - lever * (sx * ny - sy * nx)
-                b, ax, ay, az = NOBODY, 0.0, 0.0, 0.0
-                if s == _FLOOR:
-                    friction, restitution = own_friction * floor.friction, own_restitution * floor.restitution
-                    resistance = own_rolling * floor.friction + floor.rolling * own_friction
-                else:
-                    friction, restitution = own_friction * material[s, 0], own_restitution * material[s, 1]
-                    resistance = own_rolling * material[s, 0] + material[s, 2] * own_friction
-                    b = owner[s]
-                    if b >= 0:
-                        ax = x + found[k, q, 4] - center[b, 0] - late * moving[b, 0]
-                        ay = y + found[k, q, 5] - center[b, 1] - late * moving[b, 1]
-                        az = z + found[k, q, 6] - center[b, 2] - late * moving[b, 2]
-                        ux -= moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay
-                        uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
-                        uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
-                m = _slot(key, stamp, i, s)
-                is_new = stamp[i, m] < now - 1 or is_put[i] == JUST_PUT
-                stamp[i, m] = now
-                closing = -(ux * nx + uy * ny + uz * nz)
-                depth = _squeeze(spring, i, m, is_new, is_put[i], depth, closing, part)
-                is_in = is_in or spring[i, m, 3] > 0.0
-                slope = foam_slope(depth, k1, k3, hard_from, hard)
-                push = _push(spring, i, m, is_new, depth, closing, k1, k3, hard_from, hard, restitution, part)
-                gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, part)
-                gx, gy, gz = gx + push * nx, gy + push * ny, gz + push * nz
-                fx, fy, fz = fx + gx, fy + gy, fz + gz
-                tx -= lever * (ny * gz - nz * gy)
-                ty -= lever * (nz * gx - nx * gz)
-                tz -= lever * (nx * gy - ny * gx)
-                rolling += resistance * push
+        x, y, z, vx, vy, vz = pos[i, 0], pos[i, 1], pos[i, 2], vel[i, 0], vel[i, 1], vel[i, 2]
+        sx, sy, sz = spin[i, 0], spin[i, 1], spin[i, 2]
+        fx, fy, fz, tx, ty, tz, rolling, by_bodies, is_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False
+        for k in range(number[q]):
+            s, depth = which[k, q, 0], found[k, q, 3]
+            nx, ny, nz = found[k, q, 0], found[k, q, 1], found[k, q, 2]
+            lever = radius - depth
+            ux = vx - lever * (sy * nz - sz * ny)
+            uy = vy - lever * (sz * nx - sx * nz)
+            uz = vz - lever * (sx * ny - sy * nx)
+            b, ax, ay, az = NOBODY, 0.0, 0.0, 0.0
+            if s == _FLOOR:
+                friction, restitution = own_friction * floor.friction, own_restitution * floor.restitution
+                resistance = own_rolling * floor.friction + floor.rolling * own_friction
+            else:
+                friction, restitution = own_friction * material[s, 0], own_restitution * material[s, 1]
+                resistance = own_rolling * material[s, 0] + material[s, 2] * own_friction
+                b = owner[s]
                 if b >= 0:
-                    by_bodies += push
-                    seen[i] |= bodies[b].mark
-                    apply_impulse(bodies[b], -part * gx, -part * gy, -part * gz, ax, ay, az)
-            touched += number[q]
-            is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
-            if is_asleep:
-                most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
-                if abs(by_bodies - load[i]) <= most:
-                    break
-                _wake(status, still, hold, i)
-                is_asleep = False
-            load[i] = by_bodies
-            gx, gy, gz = air_acceleration(vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])
-            vx, vy, vz, sx, sy, sz = _kick(
-                vx, vy, vz, sx, sy, sz, gx + (px + fx) * lightness, gy + (py + fy) * lightness,
-                gz + (pz + fz) * lightness - floor.gravity, qx + tx, qy + ty, qz + tz, rolling, air[i, 3], mass, radius,
-                part,
-            )  # fmt: skip
-            step += 1
-            on = part if step < steps[q] else 0.5 * part - 0.5 * h + ahead
-            pos[i, 0], pos[i, 1], pos[i, 2] = x + on * vx, y + on * vy, z + on * vz
+                    ax = x + found[k, q, 4] - center[b, 0] - late * moving[b, 0]
+                    ay = y + found[k, q, 5] - center[b, 1] - late * moving[b, 1]
+                    az = z + found[k, q, 6] - center[b, 2] - late * moving[b, 2]
+                    ux -= moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay
+                    uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
+                    uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
+            m = _slot(key, stamp, i, s)
+            is_new = stamp[i, m] < now - 1 or is_put[i] == JUST_PUT
+            stamp[i, m] = now
+            closing = -(ux * nx + uy * ny + uz * nz)
+            depth = _squeeze(spring, i, m, is_new, is_put[i], depth, closing, h)
+            is_in = is_in or spring[i, m, 3] > 0.0
+            slope = foam_slope(depth, k1, k3, hard_from, hard)
+            push = _push(spring, i, m, is_new, depth, closing, k1, k3, hard_from, hard, restitution, h)
+            gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, h)
+            gx, gy, gz = gx + push * nx, gy + push * ny, gz + push * nz
+            fx, fy, fz = fx + gx, fy + gy, fz + gz
+            tx -= lever * (ny * gz - nz * gy)
+            ty -= lever * (nz * gx - nx * gz)
+            tz -= lever * (nx * gy - ny * gx)
+            rolling += resistance * push
+            if b >= 0:
+                by_bodies += push
+                seen[i] |= bodies[b].mark
+                apply_impulse(bodies[b], -h * gx, -h * gy, -h * gz, ax, ay, az)
         contacts[i] = touched
         if touched > 0:
             is_touched[i] = 1
-        if not is_asleep:
-            press[i] = pressed
-            vel[i, 0], vel[i, 1], vel[i, 2] = vx, vy, vz
-            spin[i, 0], spin[i, 1], spin[i, 2] = sx, sy, sz
+        is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
+        if is_asleep:
+            most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
+            if abs(by_bodies - load[i]) <= most:
+                continue
+            _wake(status, still, hold, i)
+        load[i] = by_bodies
+        press[i] = pressed
+        gx, gy, gz = air_acceleration(vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])
+        lightness = 1.0 / mass
+        vx, vy, vz, sx, sy, sz = _kick(
+            vx, vy, vz, sx, sy, sz, gx + (px + fx) * lightness, gy + (py + fy) * lightness,
+            gz + (pz + fz) * lightness - floor.gravity, qx + tx, qy + ty, qz + tz, rolling, air[i, 3], mass, radius, h,
+        )  # fmt: skip
+        pos[i, 0], pos[i, 1], pos[i, 2] = x + on * vx, y + on * vy, z + on * vz
+        vel[i, 0], vel[i, 1], vel[i, 2] = vx, vy, vz
+        spin[i, 0], spin[i, 1], spin[i, 2] = sx, sy, sz
 
 
 @compiled
-def list_contacts(balls, bodies, solids, with_pairs, h):
-    """List the balls that may move within h [s], who of them may touch each other, and what solids they may touch."""
+def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff, force, first, last, h, ahead):
+    """Take a step of balls in as many equal parts as the stiffest of them needs.
+
+    Args:
+        balls: All balls, in the middle of the step.
+        memory: Memory of their contacts.
+        solids: Solids that they may touch.
+        bodies: All bodies, in the middle of the step.
+        floor: The floor, and gravity.
+        listed: List of `list_contacts`.
+        pairs: Pairs of `list_contacts`.
+        stiff: Number of stiff pairs among these balls.
+        force: Force of other pairs, which is constant, and becomes 0, shape (n, 8).
+        first: Index of the first ball in `listed.order`.
+        last: Index behind the last ball.
+        h: Step [s].
+        ahead: Time from the middle of the step to that of the next one, to which balls go [s].
+    """
+    queue, order, status, pos, vel = listed.queue, listed.order, balls.status, balls.pos, balls.vel
+    count = 1
+    for entry in range(first, last):
+        count = max(count, listed.parts[order[entry]])
+    part = h / count
+    constant = np.empty((last - first, 8))
+    for entry in range(first, last):
+        i = queue[order[entry]]
+        for k in range(8):
+            constant[entry - first, k] = force[i, k]
+        if not sleeps(status, i):  # back to the middle of the first part
+            for c in range(3):
+                pos[i, c] -= 0.5 * (h - part) * vel[i, c]
+    for number in range(count):
+        if number > 0:
+            for entry in range(first, last):
+                for k in range(8):
+                    force[queue[order[entry]], k] = constant[entry - first, k]
+        late = (number + 0.5) * part - 0.5 * h
+        on = part if number < count - 1 else ahead - late
+        if stiff > 0:
+            collide(balls, memory, floor.gravity, listed, pairs, pairs.stiff, stiff, force, part, False)
+        find_contacts(balls, solids, bodies, floor, listed, order, first, last, late, 0.0)
+        integrate(balls, memory, solids, bodies, floor, listed, force, first, last, late, part, on)
+
+
+@compiled
+def list_contacts(balls, bodies, solids, with_pairs, h, step):
+    """List the balls that may move within h [s], and their possible contacts, for steps of a length [s]."""
     grid = grid_of(balls)
     way = np.empty(balls.pos.shape[0])  # of each ball within h [m]
     for i in range(len(way)):
@@ -654,12 +742,15 @@ def list_contacts(balls, bodies, solids, with_pairs, h):
     listed = Listed(
         queue, count, start, near, has_bodies, np.zeros(count, np.int64), np.empty((_MOST_SURFACES, count, 7)),
         np.empty((_MOST_SURFACES, count, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
-        np.zeros(count, np.int64), np.ones(count, np.int64),
+        np.zeros(count, np.int64), np.ones(count, np.int64), np.ones(len(way), np.int64), np.arange(count),
+        np.arange(count),
     )  # fmt: skip
-    return listed, (first, second, pairs, np.zeros(pairs, np.uint8))
+    found = Pairs(first, second, pairs, np.zeros(pairs, np.uint8), np.arange(pairs), np.empty(pairs, np.int64))
+    mark_stiff_pairs(balls, found, h, step)
+    return listed, found
 
 
-@compiled
+@inner
 def drift_balls(balls, listed, h):
     """Move all listed balls that are awake for h [s] with the velocities that they have."""
     for q in range(listed.size):
@@ -670,34 +761,39 @@ def drift_balls(balls, listed, h):
 
 
 @compiled
-def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h, left):
-    """Take one step of h [s]; balls are in its middle, and go on to the middle of the next one.
+def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h, ahead):
+    """Take one step h [s]; balls are in its middle, and go on to the middle of the next one.
 
     Args:
-        balls: All of them.
+        balls: All balls.
         memory: Memory of their contacts.
         solids: Solids that they may touch.
-        bodies: All, in the middle of the step.
+        bodies: All bodies, in the middle of the step.
         floor: The floor, and gravity.
         listed: List of `list_contacts`.
-        pairs: Likewise.
+        pairs: Pairs of `list_contacts`.
         force: Room for forces of balls on each other, all 0, shape (n, 8).
         h: Step [s].
-        left: Time after the step for which the lists hold [s].
-
-    Returns:
-        Length of the next step, 0 for none [s].
+        ahead: Time from the middle of the step to that of the next one [s].
     """
     memory.clock[0] += 1
-    longest = _collide(balls, memory, floor.gravity, pairs, force, h)
-    following = left / math.ceil(left / longest - 1e-9) if left > 1e-9 else 0.0
-    find_contacts(balls, solids, bodies, floor, listed, 0, listed.size, 0.0, h)
-    choose_step(balls, solids, floor, listed, h)
-    integrate(balls, memory, solids, bodies, floor, listed, force, h, 0.5 * (h + following))
-    return following
+    stiff = collide(balls, memory, floor.gravity, listed, pairs, pairs.every, pairs.size, force, h, True)
+    find_contacts(balls, solids, bodies, floor, listed, listed.every, 0, listed.size, 0.0, h)
+    whole, alone = choose_parts(balls, solids, floor, listed, h)
+    integrate(balls, memory, solids, bodies, floor, listed, force, 0, whole, 0.0, h, ahead)
+    last = whole
+    while last < alone:  # those with equally many parts
+        first, count = last, listed.parts[listed.order[last]]
+        while last < alone and listed.parts[listed.order[last]] == count:
+            last += 1
+        _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, 0, force, first, last, h, ahead)
+    if stiff > 0:
+        _advance_in_parts(
+            balls, memory, solids, bodies, floor, listed, pairs, stiff, force, alone, listed.size, h, ahead
+        )
 
 
-@compiled
+@inner
 def end_balls(balls, listed, h):
     """Turn the attitudes of all listed balls, and add up how long each has been still, after h [s]."""
     queue, spin, radius, still, vel = listed.queue, balls.spin, balls.radius, balls.still, balls.vel
@@ -712,7 +808,7 @@ def end_balls(balls, listed, h):
             still[i] = still[i] + h if balls.contacts[i] > 0 and fast < _QUIET_SPEED else 0.0
 
 
-@compiled
+@inner
 def _turn(quat, spin, i, h):
     """Turn the attitude of a ball by its spin for h [s]."""
     x, y, z, s = quat[i, 0], quat[i, 1], quat[i, 2], quat[i, 3]
@@ -723,7 +819,7 @@ def _turn(quat, spin, i, h):
     quat[i, 0], quat[i, 1], quat[i, 2], quat[i, 3] = nx * scale, ny * scale, nz * scale, ns * scale
 
 
-@compiled
+@inner
 def any_moves(balls, bodies):
     """Return whether a ball is awake, or a body moves that balls may touch."""
     for i in range(len(balls.status)):

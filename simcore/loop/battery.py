@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 from simcore.loop.motor import line_in_force, within
 from simcore.loop.robot_state import Records
 
@@ -38,7 +38,7 @@ def begin_battery(batteries: Records, i: int) -> None:
         watch_brownout(batteries, i, 0.0)
 
 
-@compiled
+@inner
 def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float) -> bool:
     """Draw a current for a step.
 
@@ -71,7 +71,7 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
     return watch_brownout(batteries, i, h) if b.model.browns_out else False
 
 
-@compiled
+@inner
 def watch_brownout(batteries: Records, i: int, h: float) -> bool:
     """Follow the roboRIO and what its motor controllers hear of it, over a step of h [s].
 
@@ -111,7 +111,7 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
     return has_begun
 
 
-@compiled
+@inner
 def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
     """Return the voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
 

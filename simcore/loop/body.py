@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 from simcore.loop.neighbours import cell_range, is_outside
 from simcore.loop.robot_state import SPRINGS, TOUCHES
 from simcore.loop.solids import nearest_point
@@ -71,7 +71,7 @@ def rotate_back(quat, x, y, z):
     return rotate((-quat[0], -quat[1], -quat[2], quat[3]), x, y, z)
 
 
-@compiled
+@inner
 def update_axes(body):
     """Update axes and center of mass of a body from its pose."""
     x = body.quat[0]
@@ -97,7 +97,7 @@ def update_axes(body):
             )
 
 
-@compiled
+@inner
 def drift(body, h):
     """Move a body on with the velocity that it has, for h [s]."""
     ox = body.pos[0] - body.com[0]
@@ -141,7 +141,7 @@ def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
         body.rate[k] += kept[3 + k]
 
 
-@compiled
+@inner
 def turned_rate(body, tx, ty, tz, h):
     """Return the angular velocity after h [s] under a moment [N m], both in body axes [rad/s]."""
     wx, wy, wz = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
@@ -155,7 +155,7 @@ def turned_rate(body, tx, ty, tz, h):
     )
 
 
-@compiled
+@inner
 def change_velocity(body, jx, jy, jz, ax, ay, az):
     """Give a body an impulse [N s] with an angular impulse about its center of mass [N m s]."""
     if not body.swings:
@@ -173,7 +173,7 @@ def change_velocity(body, jx, jy, jz, ax, ay, az):
         body.rate[2] += spin * pz
 
 
-@compiled
+@inner
 def apply_impulse(body, jx, jy, jz, ax, ay, az):
     """Give a body an impulse [N s] at a place from its center [m].
 
@@ -192,7 +192,7 @@ def apply_impulse(body, jx, jy, jz, ax, ay, az):
     body.impulse[5] += mz
 
 
-@compiled
+@inner
 def apply_force(robot, ax, ay, az, fx, fy, fz):
     """Add a force [N] on a robot in this step, at a place from its center of mass [m]."""
     robot.press[0] += fx
@@ -203,7 +203,7 @@ def apply_force(robot, ax, ay, az, fx, fy, fz):
     robot.twist[2] += ax * fy - ay * fx
 
 
-@compiled
+@inner
 def add_touch(robot, row):
     """Add the row of what a robot touches to its list."""
     for k in range(robot.touched):
@@ -214,7 +214,7 @@ def add_touch(robot, row):
         robot.touched += 1
 
 
-@compiled
+@inner
 def find_spring(springs, r, key, stamp):
     """Find the memory of a contact of robot r: its place, and whether the contact is new.
 
@@ -238,19 +238,19 @@ def find_spring(springs, r, key, stamp):
     return oldest, True
 
 
-@compiled
+@inner
 def unexplained(depth, closing, h):
     """Return how much of the depth of a new contact its closing speed [m/s] does not explain [m]."""
     return max(0.0, depth - max(0.0, closing) * h - _SLACK)
 
 
-@compiled
+@inner
 def way_out(put_in, h):
     """Return how far what was put into something comes out of it in a step, by place and not by velocity [m]."""
     return min(put_in, (put_in / _OUT_TIME + _OUT_SPEED) * h) if put_in > 0.0 else 0.0
 
 
-@compiled
+@inner
 def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, friction, h):
     """Find the force of a soft contact with friction that has a memory.
 
@@ -349,7 +349,7 @@ def _mobility(body, ax, ay, az, nx, ny, nz):
     return 1.0 / body.mass + x * x / body.inertia[0] + y * y / body.inertia[1] + z * z / body.inertia[2]
 
 
-@compiled
+@inner
 def _limited_damping(damping, mobility, count, h):
     """Return the damping of one of `count` contacts at once [N s/m].
 
@@ -359,7 +359,7 @@ def _limited_damping(damping, mobility, count, h):
     return min(damping, _MOST_DAMPING / (mobility * count * h))
 
 
-@compiled
+@inner
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
     """Add a contact of a point: the mean of several has their mean place and direction."""
     share = load / (point.load + load)
@@ -372,7 +372,7 @@ def _add_load(point, load, nx, ny, nz, ax, ay, az):
     point.load += load
 
 
-@compiled
+@inner
 def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
     """Note what a point touches, how deep, the way out, and its middle from the center of mass of its robot."""
     hit = hits[n]
@@ -387,7 +387,7 @@ def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
     hit[8] = az
 
 
-@compiled
+@inner
 def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, h):
     """Press one wheel or point of a robot against the field; `count` points touch at once."""
     robot = fleet.robots[r]
@@ -442,7 +442,7 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
     return n
 
 
-@compiled
+@inner
 def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
     """Press the edges of a solid of the field into a box of a robot: out through its nearest face."""
     robot = fleet.robots[r]
@@ -621,7 +621,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         )  # fmt: skip
 
 
-@compiled
+@inner
 def touch_plates(fleet, r, bodies, solids, h):
     """Press wheels and points of a robot into the bodies that carry robots, which give way."""
     robot = fleet.robots[r]
@@ -689,7 +689,7 @@ def touch_plates(fleet, r, bodies, solids, h):
 # --- robots that lie, or stand on another one ------------------------------------------------------------------------
 
 
-@compiled
+@inner
 def _box_gap(part, x, y, z):
     """Find the distance of a place from a box of a robot, in the robot's frame, and the way out."""
     middle = 0.5 * (part.bottom + part.top)

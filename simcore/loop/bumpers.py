@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from simcore.loop.body import add_touch, apply_force, find_spring, unexplained, way_out
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 
 __all__ = ["DAMPING_RATIOS", "place_parts", "touch_outlines", "touch_robots"]
 
@@ -56,7 +56,7 @@ DAMPING_RATIOS = np.interp(np.linspace(0.0, 1.0, 101), [_restitution(ratio) for 
 """Damping ratio of a spring and a damper that never pull, by restitution in hundredths [-], shape (101,)."""
 
 
-@compiled
+@inner
 def place_parts(fleet, r, body):
     """Put the outlines of a robot's bumpers where it is."""
     robot = fleet.robots[r]
@@ -97,7 +97,7 @@ def place_parts(fleet, r, body):
         part.normals[3, 1] = -ax / size_a
 
 
-@compiled
+@inner
 def _widest(corners, normals, first, last, is_hidden, others, other_first, other_last):
     """Return the side of an outline with the largest separation from another outline, and that separation [m].
 
@@ -120,7 +120,7 @@ def _widest(corners, normals, first, last, is_hidden, others, other_first, other
     return best, side
 
 
-@compiled
+@inner
 def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_last, b_hidden, found):
     """Find the overlap of two outlines: up to two of place, unit normal from a to b, depth and length, into `found`.
 
@@ -151,7 +151,7 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
     return _clip(a, a_normals, a_first, a_last, side_a, b, b_normals, b_first, b_last, 1.0, found)
 
 
-@compiled
+@inner
 def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, sign, found):
     """Find both ends of the overlap of a side of a and the side of b that faces it."""
     nx = a_normals[side, 0]
@@ -196,7 +196,7 @@ def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, si
     return n
 
 
-@compiled
+@inner
 def _velocity(body, x, y, height):
     """Return the velocity in plan of a place of a body at a height of the field [m/s, m/s]."""
     ax = x - body.com[0]
@@ -208,7 +208,7 @@ def _velocity(body, x, y, height):
     )
 
 
-@compiled
+@inner
 def _mobility(body, x, y, nx, ny):
     """Return the inverse of the mass that a robot shows at a place along a direction [1/kg].
 
@@ -224,7 +224,7 @@ def _ratio(restitution):
     return DAMPING_RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
 
 
-@compiled
+@inner
 def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key, stamp, is_put, h):
     """Find the force of a contact of bumpers; v_n is that of the gap, v_t to the left of n [m/s].
 
@@ -251,7 +251,7 @@ def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key
     return normal, across, way
 
 
-@compiled
+@inner
 def touch_outlines(fleet, r, body, h, found):
     """Let a robot touch what stands on the field.
 
@@ -305,7 +305,7 @@ def touch_outlines(fleet, r, body, h, found):
                     add_touch(robot, one.row)
 
 
-@compiled
+@inner
 def touch_robots(fleet, a, b, bodies, h, found):
     """Let two robots touch; their parts are in place. For the arguments see `touch_outlines`."""
     one = fleet.robots[a]

@@ -24,7 +24,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-__all__ = ["cache_folder", "compiled", "inlined", "is_prepared", "not_kept", "preparing"]
+__all__ = ["cache_folder", "compiled", "inlined", "inner", "is_prepared", "not_kept", "preparing"]
 
 _config: Any = numba.config  # its settings are made at run time
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -145,7 +145,21 @@ not_kept = "" if cache_folder else "no folder for it can be written"
 
 def compiled(function: _Function) -> _Function:
     """Compile a function when it is first called, with the results of plain Python to the last bit."""
-    dispatcher: Any = numba.njit(error_model="numpy")(function)
+    return _kept(function)
+
+
+def inner(function: _Function) -> _Function:
+    """Compile a function that makes no array and that compiled functions alone call.
+
+    References to the arrays that it is given are not counted: each count is an atomic operation, and all of them took
+    a fifth of the loop (six robots in fuel: 3.1 to 2.8 ms a tick).
+    """
+    return _kept(function, _nrt=False)
+
+
+def _kept(function: _Function, **options: Any) -> _Function:
+    """Compile a function, and keep the result in `cache_folder`."""
+    dispatcher: Any = numba.njit(error_model="numpy", **options)(function)
     if cache_folder is not None:
         before = _config.CACHE_DIR
         _config.CACHE_DIR = str(cache_folder)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 
 __all__ = [
     "STIFFEST",
@@ -25,7 +25,6 @@ __all__ = [
     "friction_stiffness",
     "hardened",
     "rolling_resistance",
-    "step_limit",
     "steps_for",
 ]
 
@@ -54,7 +53,7 @@ def foam_force(depth, linear, cubic, hard_from, hard):
     return force
 
 
-@compiled
+@inner
 def foam_slope(depth, linear, cubic, hard_from, hard):
     """Return the stiffness dF/dd of `foam_force` at a depth [N/m]."""
     slope = linear + 3.0 * cubic * depth * depth
@@ -63,7 +62,7 @@ def foam_slope(depth, linear, cubic, hard_from, hard):
     return slope
 
 
-@compiled
+@inner
 def foam_energy(depth, linear, cubic, hard_from, hard):
     """Return the work U of `foam_force` up to a depth [J]."""
     square = depth * depth
@@ -74,7 +73,7 @@ def foam_energy(depth, linear, cubic, hard_from, hard):
     return energy
 
 
-@compiled
+@inner
 def foam_loss(restitution):
     """Return share c of the force that foam adds while squeezed and lacks while let go [-], and its band w [-].
 
@@ -90,7 +89,7 @@ def foam_loss(restitution):
     return 1.0 - e2, max(_THINNEST, band)
 
 
-@compiled
+@inner
 def foam_memory(memory, energy, last, band, h):
     """Return the memory of a contact, -1 to 1 [-]: it turns by 2 d(ln U) / w, and forgets while nothing moves.
 
@@ -108,14 +107,14 @@ def foam_memory(memory, energy, last, band, h):
     return max(-1.0, min(1.0, (memory * both * band + turned) / (both * keeps)))
 
 
-@compiled
+@inner
 def hardened(slope, restitution):
     """Return the stiffness [N/m] that a contact needs its step for: more than that of foam which gives little back."""
     returned = restitution * restitution + 1e-3
     return slope if returned >= _TURNING else slope * _TURNING / returned
 
 
-@compiled
+@inner
 def friction_stiffness(slope, mass, h):
     """Return stiffness [N/m] and damping [N s/m] of a contact's friction spring, limited for a step h [s]."""
     tangential = _TANGENTIAL_MASS * mass
@@ -123,7 +122,7 @@ def friction_stiffness(slope, mass, h):
     return stiffness, 0.6 * math.sqrt(stiffness * tangential)
 
 
-@compiled
+@inner
 def rolling_resistance(push, spin, depth, radius, restitution):
     """Return the torque with which foam resists rolling, over the spin [N m s]: what it loses ahead, it lacks behind.
 
@@ -140,21 +139,14 @@ def rolling_resistance(push, spin, depth, radius, restitution):
     return 0.1875 * (1.0 - min(1.0, restitution * restitution)) * push * math.sqrt(radius * depth / spin)
 
 
-@compiled
-def step_limit(square, stiffness, mass):
-    """Return the square of a step [s^2], or of what a contact of a stiffness [N/m] and a mass [kg] allows of it."""
-    most = STIFFEST * mass
-    return square if stiffness * square <= most else most / stiffness
-
-
-@compiled
+@inner
 def steps_for(stiffness, mass, h):
     """Return into how many steps a contact of a stiffness [N/m] and a mass [kg] cuts h [s]."""
     stiff, most = stiffness * h * h, STIFFEST * mass
     return 1 if stiff <= most else math.ceil(math.sqrt(stiff / most))
 
 
-@compiled
+@inner
 def air_acceleration(vx, vy, vz, wx, wy, wz, drag, lift, saturation):
     """Return drag -k |v| v, and the lift of spin along omega x v, which levels off with the spin ratio [m/s^2].
 

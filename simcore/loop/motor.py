@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 
 __all__ = [
     "LOCKED",
@@ -41,7 +41,7 @@ def within(value, limit):
     return value
 
 
-@compiled
+@inner
 def end_weight(h, rate):
     """Return the weight of a step's end in the mean that makes the step of w' = -rate w exact (exponential fitting).
 
@@ -58,7 +58,7 @@ def end_weight(h, rate):
     return -1.0 / math.expm1(-z) - 1.0 / z
 
 
-@compiled
+@inner
 def line_in_force(volts, bus, emf, limit, resistance, winding):
     """Return the current line of a motor whose controller compensates for the resistance in series with it.
 
@@ -86,7 +86,7 @@ def line_in_force(volts, bus, emf, limit, resistance, winding):
     return volts, winding
 
 
-@compiled
+@inner
 def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
     """Solve `k w = a + T(w)` exactly for a limited motor behind lossy gears with dry friction.
 
@@ -131,7 +131,7 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
     return w, current, f * i0 + sign, f * i1
 
 
-@compiled
+@inner
 def supply_line(emf, slope, w, resistance, power, current, drawn):
     """Return the current line that keeps |V I| within `power` near a shaft speed.
 
@@ -200,7 +200,7 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
     return end, i, emf_offset + emf * end + i * resistance, t0, t1
 
 
-@compiled
+@inner
 def torque_line(is_open, volts, bus, emf_offset, w, limit, power, emf, resistance, driving, driven, friction):
     """Return the lines of current and torque over shaft speed that hold near `w`.
 

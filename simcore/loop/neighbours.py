@@ -143,9 +143,10 @@ def is_outside(box, s, x, y, z, reach):
     )  # fmt: skip
 
 
-@inlined
-def _grown(near, size):
-    return near if size < len(near) else np.concatenate((near, np.empty_like(near)))
+@compiled
+def _grown(near):
+    """Return a copy of a list with twice the room."""
+    return np.concatenate((near, np.empty_like(near)))
 
 
 @compiled
@@ -154,7 +155,7 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
-    is_active, extent = bodies.is_active, bodies.reach
+    is_active, extent, first_solid, last_solid = bodies.is_active, bodies.reach, bodies.first_solid, bodies.last_solid
     start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     for k in range(count):
@@ -177,7 +178,8 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
                             if near[e] == s:
                                 known = True
                     if not known:
-                        near = _grown(near, size)
+                        if size == len(near):
+                            near = _grown(near)
                         near[size], size = s, size + 1
         for b in range(origin.shape[0]):
             if not is_active[b]:
@@ -189,10 +191,11 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
                 continue
             lx, ly, lz = to_body(frame, b, dx, dy, dz)
             far = reach + moved
-            for s in range(bodies[b].first_solid, bodies[b].last_solid):
+            for s in range(first_solid[b], last_solid[b]):
                 if is_outside(boxes, s, lx, ly, lz, far):
                     continue
-                near = _grown(near, size)
+                if size == len(near):
+                    near = _grown(near)
                 near[size], size = s, size + 1
     start[count] = size
     return start, near

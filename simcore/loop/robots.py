@@ -24,7 +24,7 @@ from simcore.loop.body import (
     update_axes,
 )
 from simcore.loop.bumpers import place_parts, touch_outlines, touch_robots
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 from simcore.loop.motor import within
 from simcore.loop.robot_state import AZIMUTH, TARGET, WHEELS, Fleet, Records
 from simcore.loop.shaft import begin_motor, control, open_circuit, turn
@@ -37,7 +37,7 @@ _SETTLES = 3.0  # [s], after which a robot that was put down stands
 _HELD_BACK = 0.99  # of the velocity of a robot that is put down, that is left after 1 ms
 
 
-@compiled
+@inner
 def begin_robots(fleet: Fleet, bodies: Records) -> int:
     """Clear the sums of the last call.
 
@@ -65,7 +65,7 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
     return -1
 
 
-@compiled
+@inner
 def end_robots(fleet: Fleet, h: float) -> None:
     """Turn sums over the call of h [s] into means."""
     for r in range(len(fleet.robots)):
@@ -118,7 +118,7 @@ def advance_robots(
         _kick(fleet, r, bodies, gravity, h, part)
 
 
-@compiled
+@inner
 def _are_near(robot, other, body, met):
     """Return whether two robots could touch."""
     dx = body.com[0] - met.com[0]
@@ -129,7 +129,7 @@ def _are_near(robot, other, body, met):
     return dx * dx + dy * dy < far * far
 
 
-@compiled
+@inner
 def _meet_in_plan(fleet, robot, other):
     """Return whether the bumpers of two robots have a height in common."""
     if not (robot.is_upright and other.is_upright):
@@ -141,7 +141,7 @@ def _meet_in_plan(fleet, robot, other):
     return False
 
 
-@compiled
+@inner
 def _control(robot, shafts, battery):
     """Work out what all controllers of a robot apply to their motors in a step."""
     for i in range(robot.first_shaft, robot.last_shaft):
@@ -170,7 +170,7 @@ def _control(robot, shafts, battery):
             control(shafts, i, model.rail if model.rail > 0.0 else robot.bus, model.emf * s.speed)
 
 
-@compiled
+@inner
 def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
     """Reach a module state with less than a quarter turn: drive backwards where that is nearer.
 
@@ -194,7 +194,7 @@ def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
     return speed * math.cos(error), error
 
 
-@compiled
+@inner
 def _follow_target(shafts, i, first_shaft):
     """Set the volts of the closed loop of a drive motor (wheel speed) or steer motor (angle)."""
     s = shafts[i]
@@ -220,7 +220,7 @@ def _follow_target(shafts, i, first_shaft):
         s.is_open = 1
 
 
-@compiled
+@inner
 def scrub(azimuth, wheel, least):
     """Return dry friction [N m] and drag [N m s/rad] of a contact patch that turns on the carpet.
 
@@ -242,7 +242,7 @@ def scrub(azimuth, wheel, least):
     return most, 0.0
 
 
-@compiled
+@inner
 def _steer(robot, shafts, wheels, h, bus):
     """Turn the azimuths, and the mechanisms."""
     for i in range(robot.first_shaft + robot.drive_shafts, robot.last_shaft):
@@ -261,7 +261,7 @@ def _steer(robot, shafts, wheels, h, bus):
         wheel_shaft.sin = math.sin(s.position + model.zero)
 
 
-@compiled
+@inner
 def _kick(fleet, r, bodies, gravity, h, part):
     """Change the velocity of one robot by the forces of a step of h [s].
 
@@ -312,7 +312,7 @@ def _kick(fleet, r, bodies, gravity, h, part):
     body.rate[0], body.rate[1], body.rate[2] = rotate(quat, wx, wy, wz)
 
 
-@compiled
+@inner
 def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     """Let the tires act on a robot, and return its angular velocity after that, its own axes [rad/s].
 
@@ -379,7 +379,7 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     return wx + h * mx / body.inertia[0], wy + h * my / body.inertia[1], wz + h * mz / body.inertia[2]
 
 
-@compiled
+@inner
 def _lever(point, body, plate):
     """Return the place where a wheel of a body stands on a plate, from the plate's pivot, field axes [m]."""
     return (
@@ -389,7 +389,7 @@ def _lever(point, body, plate):
     )
 
 
-@compiled
+@inner
 def _ground_velocity(fleet, robot, bodies):
     """Return the mean velocity of what the wheels of a robot stand on, its own axes [m/s, m/s, rad/s]."""
     body = bodies[robot.body]

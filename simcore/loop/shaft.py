@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 from simcore.loop.motor import end_weight, line_in_force, solve_limited, within
 from simcore.loop.robot_state import CURRENT, DUTY, NEUTRAL, PISTON, SERVO, STEP, TARGET, Records
 
@@ -15,7 +15,7 @@ _REST = 1e-9
 ever."""
 
 
-@compiled
+@inner
 def begin_motor(shafts, i):
     """Clear the means of the last call."""
     s = shafts[i]
@@ -23,7 +23,7 @@ def begin_motor(shafts, i):
     s.mean_supply = 0.0
 
 
-@compiled
+@inner
 def open_circuit(shafts, i):
     """Take its power away: a motor coasts until the next request, a valve falls back, a servo is held."""
     s = shafts[i]
@@ -41,7 +41,7 @@ def open_circuit(shafts, i):
         s.request.brakes = 0
 
 
-@compiled
+@inner
 def control(shafts, i, bus, emf):
     """Work out what its controller applies in a step: volts or an open circuit, and the stator limit in force.
 
@@ -71,7 +71,7 @@ def control(shafts, i, bus, emf):
         s.is_open = 1
 
 
-@compiled
+@inner
 def set_step(shafts, i, h):
     """Set the length of its step [s]; see `end_weight`."""
     s = shafts[i]
@@ -81,7 +81,7 @@ def set_step(shafts, i, h):
         s.weight = end_weight(h, model.driven * model.emf / (model.resistance * model.inertia))
 
 
-@compiled
+@inner
 def turn(shafts, i, h, bus, friction, drag, torque):
     """Turn a shaft without wheels by a step; its request is known.
 
@@ -173,7 +173,7 @@ def turn(shafts, i, h, bus, friction, drag, torque):
     accumulate(shafts, i, h, bus)
 
 
-@compiled
+@inner
 def accumulate(shafts, i, h, bus):
     """Add what the motors took in a step of h [s] to their sums."""
     s = shafts[i]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inlined, inner
 from simcore.loop.robot_state import Records
 from simcore.typing import FloatArray, IntArray
 
@@ -63,15 +63,12 @@ NO_SOLIDS = Solids(
 """Solids of an empty world."""
 
 
-@compiled
-def _closest_on_triangle(x, y, z, corner, t):
-    """Return the point of a triangle that is nearest to a place [m].
+@inner
+def _closest_on_triangle(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz):
+    """Return the point of a triangle a, b, c that is nearest to a place x, y, z [m].
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
     """
-    ax, ay, az = corner[t, 0], corner[t, 1], corner[t, 2]
-    bx, by, bz = corner[t, 3], corner[t, 4], corner[t, 5]
-    cx, cy, cz = corner[t, 6], corner[t, 7], corner[t, 8]
     abx, aby, abz = bx - ax, by - ay, bz - az
     acx, acy, acz = cx - ax, cy - ay, cz - az
     px, py, pz = x - ax, y - ay, z - az
@@ -106,19 +103,19 @@ def _closest_on_triangle(x, y, z, corner, t):
     return ax + abx * v + acx * w, ay + aby * v + acy * w, az + abz * v + acz * w
 
 
-@compiled
+@inlined
 def nearest_point(solid, x, y, z, reach, first, plane, corner):
     """Return the distance of a place from a convex solid, and the way out.
 
     Args:
         solid: Row of the solid.
-        x: Coordinate of the place in the solid's frame [m].
-        y: The same [m].
-        z: The same [m].
-        reach: Farther solids need no exact answer [m].
-        first: See `Solids`.
-        plane: The same.
-        corner: The same.
+        x: x of the place in the solid's frame [m].
+        y: y of the place [m].
+        z: z of the place [m].
+        reach: Distance beyond which a lower bound will do [m].
+        first: `Solids.first`.
+        plane: `Solids.plane`.
+        corner: `Solids.corner`.
 
     Returns:
         Distance, negative inside [m]; unit normal towards the place; whether the nearest point is within a face.
@@ -128,30 +125,35 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
         over = plane[t, 0] * x + plane[t, 1] * y + plane[t, 2] * z - plane[t, 3]
         if over > most:
             most, face = over, t
-            if over > reach:
-                return over, 0.0, 0.0, 1.0, False
-    if most <= 0.0:  # inside: out through the nearest face
-        return most, plane[face, 0], plane[face, 1], plane[face, 2], True
-    least = 1e30
-    dx = dy = dz = 0.0
-    is_face = False
-    for t in range(first[solid], first[solid + 1]):
-        over = plane[t, 0] * x + plane[t, 1] * y + plane[t, 2] * z - plane[t, 3]
-        if over <= 0.0:
-            continue
-        px, py, pz = _closest_on_triangle(x, y, z, corner, t)
-        px, py, pz = x - px, y - py, z - pz
-        square = px * px + py * py + pz * pz
-        if square < least:
-            least, dx, dy, dz = square, px, py, pz
-            is_face = square - over * over < _FACE
-    distance = math.sqrt(least)
-    if distance < 1e-12:
-        return 0.0, plane[face, 0], plane[face, 1], plane[face, 2], True
-    return distance, dx / distance, dy / distance, dz / distance, is_face
+            if most > reach:
+                break
+    distance, nx, ny, nz, is_face = most, plane[face, 0], plane[face, 1], plane[face, 2], True
+    if 0.0 < most <= reach:  # outside, and near
+        least = 1e30
+        for t in range(first[solid], first[solid + 1]):
+            over = plane[t, 0] * x + plane[t, 1] * y + plane[t, 2] * z - plane[t, 3]
+            if over <= 0.0:
+                continue
+            px, py, pz = _closest_on_triangle(
+                x, y, z, corner[t, 0], corner[t, 1], corner[t, 2], corner[t, 3], corner[t, 4], corner[t, 5],
+                corner[t, 6], corner[t, 7], corner[t, 8],
+            )  # fmt: skip
+            px, py, pz = x - px, y - py, z - pz
+            square = px * px + py * py + pz * pz
+            if square < least:
+                least, nx, ny, nz = square, px, py, pz
+                is_face = square - over * over < _FACE
+                if is_face and over >= most:  # nothing of the solid is nearer than this plane
+                    break
+        distance = math.sqrt(least)
+        if distance < 1e-12:
+            distance, nx, ny, nz, is_face = 0.0, plane[face, 0], plane[face, 1], plane[face, 2], True
+        else:
+            nx, ny, nz = nx / distance, ny / distance, nz / distance
+    return distance, nx, ny, nz, is_face
 
 
-@compiled
+@inner
 def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
     """Find where a ray enters a solid, as a part of it; `nearest` if it is not before that part."""
     corner, plane = solids.corner, solids.plane
@@ -179,7 +181,7 @@ def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
     return nearest
 
 
-@compiled
+@inner
 def _passes_box(box, s, ox, oy, oz, dx, dy, dz, nearest):
     """Return whether a ray meets the bounding box of a solid before a part of it."""
     enter, leave = 0.0, nearest

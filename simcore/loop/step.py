@@ -11,9 +11,9 @@ from functools import cache
 
 import numpy as np
 
-from simcore.loop.balls import advance_balls, any_moves, depth_at, drift_balls, end_balls, first_step, list_contacts
+from simcore.loop.balls import advance_balls, any_moves, depth_at, drift_balls, end_balls, list_contacts
 from simcore.loop.body import drift, kick_and_drift, update_axes
-from simcore.loop.compiled import compiled, preparing
+from simcore.loop.compiled import compiled, inner, preparing
 from simcore.loop.robot_state import BODY, ROBOT, STEP, Fleet, Records, no_robots, records
 from simcore.loop.robots import advance_robots, begin_robots, end_robots, settle
 from simcore.loop.solids import NO_SOLIDS, Solids, find_in_box, first_hits
@@ -61,35 +61,24 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
     steps = math.ceil(h / STEP - 1e-9)
     dt = h / steps
     has_balls = any_moves(balls, bodies)
-    listed, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0)
+    listed, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0, dt)
     has_balls = has_balls and listed.size > 0
     force = np.zeros((balls.pos.shape[0] if has_balls else 0, 8))
-    step = dt  # of the balls
     if has_balls:
-        step = dt / math.ceil(dt / first_step(balls, pairs, dt, h) - 1e-9)
-        drift_balls(balls, listed, 0.5 * step)
+        drift_balls(balls, listed, 0.5 * dt)
     for number in range(steps):
         advance_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
         _part_robots(fleet, bodies)
-        left = dt
-        at = 0.0  # time of the bodies within the step
-        while left > 1e-9:
-            middle = dt - left + 0.5 * step
-            if not has_balls:
-                middle = 0.5 * dt
-                step = dt
-            _drift_bodies(bodies, middle - at, call)
-            at = middle
-            left -= step
-            if has_balls:
-                ahead = left if left > 1e-9 else dt if number + 1 < steps else 0.0
-                step = advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, step, ahead)
-        _drift_bodies(bodies, dt - at, call)
+        _drift_bodies(bodies, 0.5 * dt, call)
+        if has_balls:
+            ahead = dt if number + 1 < steps else 0.5 * dt
+            advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, dt, ahead)
+        _drift_bodies(bodies, 0.5 * dt, call)
     if has_balls:
         end_balls(balls, listed, h)
 
 
-@compiled
+@inner
 def _part_robots(fleet, bodies):
     """Move robots out of what people have put them into."""
     for r in range(len(fleet.robots)):
@@ -99,7 +88,7 @@ def _part_robots(fleet, bodies):
             body.pos[k] += fleet.robots[r].shift[k]
 
 
-@compiled
+@inner
 def _drift_bodies(bodies, h, call):
     """Move all bodies on for h [s] of the call."""
     part = h / call

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 
-from simcore.loop.compiled import compiled
+from simcore.loop.compiled import compiled, inner
 from simcore.loop.motor import LOCKED, line_in_force, solve_limited, torque_line, within
 from simcore.loop.robot_state import Records
 from simcore.loop.shaft import accumulate, set_step
@@ -145,7 +145,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
         wheels[k].load = max(0.0, wheels[k].load)
 
 
-@compiled
+@inner
 def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
     """Move drive shafts by a step, and find the forces of the tires, into `wheels.force_x` and `force_y`.
 
@@ -251,7 +251,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
     robot.is_sliding = 1 if is_sliding and fastest > _SLIDE else 0
 
 
-@compiled
+@inner
 def _begin_shaft(shafts, g, h, bus):
     """Start a step of a drive shaft: motor and inertia."""
     s = shafts[g]
@@ -277,7 +277,7 @@ def _begin_shaft(shafts, g, h, bus):
     s.push = model.inertia / h * s.speed + s.torque_offset
 
 
-@compiled
+@inner
 def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
     """Start a step: wheels on the carpet, and their rolling drag, a constant force, as one over their speed."""
     s = shafts[g]
@@ -299,7 +299,7 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
     s.drag = drag / max(abs(s.cos * vx + s.sin * vy + s.arm * omega), model.slip_speed)
 
 
-@compiled
+@inner
 def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega):
     """Return the chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
 
@@ -361,7 +361,7 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
     return b1 / a11 - l21 * uy - l31 * uw, uy, uw
 
 
-@compiled
+@inner
 def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
     """Move a shaft exactly for a known chassis; find its tires' forces and, where a tire slides, a better slip.
 

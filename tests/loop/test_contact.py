@@ -18,7 +18,6 @@ from simcore.loop.contact import (
     friction_stiffness,
     hardened,
     rolling_resistance,
-    step_limit,
     steps_for,
 )
 from simcore.pieces.aerodynamics import Aerodynamics, air_factors
@@ -116,8 +115,8 @@ def test_a_contact_that_gives_little_back_needs_shorter_steps():
     """Its stiffness as its memory turns is 4 c k / w, with w = e^2: at e = 0.1 eleven times that at 0.35."""
     assert hardened(1000.0, 0.1) == pytest.approx(1000.0 * 0.12 / 0.011)
     assert hardened(1000.0, 0.35) == 1000.0
-    assert step_limit(1e-4, 1000.0, 0.2) == pytest.approx(0.05 * 0.2 / 1000.0)
-    assert step_limit(1e-6, 1000.0, 0.2) == 1e-6, "it is short enough"
+    assert steps_for(1000.0, 0.2, 3e-3) == 1, "k h^2 / m = 0.045 is at most 0.05"
+    assert steps_for(1000.0, 0.2, 6e-3) == 2, "0.18 needs a quarter of that, and has 0.045 in half the step"
 
 
 def test_foam_resists_rolling_with_what_it_loses():
