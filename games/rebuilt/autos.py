@@ -32,7 +32,7 @@ SETTINGS = ScriptSettings(
 
 
 def depot(robot: ScriptedRobot) -> Steps:
-    """Shoot the preload, collect the depot's fuel with the intake ahead, and return to shoot it."""
+    """Shoot the preload, back into the depot with the intake deployed, and return to shoot the collected fuel."""
     x, y = DEPOT_DEPTH / 2, DEPOT_Y
     yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)

@@ -1,4 +1,4 @@
-"""Return of fuel to play, out of a hub or from outside the field by field staff."""
+"""Return of fuel to play, through a hub's exit or by field staff."""
 
 from __future__ import annotations
 

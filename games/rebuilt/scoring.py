@@ -98,7 +98,7 @@ class HubCount:
         return time < MATCH.duration
 
     def period(self, alliance: Alliance, sensed: float) -> str:
-        """Return the period in which a fuel counts, or `UNCOUNTED`, if the sensors detect it at a match time [s]."""
+        """Return the period in which a fuel counts if detected by the sensors at a match time [s], or `UNCOUNTED`."""
         before = sensed - _GRACE + _EPS
         if before >= MATCH.start("transition") and self.is_on(alliance, before):
             return _PERIODS[MATCH.phase(before).name]

@@ -120,7 +120,7 @@ class ReefscapeRules(Rules):
         self._judge()
 
     def after_tick(self) -> None:
-        """Judge fouls, leaving at the end of auto, and parking and hanging until the assessment after the match."""
+        """Judge fouls, robots that have left at the end of auto, and robots that park or hang after the match."""
         self.fouls.after_tick()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
@@ -130,7 +130,7 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang at the end of the match; `after_tick` repeats this until the assessment."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
@@ -173,7 +173,7 @@ class ReefscapeRules(Rules):
 
     @property
     def ends(self) -> dict[str, str]:
-        """Final position of each robot (`None`, `Parked`, `ShallowCage` or `DeepCage`), by robot number from 1."""
+        """End-game result of each robot (`None`, `Parked`, `ShallowCage` or `DeepCage`), by robot number from 1."""
         return {str(robot.number + 1): self._ends.get(robot.number, "None") for robot in self.match.robots}
 
     # --- scoring ------------------------------------------------------------------------------------------------------
@@ -263,7 +263,7 @@ class ReefscapeRules(Rules):
         return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
 
     def _end_of(self, robot: Robot) -> str:
-        """Return a robot's current final position: `ShallowCage`, `DeepCage`, `Parked` or `None`."""
+        """Return the end-game result that a robot would get now: `ShallowCage`, `DeepCage`, `Parked` or `None`."""
         alliance = self.match.alliances[robot.number]
         for climber in robot.climbers:
             rung = climber.rung

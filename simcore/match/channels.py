@@ -201,4 +201,4 @@ PART = (
     Channel("IsHanging", "boolean", lambda climber: climber.rung is not None, "the climber hangs on a rung",
             owner=Climber),
 )  # fmt: skip
-"""Channels of each intake, shooter and climber, after `Debug/`; a number marks a robot's second part of a kind."""
+"""Channels of each intake, shooter and climber, after `Debug/`; from a robot's second part on, the key has a number."""

@@ -22,7 +22,7 @@ class Phase:
 
     name: str
     duration: float
-    """Duration [s]."""
+    """Duration of the phase [s]."""
     mode: Mode = "teleop"
 
     def __post_init__(self) -> None:
@@ -98,7 +98,7 @@ class MatchTimer:
 
     @property
     def phase(self) -> Phase:
-        """Present phase."""
+        """Current phase of the match."""
         return self.clock.phase(self.time)
 
     @property

@@ -50,7 +50,7 @@ class ControlledMatch(PlayedMatch, Protocol):
 
     @property
     def count(self) -> PieceCount:
-        """Present places of all pieces."""
+        """Number of pieces in each kind of place."""
 
     def carry_to(self, number: int, pose: Pose) -> None:
         """Place a robot at rest, as if people carried it there."""
@@ -78,7 +78,7 @@ class CommandResult:
     number: int
     """Number among all commands, from 1."""
     command: str
-    """Command in words."""
+    """Description of the command."""
     is_done: bool
     """Whether the command was done; a refused command changes nothing."""
     text: str
@@ -129,7 +129,7 @@ class FieldControl:
 
         Args:
             name: Name of the action, one of `ACTIONS`.
-            arguments: All of its arguments.
+            arguments: Values of all arguments of the action, by name.
 
         Raises:
             UnknownNameError: If no action has this name.
@@ -166,7 +166,7 @@ class FieldControl:
         return self.do("put_down", {"kind": kind, "places": places})
 
     def place_robot(self, pose: Any, robot: int = 0) -> int:
-        """Place a robot at rest; its gyro keeps its reading, and pieces make room.
+        """Place a robot at rest; the gyro keeps its reading, and pieces are moved out of the way.
 
         Robot code keeps its pose estimate, so reset its odometry as well.
 
@@ -195,7 +195,7 @@ class FieldControl:
         return self.do("auto", {"name": name, "robot": robot})
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Request a human player's action for `blue` or `red`; it happens as soon as it is ready.
+        """Request an action of the human player of `blue` or `red`, to happen as soon as it is possible.
 
         From the first call on, a person controls this human player and the game's own policy is off.
         """
@@ -295,7 +295,7 @@ class FieldControl:
         return f"auto {name!r} begins"
 
     def _ask(self, alliance: str, name: str) -> str:
-        """Request an action of a human player, which a person controls from now on."""
+        """Request an action of a human player and give control to a person."""
         match = self._match
         whose, actions = self._human_player(alliance)
         if name not in actions:
@@ -428,10 +428,10 @@ class Action:
     words: str
     """Format string that describes the command, with its arguments in braces."""
     act: Callable[..., str]
-    """Function of a `FieldControl` and the arguments that performs the action and returns a description of its
+    """Function that performs the action, called with the `FieldControl` and the arguments; returns a description of the
     effect."""
     arguments: Mapping[str, Callable[[str, Any], Any]]
-    """Check of each argument by name: a function of a name for messages and a value that returns the checked value."""
+    """Check of each argument, by name: called with a name for messages and a value, it returns the checked value."""
 
 
 ACTIONS: Mapping[str, Action] = {

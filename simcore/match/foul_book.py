@@ -46,7 +46,7 @@ class _Stretch:
 
 
 class FoulBook:
-    """Record of violations that calls one foul for a violation over several ticks.
+    """Book of fouls, with one foul for a violation that lasts several ticks.
 
     Args:
         match: Match whose tracker receives the fouls.
@@ -135,7 +135,7 @@ class Releases:
 
 
 _PIN_APART = inches(72.0)
-_PIN_AWAY = 3.0  # [s]; a pin ends after this time at least `_PIN_APART` apart
+_PIN_AWAY = 3.0  # [s]; a pin ends when the robots have been `_PIN_APART` apart for this time
 _HELD_SPEED = 0.25  # [m/s]; our choice: a faster robot is not pinned
 _BESIDE = 0.1  # [m]; our choice: a robot this close to a static element can be pinned against it
 _TRYING = 15.0  # [A] of a drive motor; our choice: a robot that only holds its heading draws less
@@ -204,7 +204,7 @@ class PinCounts:
 
 
 def pins_of(match: PlayedMatch) -> set[Pin]:
-    """Return the pins of this tick: a robot touches an opponent that tries to move but hardly does.
+    """Return the pins of this tick, in which a robot touches an opponent that tries to move but hardly does.
 
     The pinned robot must be held between the pinning robot and a static element, or between two opponents; robots that
     push each other in the open field do not pin.

@@ -256,7 +256,7 @@ class PlayedMatch(Protocol):
     world: PhysicsWorld
     hanging: list[HangingBody]
     robots: list[Robot]
-    """Robots by number."""
+    """All robots, by number."""
     alliances: list[Alliance]
     """Current alliance of each robot."""
     contacts: RobotContacts
@@ -300,7 +300,7 @@ class Auto:
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance], Controller]
-    """Function of a match and an alliance that makes the robot's controller."""
+    """Function that makes the robot's controller for a match and an alliance."""
     start: Pose
     """Start pose for the blue alliance, field frame [m, m, rad]."""
     preload: int | None = None
@@ -317,7 +317,7 @@ class Role:
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance, int], Controller]
-    """Function of a match, an alliance and a skill level that makes the robot's controller."""
+    """Function that makes the robot's controller for a match, an alliance and a skill level."""
     config: Callable[[], RobotConfig] | None = None
     """Function that makes the robot's config; None for the game's default robot."""
 
@@ -386,8 +386,8 @@ class Rules:
 
 
 Staging: TypeAlias = Callable[[np.random.Generator, Sequence[RobotEntry]], Sequence[StagedPieces]]
-"""Function of a random generator and the robot entries that returns the staged pieces for a blue first robot, without
-preloads."""
+"""Function that returns the staged pieces, without preloads and for a blue first robot; called with a random generator
+and the robot entries."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -395,7 +395,7 @@ class Game:
     """Definition of a year's game. Make variants with `dataclasses.replace`."""
 
     name: str
-    """Name for `--game` and telemetry, of letters, digits and `_`."""
+    """Name for `--game` and telemetry; letters, digits and `_` only."""
     year: int
     title: str = ""
     """Title on pages and reports; empty for the name in capitals."""

@@ -159,7 +159,7 @@ class HumanAction:
         require_fields(self, f"HumanAction {self.name!r}", period=DURATION, lasts=DELAY)
 
     def refusal(self, timer: MatchTimer, alliance: Alliance) -> str:
-        """Return why the action is not possible now, regardless of its period; empty if it is possible."""
+        """Return the reason why the action is not possible now, regardless of its period; empty if it is possible."""
         if not self.feeders[alliance].stock:
             return "no piece is left for it"
         if not timer.is_enabled:

@@ -1,4 +1,4 @@
-"""Match: any game, any robots, and the tick that moves them.
+"""Match of any game with any robots, and the tick that advances it.
 
 A tick runs the phases of `before`, then the loop of `Motion`, then the phases of `after`. With scripted robots, the
 loop runs once a tick; robot code whose motor controllers need more frequent updates runs it several times.
@@ -460,7 +460,7 @@ class Match:
     # --- before ---------------------------------------------------------------------------------------------------
 
     def _make_way(self) -> None:
-        """Move robots with a new alliance off occupied start poses, once all alliances have changed."""
+        """Move robots that have changed alliance off occupied start poses."""
         while self._unchecked:
             robot = self.robots[self._unchecked.pop()]
             pose = robot.chassis.pose
@@ -592,7 +592,7 @@ class Match:
         self.cameras.follow_carry(number, self.time, old_pos, to_start=by_people)
 
     def start_mode(self, mode: Mode) -> None:
-        """Set the match clock to the start of `auto` or `teleop`, as a driver station enables it."""
+        """Set the match clock to the start of `auto` or `teleop`, which a driver station has just enabled."""
         self.timer.start(mode)
         if mode == "auto":
             self.tracker.reset()

@@ -26,7 +26,7 @@ class RobotContacts:
     """Contacts of the robots during one tick.
 
     Args:
-        world: World of the robots and pieces.
+        world: Physics world of the robots and pieces.
         robots: All robots.
         pieces: All pieces.
         hanging: Hanging bodies of the field.

@@ -39,7 +39,7 @@ def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
     """Load all installed games and return them by name, newest year first.
 
     Args:
-        say: Function called for each game that fails to load, with one line that names the file and line of the error.
+        say: Function called for each game that fails to load, with a one-line message that gives the file and line.
     """
     games = {name: game for name in game_names() if (game := known_game(name, say=say)) is not None}
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
@@ -55,7 +55,7 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
     Args:
         name: Name of the game, e.g. from a log.
-        say: Function called if the game fails to load, with one line that names the file and line of the error.
+        say: Function called if the game fails to load, with a one-line message that gives the file and line.
     """
     points = _points().get(name or "", [])
     try:

@@ -187,7 +187,7 @@ class RobotRecord:
         self.player = ""
         """Role and level of the robot's scripted player, e.g. `collector:3`; empty without a role."""
         self.distance = 0.0
-        """Distance driven by the robot itself [m]."""
+        """Distance driven, without moves by people [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
         """Placements in order, the start first."""
         self.forget_pieces()
@@ -221,7 +221,7 @@ class RecordColumns:
     """Newest events for telemetry: flat, read-only arrays of the rows of the last second."""
 
     shots: IntArray
-    """Rows of shot number, slot, robot number and tick at whose end the piece had left, shape (4 n,)."""
+    """Rows of shot number, slot, robot number and number of ticks until the piece had left, shape (4 n,)."""
     hits: IntArray
     """Rows of hit number and shot number, shape (2 n,)."""
     taken_in: IntArray

@@ -67,8 +67,8 @@ class Scatter:
     feed_time: float = 0.02
     """Spread of the time from the previous shot, for each shot [s]. Estimate: gaps between pieces vary."""
     piece_mass: float = 0.055
-    """Spread of the mass, for each piece, uniform within plus or minus this value [-]. By the 2026 manual, balls weigh
-    0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
+    """Spread of the mass, for each piece, uniform within plus or minus this value [-]. According to the 2026 manual,
+    balls weigh 0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
     piece_diameter: float = 0.01
     """Spread of the diameter, for each piece, uniform within plus or minus this value [-]. Estimate, within a factor of
     2: no manual gives a tolerance."""

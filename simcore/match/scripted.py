@@ -183,7 +183,7 @@ class ScriptedRobot:
     # --- commands of a script -----------------------------------------------------------------------------------
 
     def stop(self) -> None:
-        """Stand still."""
+        """Stop driving."""
         self._velocity = (0.0, 0.0, 0.0)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
@@ -223,11 +223,11 @@ class ScriptedRobot:
     def drive_to(
         self, x: float, y: float, yaw: float, *, speed: float = 3.0, tolerance: float = 0.06, timeout: float = 6.0
     ) -> Steps:
-        """Drive straight to a pose in the blue field frame [m, m, rad] and stop there, or stop after `timeout` [s].
+        """Drive straight to a pose and stop there.
 
         Args:
-            x: x coordinate of the goal [m].
-            y: y coordinate of the goal [m].
+            x: x coordinate of the goal, blue field frame [m].
+            y: y coordinate of the goal, blue field frame [m].
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
             tolerance: Distance from the goal that counts as reached [m].

@@ -100,7 +100,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
         Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True),
               group="computer"),
     ]  # fmt: skip
-    inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # of two runs
+    inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # on a page of two runs
     return [
         replace(chart, curves=[replace(curve, color=inks.get(curve.label, curve.color)) for curve in chart.curves])
         for chart in charts
@@ -200,7 +200,7 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
 
 
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
-    """Reduce a curve to the lowest and highest point of each of `buckets` parts, which hardly changes its picture."""
+    """Reduce a curve to the lowest and highest point of each of `buckets` parts, with hardly any visible change."""
     n = len(curve.times)
     if n <= 2 * buckets:
         return curve

@@ -1,6 +1,6 @@
 """Page of a run: a single HTML file that replays the run in two and three dimensions in any browser.
 
-The page loads nothing from the network, and its content security policy forbids it. Its script is in
+The page loads nothing from the network, which its content security policy also forbids. The page's script is in
 `simcore/show/player/`.
 """
 

@@ -61,7 +61,7 @@ def css_variables() -> str:
 
 
 def tint(name: str) -> tuple[str, str]:
-    """Return the fill and edge colors for an alliance, found at the start of a name; neutral colors for other names.
+    """Return the fill and edge colors of the alliance that a name begins with, or neutral colors.
 
     >>> tint("blue_tower")
     ('var(--blue-fill)', 'var(--blue)')

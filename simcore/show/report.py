@@ -116,7 +116,7 @@ def share(value: float, low: float, high: float, text: str) -> dict[str, object]
 
 
 def robot_model(title: str, bumpers: tuple[float, float], solids: Sequence[tuple[str, Solid]]) -> dict[str, object]:
-    """Make a drawing of a robot in three dimensions, with dimensions.
+    """Make a three-dimensional drawing of a robot, labeled with its dimensions.
 
     Args:
         title: Title above the drawing.

@@ -173,7 +173,7 @@ def lamps_now(snapshot: Snapshot) -> dict[str, str]:
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
-    """Return the changes of the match period or of robots being enabled: time [s], text, and time left [s]."""
+    """Return the time [s], text and time left [s] of changes of the match period and of robots being enabled."""
     if not recording.has("Sim/Match/TimeLeft"):
         return []
     at, left = recording.series("Sim/Match/TimeLeft")
@@ -208,7 +208,7 @@ def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
 
 
 def _modes(recording: Recording) -> tuple[list[float], list[str]]:
-    """Return the times [s] and names of changes of the match period or of robots being enabled."""
+    """Return the times [s] and names of changes of the match period, and of robots being enabled or disabled."""
     times, names = recording.times, [""] * len(recording)
     if recording.has("Sim/Match/Period"):
         at, periods = recording.strings("Sim/Match/Period")

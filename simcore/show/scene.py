@@ -209,7 +209,7 @@ class Scene:
         return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
     def with_models(self, folder: Path) -> Scene:
-        """Return a copy with the field and robot models of a folder, as far as it has `Field3d_...` or `Robot_...`."""
+        """Return a copy with the models of a folder's `Field3d_...` and `Robot_...` folders, if there are any."""
         models = list(folder.glob("Robot_*")) and folder
         robots = [replace(look, models=models or look.models) for look in self.robots]
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)

@@ -42,7 +42,7 @@ class ShotTrace:
     piece: int = 0
     """Id of the piece."""
     is_pass: bool = False
-    """Whether the shot was a pass to another robot: it left from beyond the own goal and did not score."""
+    """Whether the shot was a pass to another robot, from beyond the robot's own goal and without a score."""
     side: MissSide | None = None
     """Side of the goal on which the shot missed, as seen from the robot; None for other shots or without a goal."""
     distance: float = math.nan

@@ -64,7 +64,7 @@ class Solid:
     """Triangle mesh of one color."""
 
     name: str
-    """Name: `BUMPER`, one of the requested name prefixes, or empty."""
+    """Name of the solid: `BUMPER`, one of the requested name prefixes, or empty."""
     color: str
     opacity: float
     vertices: FloatArray
@@ -183,7 +183,7 @@ def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
 
 
 def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1.0) -> list[Solid]:
-    """Return the solids of a collision shape in its own frame, with compound shapes such as rings as they are."""
+    """Return the solids of a collision shape in its own frame; compound shapes such as rings keep their true shape."""
     if isinstance(shape, Mesh):
         return [Solid(name, color, opacity, shape.vertices, shape.faces)]
     found = []

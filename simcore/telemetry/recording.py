@@ -214,7 +214,7 @@ class Recording:
         return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
     def events(self, key: str) -> list[tuple[float, list[int]]]:
-        """Return all events of a key of `EVENTS` since the last reset, each with the time of its first row [s]."""
+        """Return all events of a key of `EVENTS` since the last reset, each with the time when it appears [s]."""
         return _all_events(self.integers(key), EVENTS[key])
 
     def most_poses(self, key: str) -> int:

@@ -168,7 +168,7 @@ def write_text(kind: str, path: Path, text: str) -> None:
 
 
 def discard_empty(path: Path) -> None:
-    """Delete a file if it is empty, as a full disk leaves it."""
+    """Delete a file if it is empty, e.g. after an attempt to write to a full disk."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             path.unlink()

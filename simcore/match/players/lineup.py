@@ -136,8 +136,8 @@ def take_seats(
         match: Match with the robots of `entries`.
         seats: Seats of the robots.
         me: Function that makes the controller of `ME`; None if the robot stands still.
-        hand_over: Function of the match, a robot number and its controller that returns a controller that a person can
-            take over; None if nobody can take over.
+        hand_over: Function that makes a robot's controller one that a person can take over, called with the match, the
+            robot's number and its controller; None if no person can take over.
     """
     for number, seat in enumerate(seats):
         match.record.robots[number].player = str(seat)

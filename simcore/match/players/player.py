@@ -251,7 +251,7 @@ class Skill:
     reaction: float
     """Interval between looks at the field [s]."""
     foresight: float
-    """Lead time for preparing for a later opening [s]; 0 for no preparation."""
+    """Time in advance at which the player prepares for a scoring opportunity [s]; 0 for no preparation."""
     planning: float
     """Exponent of a cluster's number of pieces when weighed against distance [-]: 0 ignores the number, 1 is linear."""
 
@@ -500,7 +500,7 @@ class Player(ScriptedRobot):
     def shake_off(self) -> Steps:
         """Drive off a piece stuck under the raised side of the robot, toward the lower side.
 
-        A piece under a robot rolls half as far as the robot moves, so the robot must move by two of its lengths.
+        A piece under a robot rolls half as far as the robot moves, so it is free after two robot lengths.
         """
         aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):
@@ -525,7 +525,7 @@ class Player(ScriptedRobot):
         return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
-        """Return a speed limited on and just before ramps [m/s]."""
+        """Limit a speed on ramps and just before them [m/s]."""
         x, y, _ = self.pose
         ahead = max(math.dist((x, y), toward), 1e-9)
         share = min(1.0, _AHEAD / ahead)
@@ -593,15 +593,15 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """Defense: a robot pushes opponents away from the place where they score."""
+    """Defensive play, in which a robot pushes opponents away from the place where they score."""
 
     goal: Place
     """Position to which opponents bring pieces, in the field frame in which the defender is blue [m]."""
     retreat: Place
     """Position to which the defender retreats without an opponent to block, in the same frame as `goal` [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Function of the player and an opponent's position that returns whether the rules protect the opponent from
-    contact."""
+    """Function that returns whether the rules protect an opponent from contact, called with the player and the
+    opponent's position."""
 
     def __post_init__(self) -> None:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
