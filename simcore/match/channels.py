@@ -100,7 +100,7 @@ MATCH = (
     Channel("Sim/Limelights/<name>/SeenTags", "Pose3d[]", lambda m: m.cameras.sighting_lines(),
             "line from the lens to each tag of the last frame and back; empty without tags", "m", 6),
 )  # fmt: skip
-"""Channels of the match."""
+"""Channels of the match as a whole."""
 
 PIECES = (
     Channel("Sim/GamePieces/<Type>", "Pose3d[]", lambda p: p.here,

@@ -92,8 +92,8 @@ class CommandResult:
 class FieldControl:
     """Queue of commands to one match, available as `Match.control`.
 
-    Each command method returns the number of its command at once and runs before the next tick; its result is then in
-    `results`. A refused command changes nothing and is logged.
+    Each command method returns the number of its command at once. The command runs before the next tick, and its result
+    is then in `results`. A refused command changes nothing and is logged.
 
     Args:
         match: Match that the commands act on.
