@@ -1,4 +1,4 @@
-"""Files shipped with a game: inside an installed package, or in the source tree."""
+"""Files shipped with a game, in an installed package or in the source tree."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ __all__ = ["shipped"]
 
 
 def shipped(game: str, name: str) -> Path:
-    """Return the path of a file or folder of a game.
+    """Return the path of a file or folder shipped with a game.
 
     Args:
-        game: Name of its package in `games`.
-        name: Path in `models` of the installed package, and in `models/<game>` of the source tree.
+        game: Name of the game's package in `games`.
+        name: Path relative to `models` in the installed package, or to `models/<game>` in the source tree.
     """
     packaged = Path(str(resources.files(f"games.{game}"))) / "models" / name
     return packaged if packaged.exists() else Path(__file__).resolve().parents[1] / "models" / game / name

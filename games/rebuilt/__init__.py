@@ -1,4 +1,4 @@
-"""REBUILT, the game of 2026: fuel, hubs and bumps. Importing this package loads no physics engine."""
+"""REBUILT, the 2026 game: fuel, hubs and bumps. Importing this package loads no physics engine."""
 
 from games.rebuilt.game import REBUILT, RebuiltSim
 

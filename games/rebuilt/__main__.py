@@ -1,4 +1,4 @@
-"""Command `python -m games.rebuilt`: play a scripted auto; the same as `simcore play rebuilt`."""
+"""Command `python -m games.rebuilt`, short for `simcore play rebuilt`: play a scripted auto."""
 
 import sys
 

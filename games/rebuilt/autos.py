@@ -1,4 +1,4 @@
-"""Scripted autos, written for a blue robot."""
+"""Scripted autos of REBUILT, written for a blue robot."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ SETTINGS = ScriptSettings(
     shot_elevation=degrees(68.0),  # steep enough to fall into the funnel
     feed_volts={"feeder": 9.0, "spindexer": 6.0},
     roller_volts=9.0,
-    intake_x=-0.62,  # to the middle of the intake zone, with the rack out
+    intake_x=-0.62,  # center of the intake zone, with the rack extended
 )
 
 
 def depot(robot: ScriptedRobot) -> Steps:
-    """Shoot the preload, back into the depot with the intake out, return and shoot what it held."""
+    """Shoot the preload, back into the depot with the intake deployed, and return to shoot the collected fuel."""
     x, y = DEPOT_DEPTH / 2, DEPOT_Y
     yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
@@ -40,7 +40,7 @@ def depot(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(x + 0.5, y, 0.0, speed=1.5, timeout=1.8)
     low, high = (0.0, y - DEPOT_WIDTH / 2), (1.0, y + DEPOT_WIDTH / 2)
     yield from robot.collect_in(low, high, aside=0.14, timeout=5.0)
-    yield from robot.collect_in((0.0, y - 1.2), (1.5, y + 1.5), aside=1.3, timeout=4.0)  # fuel that jumped the barrier
+    yield from robot.collect_in((0.0, y - 1.2), (1.5, y + 1.5), aside=1.3, timeout=4.0)  # fuel that left the depot
     robot.spin_up(HUB_TARGET)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)
@@ -48,7 +48,7 @@ def depot(robot: ScriptedRobot) -> Steps:
 
 
 def neutral(robot: ScriptedRobot) -> Steps:
-    """Shoot the preload, cross the bump intake first, sweep the neutral zone, return over the bump and shoot."""
+    """Shoot the preload, cross the bump intake first, collect in the neutral zone, return over the bump and shoot."""
     y = BUMP_LEFT_Y
     yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
@@ -58,7 +58,7 @@ def neutral(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(FIELD_LENGTH / 2 - 0.3, y - 1.2, math.pi * 0.75, speed=1.5, tolerance=0.2)
     yield from robot.drive_to(_HUB_X + 1.7, y, math.pi, speed=3.0, tolerance=0.2)
     robot.spin_up(HUB_TARGET)
-    # At 2.5 m/s one robot in ten gets stuck on fuel that it has pushed over the bump, with its wheels in the air.
+    # At 2.5 m/s, one robot in ten gets stuck with its wheels in the air on fuel that it has pushed over the bump.
     yield from robot.drive_to(_HUB_X - 1.6, y, math.pi, speed=1.4, tolerance=0.15)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)
@@ -66,7 +66,7 @@ def neutral(robot: ScriptedRobot) -> Steps:
 
 
 def tour(robot: ScriptedRobot) -> Steps:
-    """Drive only: over the bump into the neutral zone and back through the trench."""
+    """Drive over the bump into the neutral zone and back through the trench, without shooting."""
     y, trench = BUMP_LEFT_Y, TRENCH_LEFT_Y
     yield from robot.drive_to(_HUB_X - 1.5, y, 0.0, tolerance=0.15)
     yield from robot.drive_to(_HUB_X + 1.6, y, 0.0, speed=2.5, tolerance=0.2)
@@ -75,13 +75,13 @@ def tour(robot: ScriptedRobot) -> Steps:
 
 
 def _shoot(robot: ScriptedRobot) -> Steps:
-    """Aim at the hub and shoot whatever comes in, as long as the driver holds the button."""
+    """Aim at the hub and shoot all fuel, for as long as the driver holds the button."""
     while True:
         yield from robot.shoot_until_empty(HUB_TARGET, timeout=10.0)
 
 
 DRIVING = DriverControls(settings=SETTINGS, actions={"shoot": _shoot})
-"""Button actions for a human driver."""
+"""Driver controls of the game's robot."""
 
 AUTOS: dict[str, Auto] = {
     auto.name: auto

@@ -18,20 +18,20 @@ from simcore.world.zones import CylinderZone
 __all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "scoring_zones"]
 
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
-"""Length and width [m]."""
+"""Length and width of the field [m]."""
 
 HUB_TARGET = (*dim.HUB_CENTER, dim.HUB_OPENING_HEIGHT)
-"""Point to aim at: the middle of the blue hub's opening [m]."""
+"""Target for shots, the center of the blue hub's opening, field frame [m]."""
 
-_NET = replace(WALL, name="NET", friction=0.6, restitution=0.2)  # estimate: it hangs loose and absorbs most of a hit
+_NET = replace(WALL, name="NET", friction=0.6, restitution=0.2)  # estimate: a loose net absorbs most of a hit
 
 _SURFACES = {
     "*": WALL,
     "*_hub_funnel_*": POLYCARBONATE,
     "*_hub_shoulder_*": POLYCARBONATE,
     "*_hub_backboard": _NET,
-    "*_alliance_wall": POLYCARBONATE,  # the sheet above the diamond plate, which balls mostly hit
-    "*_bump_*": POLYCARBONATE,  # HDPE plates: as slippery
+    "*_alliance_wall": POLYCARBONATE,  # balls mostly hit the sheet above the diamond plate
+    "*_bump_*": POLYCARBONATE,  # HDPE plates, which are about as slippery
     "*_depot_barrier_*": RUBBER,
 }
 
@@ -40,7 +40,7 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _rungs() -> tuple[Rung, ...]:
-    """Return the three rungs of each alliance's tower, from end to end between and beyond its uprights."""
+    """Return the three rungs of each alliance's tower, including the ends beyond the uprights."""
     x, reach = dim.TOWER_UPRIGHT_X, 0.5 * dim.TOWER_RUNG_LENGTH
     rungs = []
     for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
@@ -60,11 +60,11 @@ FIELD = FieldDefinition(
     tags="2026-welded",
     rungs=_rungs(),
 )
-"""Complete field."""
+"""Definition of the field."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
-    """Return one zone in each hub: the throat under its funnel. A fuel that falls through it has scored."""
+    """Return the scoring zone of each hub: the throat below the funnel."""
     zones = []
     alliances: tuple[Alliance, Alliance] = ("blue", "red")
     for alliance in alliances:
@@ -81,7 +81,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
 
 
 def _hub_opening(alliance: Alliance) -> ShotOpening:
-    """Return the hexagon over the funnel."""
+    """Return the hexagonal opening above an alliance's funnel."""
     (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
     reach, height = dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT
     corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]

@@ -1,4 +1,4 @@
-"""Fouls that follow from geometry (game manual, section 7.4, as of team update 22)."""
+"""Fouls that can be judged from geometry (game manual, section 7.4, as of team update 22)."""
 
 from __future__ import annotations
 
@@ -30,29 +30,37 @@ __all__ = ["MAJOR", "MINOR", "Fouls", "crosses_center", "is_closed", "is_outside
 
 MINOR, MAJOR = 5, 15
 _ASLEEP, _HELD = int(PieceStatus.ASLEEP), int(PieceStatus.HELD)
-_FEW_SECONDS = 3.0  # [s]; after this time it is a further foul
-_MOMENT = 0.5  # [s]; ours: a robot that holds a piece for less holds it for a moment
-_NEAR = 0.05  # [m]; ours: a fuel this close to a robot's bumpers touches it
-_PASSES = 0.7  # [m]; ours: a robot does not fit through a narrower gap
-_STANDS = 0.5  # [m/s]; ours: a faster robot passes through, and closes nothing off
+_FEW_SECONDS = 3.0  # [s]; a violation that lasts this long is a further foul
+_MOMENT = 0.5  # [s]; our choice: holding a piece for a shorter time is only momentary
+_NEAR = 0.05  # [m]; our choice: a fuel this close to a robot's bumpers counts as touching
+_PASSES = 0.7  # [m]; our choice: a robot does not fit through a narrower gap
+_STANDS = 0.5  # [m/s]; our choice: a faster robot passes through and does not close off a passage
 
 
 def is_outside_zone(outline: FloatArray) -> bool:
-    """Return whether a robot's bumpers, as blue [m], shape (4, 2), are outside of its alliance zone and its line."""
+    """Return whether a robot is fully outside its alliance zone, including the line.
+
+    Args:
+        outline: Corners of the bumpers, flipped to the blue side [m], shape (4, 2).
+    """
     return bool(outline[:, 0].min() > dim.ALLIANCE_ZONE_DEPTH)
 
 
 def crosses_center(outline: FloatArray) -> bool:
-    """Return whether a robot's bumpers, as blue [m], shape (4, 2), are completely across the center line."""
+    """Return whether a robot is completely across the center line.
+
+    Args:
+        outline: Corners of the bumpers, flipped to the blue side [m], shape (4, 2).
+    """
     return bool(outline[:, 0].min() > dim.FIELD_CENTER[0])
 
 
 def is_closed(passage: tuple[float, float], robots: Iterable[tuple[float, float]]) -> bool:
-    """Return whether robots leave no gap in a passage that another one fits through.
+    """Return whether robots leave no gap in a passage wide enough for another robot.
 
     Args:
-        passage: Both ends of the passage, across it [m].
-        robots: Both ends of each robot in it [m].
+        passage: Lower and upper y of the passage [m].
+        robots: Lowest and highest y of each robot in the passage [m].
     """
     edge, widest = passage[0], 0.0
     for low, high in sorted(robots):
@@ -61,7 +69,7 @@ def is_closed(passage: tuple[float, float], robots: Iterable[tuple[float, float]
 
 
 class Fouls:
-    """Fouls in auto and teleop of one match.
+    """Judge of fouls in auto and teleop of one match.
 
     Args:
         match: Match to judge.
@@ -71,14 +79,14 @@ class Fouls:
     def __init__(self, match: PlayedMatch, towers: TowerJudge) -> None:
         self._match, self._towers = match, towers
         self.book = FoulBook(match)
-        """Fouls that were found."""
+        """Record of fouls called so far."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
-        self._shots: dict[int, tuple[int, bool]] = {}  # fuel by slot: shooter, and whether from outside its zone
-        self._emerged: dict[int, int] = {}  # fuel out of a hub by slot: the robot that it touched first, or -1
-        self._kept: dict[int, float] = {}  # since when a robot holds one of those [s]
+        self._shots: dict[int, tuple[int, bool]] = {}  # by slot: robot that shot the fuel, and if from outside its zone
+        self._emerged: dict[int, int] = {}  # by slot of fuel out of a hub: robot that it touched first, or -1
+        self._kept: dict[int, float] = {}  # by slot of such fuel: time since which a robot holds it [s]
         self._thrown: dict[int, int] = {}  # number of fuel that each robot has thrown off the field
-        self._closed: dict[tuple[Alliance, str], float] = {}  # for how long [s]
+        self._closed: dict[tuple[Alliance, str], float] = {}  # time for which passages have been closed [s]
 
     # --- events from the rules --------------------------------------------------------------------------------------
 
@@ -87,13 +95,13 @@ class Fouls:
         self._emerged[slot] = -1
 
     def scored(self, event: ScoreEvent) -> None:
-        """Judge G407: a robot that is wholly outside of its alliance zone shoots into its hub; a volley is one foul."""
+        """Judge G407: a robot fully outside its alliance zone shoots into its hub; a volley is one foul."""
         robot, outside = self._shots.pop(event.slot, (-1, False))
         if outside and event.alliance == self._match.alliances[robot]:
             self.book.call("G407", robot, MAJOR, "shoots into its hub from outside of its alliance zone")
 
     def left_field(self, slot: int, *, untouched: bool) -> None:
-        """Judge G405: a robot throws fuel off the field; not intended if the fuel hit something before."""
+        """Judge G405: a robot throws fuel off the field; not a foul if the fuel hit something on the way."""
         robot, _ = self._shots.pop(slot, (-1, False))
         if robot >= 0 and untouched:
             before = self._thrown.get(robot, 0)
@@ -103,7 +111,7 @@ class Fouls:
     # --- once a tick ------------------------------------------------------------------------------------------------
 
     def after_tick(self) -> None:
-        """Judge the tick, after everything has moved."""
+        """Judge a tick after all motion."""
         match = self._match
         for piece in self._releases.update():
             self._shots[piece.slot] = piece.robot, is_outside_zone(match.outline(piece.robot))
@@ -119,7 +127,7 @@ class Fouls:
             self._judge_passages()
 
     def _judge_emerged(self) -> None:
-        """Judge G408: a robot keeps fuel that came out of a hub before the fuel touched anything else."""
+        """Judge G408: a robot keeps fuel from a hub that has touched nothing else before."""
         match, pieces, slots = self._match, self._match.pieces, list(self._emerged)
         if not slots:
             return
@@ -141,7 +149,7 @@ class Fouls:
                 if self._emerged[slot] < 0:
                     del self._emerged[slot]
             elif met >= 0 and place[2] < pieces.types[0].rest_height + _NEAR:
-                del self._emerged[slot]  # it has touched the carpet
+                del self._emerged[slot]  # the fuel has touched the carpet
 
     def _judge_contacts(self) -> None:
         match, phase = self._match, self._match.timer.phase
@@ -163,12 +171,12 @@ class Fouls:
                         self._towers.awarded.add(other)
 
     def _is_at_tower(self, number: int) -> bool:
-        """Return whether a robot touches its tower."""
+        """Return whether a robot touches its own tower."""
         own = f"{self._match.alliances[number]}_tower_*"
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
-        """Return pairs of robots that touch the same fuel, each in both orders."""
+        """Return pairs of robots that touch the same fuel, each in both orders; empty if no robot is at its tower."""
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]
         if not climbing:
@@ -180,14 +188,14 @@ class Fouls:
         return pairs
 
     def _judge_pins(self) -> None:
-        """Judge G418: pins."""
+        """Judge G418: a robot pins an opponent."""
         match = self._match
         places = {robot.number: robot.chassis.pose[:2] for robot in match.robots}
         for (number, other), before in self._pins.update(TICK, pins_of(match), places):
             self.book.call("G418", number, MAJOR if before else MINOR, f"pins robot {other}", other, before)
 
     def _judge_passages(self) -> None:
-        """Judge G419: robots of an alliance close off both trenches, or both bumps, of a side for a few seconds."""
+        """Judge G419: robots of an alliance close off both trenches or both bumps of a side for a few seconds."""
         match = self._match
         for alliance in ALLIANCES:
             slow = [
@@ -217,7 +225,7 @@ _PASSAGES = {
 
 
 def _extent(outline: FloatArray) -> tuple[float, float, float, float]:
-    """Return lowest x and y and highest x and y of an outline [m]."""
+    """Return the lowest x, lowest y, highest x and highest y of an outline [m]."""
     (x, y), (far_x, far_y) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
     return x, y, far_x, far_y
 
@@ -225,7 +233,13 @@ def _extent(outline: FloatArray) -> tuple[float, float, float, float]:
 def _are_closed(
     passages: Sequence[tuple[float, float]], robots: Sequence[tuple[float, float, float, float]], middle: float
 ) -> bool:
-    """Return whether robots, by their extents, close off all passages, with `middle` from the wall [m]."""
+    """Return whether robots close off all passages of a side.
+
+    Args:
+        passages: Lower and upper y of each passage [m].
+        robots: Lowest x, lowest y, highest x and highest y of each robot [m].
+        middle: x of the passages' center [m].
+    """
     reach = 0.5 * dim.HUB_SIZE
     spans = [(low, high) for x, low, far_x, high in robots if x < middle + reach and far_x > middle - reach]
     return all(

@@ -16,10 +16,10 @@ FUEL = GamePieceConfig(
     color="#ffd923",
     mass=0.5 * (pounds(0.448) + pounds(0.500)),  # the manual's range, 0.203 to 0.227 kg
     friction=0.8,  # estimate, +-30 %: foam on carpet; no published measurement
-    # AndyMark's report on the scoring element, as cited by rebuilt-sim-2026: 20.6, 42 and 77 lb at 1, 1.5 and 2 in
-    # between two plates, half of which is the depth on each side; this curve gives 20.6, 42.1 and 77.1.
+    # AndyMark's report on the scoring element, as cited by rebuilt-sim-2026: 20.6, 42 and 77 lb at 1, 1.5 and 2 in of
+    # compression between two plates, half of it on each side; this curve gives 20.6, 42.1 and 77.1 lb.
     stiffness=FoamStiffness(linear=5.13e3, cubic=1.296e7),
     restitution=0.55,  # drop test onto a hard floor by denbot/2026-RebuiltHubSimulation
-    aerodynamics=Aerodynamics(drag_coefficient=0.47),  # the foam ball's own is unknown, 0.40-0.55 is plausible
+    aerodynamics=Aerodynamics(drag_coefficient=0.47),  # no measurement for the foam ball; 0.40 to 0.55 is plausible
 )
-"""Kind of the fuel."""
+"""Kind of game piece for fuel."""

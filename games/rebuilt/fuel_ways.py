@@ -1,4 +1,4 @@
-"""Return of fuel to play: out of a hub, or from outside of the field by the crew."""
+"""Return of fuel to play, through a hub's exit or by field staff."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from simcore.units import TICK, degrees
 __all__ = ["HUB_EXITS", "FuelWays", "hub_exit", "own_first"]
 
 HUB_EXITS = "hub_exits"
-"""Option: scored fuel comes out of the hub's exit into the neutral zone, as on the real field."""
+"""Name of the option for scored fuel to leave the hub's exit into the neutral zone, as on the real field."""
 
-# Estimates: no figures are published for the motors of a hub, and the manual says "randomly distributed".
-_DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s] from the throat to the exit, and its spread to both sides
-_PERIOD = 0.1  # [s] between two fuel of a hub, at most 10 a second
+# Estimates: no figures are published for a hub's motors, and the manual says "randomly distributed".
+_DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s]; time from the throat to the exit, and its spread to either side
+_PERIOD = 0.1  # [s]; least time between two fuel from a hub
 _SPEED, _SPEED_SPREAD = 2.0, 0.3  # [m/s]
-_FAN, _DIP, _DIP_SPREAD = degrees(15.0), degrees(15.0), degrees(2.5)  # to both sides, downward
-_CREW = (3.0, 8.0)  # [s] until people have brought back fuel that left the field
+_FAN, _DIP, _DIP_SPREAD = degrees(15.0), degrees(15.0), degrees(2.5)  # to either side; downward, and its spread
+_CREW = (3.0, 8.0)  # [s]; range of the time until people bring back fuel that left the field
 
 
 def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Return position [m] and velocity [m/s] of a fuel that leaves a hub into the neutral zone, shape (3,) each."""
+    """Draw the position [m] and velocity [m/s], shape (3,) each, of a fuel that leaves a hub into the neutral zone."""
     half = 0.5 * dim.HUB_EXIT_WIDTH - FUEL.bounding_radius
     low, high = dim.HUB_EXIT_BOTTOM + FUEL.bounding_radius, dim.HUB_EXIT_TOP - FUEL.bounding_radius
     fan, dip = rng.uniform(-_FAN, _FAN), _DIP + rng.uniform(-_DIP_SPREAD, _DIP_SPREAD)
@@ -44,13 +44,16 @@ def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, 
 
 
 def own_first(match: PlayedMatch) -> list[tuple[Alliance, np.random.Generator]]:
-    """Return both alliances, the first robot's first, each with its own generator: so red is blue flipped."""
+    """Return both alliances with their random generators, starting with the first robot's alliance.
+
+    A match with a red first robot is then the mirror image of the blue match.
+    """
     own = match.entries[0].alliance
     return list(zip((own, other_alliance(own)), match.rules_rng.spawn(2), strict=True))
 
 
 class FuelWays:
-    """Fuel inside of both hubs, and outside of the field, in one match.
+    """Fuel inside the hubs and outside the field in one match.
 
     Args:
         match: Match to play.
@@ -61,21 +64,21 @@ class FuelWays:
         self._rng = dict(own_first(match))
         self._hubs: dict[Alliance, deque[tuple[float, int]]] = {alliance: deque() for alliance in self._rng}
         self._last = dict.fromkeys(self._rng, -math.inf)
-        self._outside: dict[int, tuple[float, float, float]] = {}  # time and place of its return [s, m, m]
+        self._outside: dict[int, tuple[float, float, float]] = {}  # by slot: time and position of the return [s, m, m]
 
     def in_hub(self, alliance: Alliance) -> int:
-        """Return the number of fuel inside of a hub."""
+        """Return the number of fuel inside a hub."""
         return len(self._hubs[alliance])
 
     def enter_hub(self, alliance: Alliance, slot: int) -> None:
-        """Take a fuel into a hub; without the option `HUB_EXITS` it stays there."""
+        """Put a scored fuel into a hub's queue for the exit; without the option `HUB_EXITS`, do nothing."""
         if HUB_EXITS in self._match.options:
             self._match.pieces.set_aside(np.array([slot]))
             delay = _DELAY + self._rng[alliance].uniform(-_DELAY_SPREAD, _DELAY_SPREAD)
             self._hubs[alliance].append((self._match.time + delay, slot))
 
     def leave_field(self, slot: int) -> bool:
-        """Give a fuel that has left the field to people, who keep it for a while; return True: they have taken it."""
+        """Hand a fuel outside the field to field staff, who return it later; return whether they have taken it."""
         pieces = self._match.pieces
         x, y = pieces.state.pos[slot, :2].tolist()
         if not math.isfinite(x + y):
@@ -87,7 +90,11 @@ class FuelWays:
         return True
 
     def act(self) -> list[int]:
-        """Release due fuel from the hubs, and put back fuel that left the field; return slots of the former."""
+        """Release due fuel from the hubs and return due fuel to the field.
+
+        Returns:
+            Slots of the fuel released from the hubs.
+        """
         match, out = self._match, []
         for alliance, queue in self._hubs.items():
             if queue and queue[0][0] <= match.time and match.time - self._last[alliance] > _PERIOD - 0.5 * TICK:

@@ -1,4 +1,4 @@
-"""Definition of REBUILT, the game of 2026, and a match of it with its defaults."""
+"""Definition of REBUILT, the 2026 game, and a match with its defaults."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ REBUILT = Game(
     ),
     models=shipped("rebuilt", "advantagescope"),
 )
-"""Complete game."""
+"""Definition of the game."""
 
 
 class RebuiltSim(Match):
     """Match of REBUILT.
 
     Args:
-        staging: Amounts of staged fuel; None: the manual's 504.
-        robots: Robots of the match; none: one blue robot, the game's own.
+        staging: Amounts of staged fuel; None for the manual's 504.
+        robots: Robots of the match; by default one blue robot with the game's default config.
         settings: Further arguments of `Match`.
     """
 

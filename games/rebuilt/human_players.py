@@ -1,6 +1,6 @@
-"""Human players at the outposts: they open the chute for robots that wait, and throw fuel at their hub.
+"""Human players at the outposts, who open the chute for waiting robots and throw fuel at their hub.
 
-A person in their place may also push fuel out through the opening of the corral.
+A person who controls a human player can also push fuel out through the corral's opening.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ __all__ = ["HUMAN_PLAYERS", "HumanPlayers"]
 
 _AWAKE, _ASLEEP = int(PieceStatus.AWAKE), int(PieceStatus.ASLEEP)
 HUMAN_PLAYERS = "human_players"
-"""Option: human players feed and throw the fuel of their outposts, and return fuel that leaves the field."""
+"""Name of the option for human players to play their outposts' fuel, and for field staff to return lost fuel."""
 
 # Estimates.
 _DUMP_PERIOD = 0.12  # [s] between two fuel through the open door: 24 in 3 s
-_DOOR_OPEN = 1.0  # [s] for which a person opens the door at a time: nine fuel
+_DOOR_OPEN = 1.0  # [s]; time for which one request of a person opens the door: nine fuel
 _PUSH_PERIOD = 0.5  # [s] between two fuel pushed out of the corral
-_AT_WALL = 0.05  # [m]; fuel this close to the opening of the corral rolls into it
-# Motion of fuel out of each opening: from the wall, height [m], speed [m/s], downward [rad]; the chute has 15 degrees.
+_AT_WALL = 0.05  # [m]; fuel this close to the corral's opening rolls in
+# Fuel out of each opening: distance from the wall [m], height [m], speed [m/s], downward angle [rad].
 _CHUTE = (FUEL.bounding_radius, dim.OUTPOST_OPENING_BOTTOM + 0.08, 1.2, degrees(15.0))
 _CORRAL = (FUEL.bounding_radius + 2.0 * _AT_WALL, FUEL.bounding_radius, 2.0, 0.0)
 _DOOR_Y = 0.5 * dim.OUTPOST_OPENING_WIDTH - FUEL.bounding_radius
-_WAITING, _REACH = 0.7, 1.3  # [m/s] and [m] from the wall, of a robot that waits for fuel
+_WAITING, _REACH = 0.7, 1.3  # [m/s], [m]; top speed and distance from the wall of a robot that waits for fuel
 _THROW_PERIOD = 1.3  # [s]
 _THROW_FROM = (-0.45, 1.5, 2.05)  # [m]; in the outpost area, with the arms up over the alliance wall
 _THROW_ELEVATION = degrees(55.0)
-_THROW_ERROR = 0.07  # standard deviation, [rad] and fraction of the speed: 79 of 200 throws were hits
+_THROW_ERROR = 0.07  # standard deviation, [rad] and relative to the speed: 79 of 200 throws were hits
 _KEEPS = 8  # fuel kept in the chute while there are robots to feed
 
 
 class HumanPlayers:
-    """Human players, one at each outpost; each has half of the fuel off the field.
+    """Human players of both outposts, each with half of the fuel that starts off the field.
 
     Args:
         match: Match with staged pieces.
@@ -62,7 +62,7 @@ class HumanPlayers:
                 ("PushFuel", "push a fuel out of the corral", partial(self._roll, *_CORRAL), _PUSH_PERIOD, 0.0),
             )
         )
-        """Actions that the manual allows (G425)."""
+        """Actions of human players that the manual allows (G425)."""
         waiting = np.nonzero(match.pieces.state.status == PieceStatus.STAGED)[0].tolist()
         half = (len(waiting) + 1) // 2
         for number, (alliance, rng) in enumerate(own_first(match)):
@@ -76,7 +76,10 @@ class HumanPlayers:
         return {alliance: feeder.stock for alliance, feeder in self._feeders.items()}
 
     def act(self) -> None:
-        """Take fuel from the corrals, feed waiting robots, and throw while the alliance's hub counts; once a tick."""
+        """Take fuel from the corrals, feed waiting robots, and throw while the alliance's hub is active.
+
+        Call this method once a tick.
+        """
         match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
             feeder.take_off(rolled_in[alliance])
@@ -91,7 +94,7 @@ class HumanPlayers:
     # --- internals --------------------------------------------------------------------------------------------------
 
     def _wants_throws(self, alliance: Alliance) -> bool:
-        """Return whether a throw at this time will count; its flight takes a second."""
+        """Return whether the alliance's hub counts a fuel that scores now."""
         zone = next(zone for zone in self._match.game.zones if zone.alliance == alliance)
         return bool(self._match.rules.worth(zone))
 
@@ -107,14 +110,22 @@ class HumanPlayers:
         return False
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw a fuel at the hub, with the accuracy of people."""
+        """Throw a fuel at the hub with a person's accuracy."""
         flip = FIELD.symmetry if alliance == "red" else None
         self._feeders[alliance].throw(
             _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip
         )
 
     def _roll(self, x: float, z: float, speed: float, dip: float, alliance: Alliance) -> None:
-        """Release a fuel from an opening, at a random place across it."""
+        """Release a fuel from an opening at a random lateral position.
+
+        Args:
+            x: Distance from the alliance wall [m].
+            z: Height [m].
+            speed: Speed [m/s].
+            dip: Angle of the velocity below the horizontal [rad].
+            alliance: Alliance of the outpost.
+        """
         feeder = self._feeders[alliance]
         aside = min(max(0.15 * float(feeder.errors(1)[0]), -_DOOR_Y), _DOOR_Y)
         place = np.array([[x, dim.OUTPOST_Y + aside, z]])
@@ -124,7 +135,7 @@ class HumanPlayers:
         feeder.put(place[0], velocity=vel[0])
 
     def _in_corrals(self) -> dict[Alliance, list[int]]:
-        """Return slots of the fuel in the opening of each corral, which is behind the wall."""
+        """Return the slots of fuel in the opening of each alliance's corral."""
         state, (length, width) = self._match.pieces.state, FIELD.size
         on_field = (state.status == _AWAKE) | (state.status == _ASLEEP)
         at_wall = np.abs(state.pos[:, 0] - 0.5 * length) > 0.5 * length - FUEL.bounding_radius - _AT_WALL

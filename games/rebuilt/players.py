@@ -21,21 +21,21 @@ from simcore.world.symmetry import Pose
 __all__ = ["ROLES"]
 
 _HUB_X, _HUB_Y = dim.HUB_CENTER
-_FLIGHT = 1.3  # [s] from the muzzle to the hub's sensors
-_ENOUGH, _FEW = 0.8, 0.4  # of its load: to go and shoot, and to go when the hub is about to close
-_ZONE_EDGE, _NEAREST, _FARTHEST = 3.6, 1.4, 3.3  # [m] from the wall, and from the hub's middle, for shots
-_APART = 1.2  # [m] between centers of robots that turn without touching
-_SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the alliance zone, off the tower
-_MARGIN = 0.45  # [m] from walls, where a robot can take fuel in
-_THROW_FROM, _THROW_TO = (6.6, 1.9), (1.6, 2.2)  # [m] along the field, and aside of its middle, to both sides
-_TOWER_REACH = 1.6  # [m]; players do not touch robots closer to the tower in the end game (G420)
-_HOOK_UP = 35.0  # [rad] of the hook's drum: over the low rung
-_CLIMB_TIME, _HANGS = 15.0, 0.08  # [s] before the end, [m] above the carpet
+_FLIGHT = 1.3  # [s]; time of flight from the muzzle to the hub's sensors
+_ENOUGH, _FEW = 0.8, 0.4  # of the load: enough to go and shoot, and enough if the hub is about to become inactive
+_ZONE_EDGE, _NEAREST, _FARTHEST = 3.6, 1.4, 3.3  # [m]; limits for shots: from the wall, and from the hub's center
+_APART = 1.2  # [m]; distance between centers at which robots can turn without touching
+_SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the alliance zone, clear of the tower
+_MARGIN = 0.45  # [m]; distance from walls at which a robot can take fuel in
+_THROW_FROM, _THROW_TO = (6.6, 1.9), (1.6, 2.2)  # [m]; x, and distance in y from the hub's center
+_TOWER_REACH = 1.6  # [m]; in the end game, players avoid robots this close to the tower (G420)
+_HOOK_UP = 35.0  # [rad]; drum angle with the hook above the low rung
+_CLIMB_TIME, _HANGS = 15.0, 0.08  # [s] before the end; [m] above the carpet
 _EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touched anything yet (G408)
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of fuel for a player: in its alliance zone and the neutral zone, but not in front of an exit."""
+    """Return a mask of the fuel that a player may take: in its own and the neutral zone, away from hub exits."""
     x, y = places.T
     inside = (x > _MARGIN) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     near_hub = (x > _HUB_X - 1.1) & (x < _HUB_X + 1.1)
@@ -48,20 +48,20 @@ def _can_be_taken(places: FloatArray) -> BoolArray:
 
 
 def _in_auto(places: FloatArray) -> BoolArray:
-    """Return a mask of such fuel on the own side of the center line: across it a touch is G403."""
+    """Return a mask of the fuel that a player may take in auto, on its side of the center line because of G403."""
     wanted: BoolArray = _can_be_taken(places) & (places[:, 0] < dim.FIELD_CENTER[0] - 0.6)
     return wanted
 
 
 def _counts(player: Player, ahead: float = 0.0) -> bool:
-    """Return whether fuel that is shot in some time [s] counts."""
+    """Return whether fuel shot `ahead` [s] from now will count."""
     rules = player.match.rules
     assert isinstance(rules, RebuiltRules)
     return rules.is_active(player.alliance, player.time + ahead + _FLIGHT)
 
 
 def _is_time_to_shoot(player: Player) -> bool:
-    """Return whether to go and shoot what the robot holds."""
+    """Return whether to go and shoot the robot's fuel now."""
     way = 1.0 + player.away(_SHOOTING_SPOTS[1]) / player.skill.speed
     last = MATCH.duration - way - 4.0
     auto_ends = player.time < MATCH.start("pause") and player.time > MATCH.start("pause") - way - 3.0
@@ -80,7 +80,7 @@ def _is_full(player: Player) -> bool:
 
 
 def _go_and_shoot(player: Player) -> Steps:
-    """Drive to the nearest free place in the alliance zone, wait until fuel counts, and shoot."""
+    """Drive to the nearest free shooting spot in the alliance zone, wait until fuel counts, and shoot."""
     taken = [other.place for other in player.others]
     free = [spot for spot in _SHOOTING_SPOTS if all(math.dist(spot, place) > _APART for place in taken)]
     x, y = min(free or _SHOOTING_SPOTS, key=player.away)
@@ -100,14 +100,14 @@ def _go_and_shoot(player: Player) -> Steps:
 
 
 def _can_shoot(player: Player) -> bool:
-    """Return whether the robot may and can shoot: in its zone (G407), neither under the hub nor far from it."""
+    """Return whether the robot can shoot here: in its zone (G407), at a suitable distance from hub and robots."""
     x, _, _ = player.pose
     is_alone = all(player.away(other.place) > _APART for other in player.others)
     return is_alone and x < _ZONE_EDGE and _NEAREST < player.away((_HUB_X, _HUB_Y)) < _FARTHEST
 
 
 def collector(player: Player, until: float = math.inf) -> Steps:
-    """Collect fuel and shoot it into the alliance's hub while that counts, until a time of the match [s]."""
+    """Collect fuel and shoot it into the alliance's hub while it counts, until a match time [s]."""
     yield from _shoot_preload(player)
     while player.time < until:
         is_auto = player.time < MATCH.start("pause")
@@ -120,7 +120,7 @@ def collector(player: Player, until: float = math.inf) -> Steps:
 
 
 def _shoot_preload(player: Player) -> Steps:
-    """Shoot from the starting position, if that counts."""
+    """Shoot the preload from the starting position, if fuel counts."""
     if _counts(player):
         yield from player.shoot(HUB_TARGET, timeout=3.0)
 
@@ -144,10 +144,10 @@ def _in_neutral_zone(places: FloatArray) -> BoolArray:
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents who bring fuel home, without contact for as long as a pin takes (G418).
+    """Block opponents on the way to their hub, releasing them before a pin becomes a foul (G418).
 
-    In auto the defender only shoots its preload, so that it touches no robot across the center line (G403), and in the
-    end game it keeps away from the opponents' tower (G420).
+    In auto, the defender only shoots its preload and touches no robot across the center line (G403). In the end game,
+    it keeps away from the opponents' tower (G420).
     """
     yield from _shoot_preload(player)
     while player.time < MATCH.start("transition"):
@@ -166,7 +166,7 @@ _DEFENSE = Defense(goal=FIELD.symmetry.flip_point(_HUB_X, _HUB_Y), retreat=dim.F
 
 
 def climber(player: Player) -> Steps:
-    """Collect fuel until the last seconds, then climb the tower: hook on the low rung, level 1."""
+    """Collect fuel until the last seconds, then climb to level 1 of the tower with the hook on the low rung."""
     yield from collector(player, until=MATCH.duration - _CLIMB_TIME)
     player.intake(False)
     x, y = dim.TOWER_UPRIGHT_X, dim.TOWER_Y
@@ -192,4 +192,4 @@ ROLES: dict[str, Role] = {
         make_role(idle, "stands still", SETTINGS),
     )
 }
-"""Roles by name."""
+"""Roles of scripted players, by name."""

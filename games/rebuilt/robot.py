@@ -1,4 +1,4 @@
-"""Default robot of REBUILT: swerve, over-the-bumper intake at the back, hopper, and a shooter with two barrels.
+"""Default robot of REBUILT: swerve drive, over-the-bumper intake at the back, hopper, and shooter with two barrels.
 
 Numbers without a source are our choice for a plausible robot.
 """
@@ -63,7 +63,12 @@ MECHANISMS: dict[str, MechanismConfig] = {
 
 
 def _slide(share: float, drop: float = 0.0) -> tuple[Joint, ...]:
-    """Return a joint with a share of the rack's travel: out at the back, and down by `drop` [m per m of rack]."""
+    """Return joints that follow the intake's rack.
+
+    Args:
+        share: Travel out at the back per travel of the rack [-].
+        drop: Travel down per travel of the rack [-].
+    """
     joint = Joint(mechanism="intake_deploy", axis=_OUTWARD, slides=True, ratio=share * _PINION)
     if not drop:
         return (joint,)
@@ -98,13 +103,13 @@ _COMPONENTS = (
     ComponentConfig(name="shooter wheel, right", joints=_turn("shooter", (0.27, -0.08, 0.50))),
     ComponentConfig(name="shooter backspin roller", joints=_turn("shooter", (0.055, 0.0, 0.40), ratio=-1.0)),
 )
-"""Components in the order of the model files. Fuel rises behind the feeder and shooter wheels. It leaves where the
-hood, which turns about the shooter wheels' axle, releases it: straight up at 20 degrees, at 45 degrees when it is at
-65."""
+"""Components in the order of the model files. Fuel rises behind the feeder and shooter wheels and leaves at the edge of
+the hood, which turns about the shooter wheels' axle: straight up with the hood at 20 degrees, at 45 degrees with the
+hood at 65 degrees."""
 
 
 def rebuilt_robot() -> RobotConfig:
-    """Build a robot of 55 kg with bumpers of 0.8 x 0.8 m, room for 50 fuel, and eight shots a second per barrel."""
+    """Build a 55 kg robot with bumpers of 0.8 x 0.8 m, room for 50 fuel, and eight shots per second and barrel."""
     module = SwerveModuleConfig(
         x=0.0,
         y=0.0,
@@ -119,23 +124,23 @@ def rebuilt_robot() -> RobotConfig:
         mechanisms=MECHANISMS,
         intakes=(
             IntakeConfig(
-                # 0.66 m wide, as over-the-bumper intakes of 2026 are
+                # 0.66 m wide, like other over-the-bumper intakes of 2026
                 zone=IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.33, y_max=0.33, z_max=0.20),
                 roller="intake_roller",
                 deploy="intake_deploy",
                 stretch=Joint(mechanism="intake_deploy", axis=_OUTWARD, slides=True, ratio=_PINION),
             ),
         ),
-        # 54 fuel in layers, each in the hollows of the one below, up to the height limit of 30 in
+        # 54 fuel fit in staggered layers up to the height limit of 30 in
         storage=StorageConfig(capacity=50, low=(-0.36, -0.305, 0.18), high=(0.17, 0.305, 0.76)),
         shooters=(
             ShooterConfig(
                 wheels=("shooter",),
                 wheel_radius=0.05,
-                exit_efficiency=0.49,  # it rolls along a fixed hood, so about one half
+                exit_efficiency=0.49,  # about one half, because the fuel rolls along a fixed hood
                 launch=LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08)),
                 hood="hood",
-                elevation=degrees(110.0),  # the hood at 20 degrees shoots straight up
+                elevation=degrees(110.0),  # shoots straight up with the hood at 20 degrees
                 elevation_per_hood=-1.0,
                 gate=("feeder",),
                 shot_rate=8.0,
@@ -146,17 +151,17 @@ def rebuilt_robot() -> RobotConfig:
 
 
 CLIMBER = "climber"
-"""Mechanism of the climbing robot: its hook, up from the middle of the robot."""
+"""Name of the climbing robot's mechanism, a hook that rises from the center of the robot."""
 _HOOK_DRUM = 0.012  # [m]
 _WINCH = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=50.0, stator_current_limit=60.0)
 
 
 def climbing_robot() -> RobotConfig:
-    """Build the robot on a frame of 0.70 m, which fits between a tower's uprights, with a hook for the low rung."""
+    """Build a robot with a hook for the low rung, and bumpers of 0.70 x 0.70 m that fit between a tower's uprights."""
     robot = rebuilt_robot()
     assert isinstance(robot.drivetrain, SwerveConfig)
     hook = ElevatorConfig(
-        # as for REEFSCAPE's robot: gear friction is twice what the robot's weight pulls
+        # as for REEFSCAPE's robot: gear friction is twice the torque of the robot's weight
         gearbox=replace(_WINCH, friction_torque=default_friction(_WINCH)),
         carriage_mass=2.0,
         drum_radius=_HOOK_DRUM,

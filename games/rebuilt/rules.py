@@ -27,11 +27,11 @@ def _each(of: Callable[[Alliance], Any]) -> dict[str, Any]:
 
 
 class RebuiltRules(Rules):
-    """Rules that count fuel as the hubs' sensors see it, judge towers and fouls, and let human players act.
+    """Rules of one match: counting of fuel by the hubs' sensors, tower levels, fouls and human players.
 
     Args:
         match: Match to judge.
-        event: Thresholds of ranking points, and other settings of the event.
+        event: Settings of the event, such as thresholds for ranking points; None for the defaults.
     """
 
     channels = (
@@ -51,11 +51,11 @@ class RebuiltRules(Rules):
     def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:
         super().__init__(match)
         self.event = event or EventSettings()
-        # alliance whose hub is off first in a tie: relative to the first robot's alliance, so that red is blue flipped
+        # alliance whose hub is inactive first in a tie, drawn relative to the first robot's alliance for symmetry
         own: Alliance = match.entries[0].alliance
         self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
         self.ways = FuelWays(match)
-        """Fuel inside of hubs and off the field."""
+        """Fuel inside the hubs and outside the field."""
         self._clear_points()
 
     def _clear_points(self) -> None:
@@ -65,15 +65,15 @@ class RebuiltRules(Rules):
         self._tower_points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
 
     def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
-        """Return whether fuel counts that the sensors see at a time of the match [s], or now."""
+        """Return whether fuel that reaches the sensors at a match time [s] counts; None for now."""
         return self.hubs.period(alliance, self.match.timer.time if time is None else time) != UNCOUNTED
 
     def hub_light(self, alliance: Alliance) -> str:
-        """Return the state of the light on an alliance's hub."""
+        """Return the current state of the lights on an alliance's hub."""
         return self.hubs.light(alliance, self.match.timer.time)
 
     def levels(self, level: Callable[[int], int]) -> dict[str, str]:
-        """Return the names of the robots' levels, by their places in the list."""
+        """Return the name of each robot's tower level, by robot number from 1."""
         return {str(robot.number + 1): _LEVELS[level(robot.number)] for robot in self.match.robots}
 
     # --- hooks ----------------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ class RebuiltRules(Rules):
         self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
     def start_mode(self, mode: str) -> None:
-        """Clear the points as an auto begins."""
+        """Clear all points at the start of an auto."""
         if mode == "auto":
             self._clear_points()
 
@@ -96,17 +96,17 @@ class RebuiltRules(Rules):
             self.human_players.act()
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return one point if the hub is active as its sensors see the fuel, else 0."""
+        """Return one point if the hub is active when its sensors detect the fuel, else 0."""
         return zone.points if self.is_active(zone.alliance, self._sensed) else 0
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count the fuel in its period and pass it to the hub."""
+        """Count a scored fuel in its period and put it into the hub."""
         self.hubs.count(event.alliance, self._sensed)
         self.fouls.scored(event)
         self.ways.enter_hub(event.alliance, event.slot)
 
     def after_tick(self) -> None:
-        """Judge fouls and towers."""
+        """Judge fouls and towers, and add new tower points."""
         self.fouls.after_tick()
         self.towers.after_tick()
         for alliance in ALLIANCES:
@@ -116,15 +116,15 @@ class RebuiltRules(Rules):
                 self._tower_points[alliance] = points
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions at the outposts, if there are human players."""
+        """Return the actions of human players at the outposts; empty without human players."""
         return () if self.human_players is None else self.human_players.actions
 
     def game_data(self) -> str:
-        """Return an empty text before teleop, then `B` or `R`: the alliance whose hub is inactive first."""
+        """Return `B` or `R` for the alliance whose hub is inactive first; empty before teleop."""
         return self.hubs.first_inactive[0].upper() if self.match.timer.time >= MATCH.start("transition") else ""
 
     def breakdown(self) -> Mapping[str, int]:
-        """Return the score sheet by alliance, with the names of FIRST's score API."""
+        """Return the score sheet of both alliances, with the names of FIRST's score API."""
         rows: dict[str, int] = {}
         for alliance in ALLIANCES:
             (auto, final), book = self.towers.points(alliance), self.fouls.book
@@ -150,16 +150,16 @@ class RebuiltRules(Rules):
 
     @property
     def _sensed(self) -> float:
-        """Time at which the sensors see a fuel that falls through a hub's throat now [s]."""
+        """Match time at which the sensors detect a fuel that falls through a hub's throat now [s]."""
         return self.match.timer.time + self.event.sensor_delay
 
     def _left_field(self, slot: int) -> bool:
-        """Handle a fuel outside of the field: in a match people return it later, otherwise it is back at once."""
+        """Handle a fuel that has left the field; return whether field staff keep it for a later return."""
         self.fouls.left_field(slot, untouched=bool(self.match.pieces.is_untouched[slot]))
         return self.human_players is not None and self.ways.leave_field(slot)
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return the ranking points other than those for the result."""
+        """Return the bonus ranking points."""
         fuel, event = self.hubs.counted(alliance), self.event
         tower = math.fsum(self.towers.points(alliance))
         return {
@@ -169,7 +169,7 @@ class RebuiltRules(Rules):
         }
 
     def _result(self, alliance: Alliance) -> int:
-        """Return the ranking points for the result of an assessed match: 3 for a win, 1 for a tie."""
+        """Return the ranking points for the result: 3 for a win, 1 for a tie, 0 for a loss or before the assessment."""
         totals, time = self.match.tracker.totals, self.match.timer.time
         if time < MATCH.duration + ASSESSMENT - 1e-9:
             return 0

@@ -1,8 +1,8 @@
-"""Phases of the match, and when fuel counts in which of them (game manual, MATCH PERIODS and HUB status).
+"""Phases of the match, and the periods in which fuel counts (game manual, MATCH PERIODS and HUB status).
 
-Two sentences of the manual leave times open; those of Cheesy Arena, a field management system for events, apply
-(`game/hub.go`, `field/arena.go`): fuel counts when the sensors below a hub's opening see it; until teleop begins it is
-auto fuel; after a phase in which a hub was active, its fuel counts in that phase for 3 s.
+The manual leaves some times open; we use those of Cheesy Arena, a field management system for events (`game/hub.go`,
+`field/arena.go`). Fuel counts when the sensors below a hub's opening detect it. Fuel detected before teleop is auto
+fuel. For 3 s after a phase with an active hub, fuel still counts in that phase.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ MATCH = MatchClock(
         Phase("end game", 30.0),
     ]
 )
-"""Match of 2:43: 20 s auto, 3 s pause, 2:20 teleop."""
+"""Match clock of 2:43: 20 s auto, 3 s pause, 2:20 teleop."""
 
 ASSESSMENT = 3.0
-"""Time after the match in which fuel still counts and robots have to stay on the tower [s]."""
+"""Time after the match in which fuel still counts and robots must stay on the tower [s]."""
 
 UNCOUNTED = "uncounted"
-"""Period of fuel in an inactive hub."""
+"""Name of the period for fuel in an inactive hub."""
 
-_GRACE = 3.0  # [s] for which fuel still counts after a hub went inactive
-_PULSING = 3.0  # [s] before that, in which the hub's lights pulse; manual table 5-3
+_GRACE = 3.0  # [s]; time for which fuel still counts after a hub becomes inactive
+_PULSING = 3.0  # [s]; time for which the lights pulse before a hub becomes inactive, manual table 5-3
 _PERIODS = {"auto": "auto", "pause": "auto", "transition": "transition", "end game": "endgame"}
 _PERIODS |= {f"shift {number}": f"shift{number}" for number in range(1, 5)}
 _TELEOP = tuple(period for period in dict.fromkeys(_PERIODS.values()) if period != "auto")
@@ -49,16 +49,16 @@ _EPS = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventSettings:
-    """Settings that differ between events. The defaults are the manual's for regional and district events."""
+    """Settings that differ between events; the defaults are the manual's for regional and district events."""
 
     energized: int = 100
-    """Counted fuel for the ranking point ENERGIZED; 240 at district championships, 360 at the championship."""
+    """Fuel count for the ranking point ENERGIZED; 240 at district championships, 360 at the FIRST Championship."""
     supercharged: int = 360
-    """Counted fuel for the ranking point SUPERCHARGED; 500 at the championship."""
+    """Fuel count for the ranking point SUPERCHARGED; 500 at the FIRST Championship."""
     traversal: int = 50
     """Tower points for the ranking point TRAVERSAL."""
     sensor_delay: float = 0.25
-    """Time of a fuel from a hub's throat to its sensors [s]; estimate, 0.1 to 0.5: no published figure."""
+    """Time of a fuel from a hub's throat to the sensors [s]; estimate, 0.1 to 0.5 s, as no figure is published."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -67,7 +67,7 @@ class EventSettings:
 
 
 class HubCount:
-    """Fuel in both hubs by the period in which it counts; rules only, without a match.
+    """Count of fuel in both hubs by the period in which it counts.
 
     Args:
         coin: Alliance whose hub is inactive first after a tie in auto.
@@ -82,12 +82,12 @@ class HubCount:
 
     @property
     def first_inactive(self) -> Alliance:
-        """Alliance whose hub is inactive in shifts 1 and 3: the one with more auto fuel; in a tie that of the coin."""
+        """Alliance whose hub is inactive in shifts 1 and 3: the alliance with more auto fuel, or `coin` after a tie."""
         blue, red = (self.fuel[alliance]["auto"] for alliance in ALLIANCES)
         return self._coin if blue == red else "blue" if blue > red else "red"
 
     def is_on(self, alliance: Alliance, time: float) -> bool:
-        """Return whether a hub is active at a time of the match [s], as its lights say."""
+        """Return whether a hub is active at a match time [s], as shown by its lights."""
         if self.practice:
             return True
         name = MATCH.phase(time).name
@@ -98,20 +98,24 @@ class HubCount:
         return time < MATCH.duration
 
     def period(self, alliance: Alliance, sensed: float) -> str:
-        """Return the period in which a fuel counts that a hub's sensors see at a time [s]; `UNCOUNTED`: it does not."""
+        """Return the period in which a fuel counts if detected by the sensors at a match time [s], or `UNCOUNTED`."""
         before = sensed - _GRACE + _EPS
         if before >= MATCH.start("transition") and self.is_on(alliance, before):
             return _PERIODS[MATCH.phase(before).name]
         return _PERIODS[MATCH.phase(sensed).name] if self.is_on(alliance, sensed) else UNCOUNTED
 
     def count(self, alliance: Alliance, sensed: float) -> str:
-        """Count a fuel that the sensors of a hub see at a time [s]; return its period."""
+        """Count a fuel that a hub's sensors detect at a match time [s]; return the period in which it counts."""
         period = self.period(alliance, sensed)
         self.fuel[alliance][period] += 1
         return period
 
     def light(self, alliance: Alliance, time: float) -> str:
-        """Return a hub's lights: `on`, `pulsing` before it goes inactive, `off`, `purple` after the match."""
+        """Return the state of a hub's lights at a match time [s].
+
+        Returns:
+            `on`, `pulsing` (before the hub becomes inactive), `off` or `purple` (after the match).
+        """
         if time >= MATCH.duration + ASSESSMENT and not self.practice:
             return "purple"
         if not self.is_on(alliance, time):
@@ -119,12 +123,12 @@ class HubCount:
         return "on" if self.is_on(alliance, time + _PULSING) else "pulsing"
 
     def counted(self, alliance: Alliance) -> int:
-        """Return the number of fuel that counts for points and ranking points."""
+        """Return the number of an alliance's fuel that counts for points and ranking points."""
         fuel = self.fuel[alliance]
         return fuel.total() - fuel[UNCOUNTED]
 
     def hub_score(self, alliance: Alliance) -> Mapping[str, int]:
-        """Return the rows of `hubScore` in FIRST's score API. A fuel that counts is worth one point."""
+        """Return an alliance's rows of `hubScore` in FIRST's score API, with one point per counted fuel."""
         fuel = self.fuel[alliance]
         rows: dict[str, int] = {}
         teleop = self.counted(alliance) - fuel["auto"]

@@ -1,7 +1,7 @@
-"""Staging of fuel at the start of a match: game manual (arena, FUEL staging), 504 in all.
+"""Staging of the 504 fuel at the start of a match (game manual, arena, FUEL staging).
 
-The box of the neutral zone measures 206 x 72 in with a 2 in divider across: 34 x 12 fuel at 6 in pitch. It holds 360
-fuel and the preloads that no robot took, 408 at most.
+The neutral zone's box measures 206 x 72 in with a 2 in divider across, which gives 34 x 12 positions at a pitch of
+6 in. The box holds 360 fuel and the preloads of absent robots, at most 408.
 """
 
 from __future__ import annotations
@@ -26,33 +26,33 @@ _PITCH = inches(6.0)
 _ROWS, _COLUMNS = 34, 12
 _DIVIDER = inches(2.0)
 _RADIUS = inches(5.91) / 2
-_JITTER = 0.001  # [m] to both sides: scatter of placing by hand; too small for overlaps
+_JITTER = 0.001  # [m] to either side: scatter of placement by hand, too small for overlaps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staging:
-    """Amounts of staged fuel. The defaults are the manual's 504."""
+    """Amounts of staged fuel; the defaults are the manual's 504."""
 
     neutral: int = 360
-    """Number of fuel in the box of the neutral zone, before unused preloads are added."""
+    """Number of fuel in the neutral zone's box, without the preloads of absent robots."""
     depot: int = 24
     """Number of fuel in each of the two depots."""
     chute: int = 24
     """Number of fuel in each of the two outposts' chutes, off the field."""
     preload_per_robot: int = 8
-    """Number of fuel in each robot."""
+    """Number of fuel preloaded in each robot."""
     robots: int = 6
-    """Number of robots with preloads; those of absent robots go to the neutral zone."""
+    """Number of robots with preloads; the preloads of absent robots go to the neutral zone."""
 
     def __post_init__(self) -> None:
         depot = Quantity("fuel", 0, 24, is_whole=True)  # capacity of a depot
         require_fields(self, neutral=COUNT, depot=depot, chute=COUNT, preload_per_robot=COUNT, robots=COUNT)
 
     def __call__(self, rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-        """Return the staged fuel of a match, seen from blue; unused preloads go to the neutral zone.
+        """Return the staged fuel for a blue first robot, with unused preloads in the neutral zone.
 
         Raises:
-            ConfigError: There are more robots or preloads than allowed, or more fuel than the neutral zone holds.
+            ConfigError: If there are too many robots or preloads, or more fuel than the neutral zone holds.
         """
         if len(entries) > self.robots:
             raise ConfigError(f"Staging counts preloads for {self.robots} robots, got {len(entries)}")
@@ -70,14 +70,14 @@ class Staging:
 
     @property
     def total(self) -> int:
-        """Number of all fuel in the match."""
+        """Total number of fuel in the match."""
         return self.neutral + 2 * self.depot + 2 * self.chute + self.preload_per_robot * self.robots
 
     def in_neutral_zone(self, robots_present: int) -> int:
-        """Return the number of fuel in the neutral zone for a number of robots on the field.
+        """Return the number of fuel staged in the neutral zone with a number of robots on the field.
 
         Raises:
-            ConfigError: The number exceeds the capacity of the box.
+            ConfigError: If the number exceeds the capacity of the box.
         """
         count = self.neutral + self.preload_per_robot * max(0, self.robots - robots_present)
         if count > _ROWS * _COLUMNS:
@@ -89,7 +89,7 @@ class Staging:
 
 
 def neutral_places(count: int, rng: np.random.Generator) -> FloatArray:
-    """Return positions of fuel in the neutral zone's box, field frame [m], shape (count, 3); gaps are random."""
+    """Return positions of fuel in the neutral zone's box with random gaps, field frame [m], shape (count, 3)."""
     x = (np.arange(_COLUMNS) - (_COLUMNS - 1) / 2) * _PITCH
     half = _DIVIDER / 2 + (np.arange(_ROWS // 2) + 0.5) * _PITCH
     y = np.concatenate((-half[::-1], half))
@@ -102,7 +102,7 @@ def neutral_places(count: int, rng: np.random.Generator) -> FloatArray:
 
 
 def depot_places(alliance: str, count: int, rng: np.random.Generator) -> FloatArray:
-    """Return positions of fuel in a depot, field frame [m], shape (count, 3): 4 rows of 6, the first at the wall."""
+    """Return positions of fuel in a depot, in rows of 6 from the wall outward, field frame [m], shape (count, 3)."""
     x = (np.arange(4) + 0.5) * _PITCH + 0.003
     y = DEPOT_Y + (np.arange(6) - 2.5) * _PITCH
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)[:count]

@@ -1,4 +1,4 @@
-"""Tower levels of robots (game manual, TOWER scoring), judged by contacts and the bumpers' height."""
+"""Tower levels of robots (game manual, TOWER scoring), judged from contacts and the height of the bumpers."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ __all__ = ["TELEOP_POINTS", "TowerJudge", "tower_level"]
 
 AUTO_POINTS, _MOST_IN_AUTO = 15, 2
 TELEOP_POINTS = (0, 10, 20, 30)
-"""Points of levels 0 to 3."""
+"""Points for levels 0 to 3 at the end of the match."""
 
-_HOLDS = ("tower_rung_*", "tower_upright_*")  # a robot on the tower touches one of these
+_HOLDS = ("tower_rung_*", "tower_upright_*")  # a robot on the tower touches at least one of these
 _ALLOWED = (*_HOLDS, "tower_brace_*", "alliance_wall")
 _EPS = 1e-9
 
 
 def tower_level(alliance: Alliance, touched: Iterable[str], *, airborne: bool, lowest: float) -> int:
-    """Return the level of a robot on the tower, 0 for none.
+    """Return the tower level of a robot, 0 for none.
 
-    The robot touches a rung or an upright of its tower, and apart from these only the tower's wall and supports, fuel
-    and robots. On level 1 it is off carpet and tower base; on level 2 its bumpers are wholly above the low rung, on
-    level 3 above the middle one.
+    The robot must touch a rung or an upright of its tower, and otherwise only the tower's wall and supports, fuel and
+    robots. On level 1 it is off the carpet and the tower base, on level 2 its bumpers are fully above the low rung, and
+    on level 3 above the middle rung.
 
     Args:
         alliance: Alliance of the robot.
-        touched: Names of the field elements that it touches, without fuel and robots.
+        touched: Names of the field elements that the robot touches, without fuel and robots.
         airborne: Whether no wheel touches the ground.
-        lowest: Height of its bumpers' lowest point [m].
+        lowest: Height of the bumpers' lowest point [m].
 
     Source: game manual, section 6.5.2.
     """
@@ -49,10 +49,10 @@ def tower_level(alliance: Alliance, touched: Iterable[str], *, airborne: bool, l
 
 
 class TowerJudge:
-    """Tower levels of all robots in one match.
+    """Judge of the tower levels of all robots in one match.
 
-    In auto robots are judged when the timer reaches 0:00. After the match they are judged until the end of the
-    assessment, whose final state counts: a robot that falls before has no level.
+    Auto levels are judged when the timer reaches 0:00. Final levels are those at the end of the assessment after the
+    match, so a robot that falls before then has no level.
 
     Args:
         match: Match to judge.
@@ -62,16 +62,16 @@ class TowerJudge:
         self._match = match
         self._is_auto_judged = False
         self.auto: dict[int, int] = {}
-        """Level in auto, 0 or 1, by robot."""
+        """Level in auto, 0 or 1, by robot number."""
         self.final: dict[int, int] = {}
-        """Level at the end, by robot."""
+        """Level at the end of the match, by robot number."""
         self.awarded: set[int] = set()
-        """Robots with level 3 by a foul of the other alliance, whatever their final position."""
+        """Numbers of robots that get level 3 for an opponent's foul, regardless of their final position."""
         self.carried: set[int] = set()
-        """Robots that lose their tower points because a partner has fully carried them."""
+        """Numbers of robots that lose their tower points because a partner has fully carried them."""
 
     def after_tick(self) -> None:
-        """Judge the tick, after everything has moved."""
+        """Judge a tick after all motion."""
         time = self._match.timer.time
         if not self._is_auto_judged and MATCH.start("pause") - _EPS <= time < MATCH.start("transition"):
             self._is_auto_judged = True
@@ -80,24 +80,24 @@ class TowerJudge:
             self.final = {robot.number: self.level(robot) for robot in self._match.robots}
 
     def level(self, robot: Robot) -> int:
-        """Return the current level of a robot."""
+        """Return the current tower level of a robot."""
         match, alliance = self._match, self._match.alliances[robot.number]
         lowest = lowest_bumper(robot)
-        if lowest < robot.chassis.config.clearance:  # it stands; nothing else to check
+        if lowest < robot.chassis.config.clearance:  # the robot stands on its wheels
             return 0
         touched = match.contacts.elements(robot.number)
         return tower_level(alliance, touched, airborne=is_airborne(robot), lowest=lowest)
 
     def points(self, alliance: Alliance) -> tuple[int, int]:
-        """Return tower points of an alliance in auto and at the end."""
+        """Return an alliance's tower points in auto and at the end of the match."""
         robots = [n for n, owner in enumerate(self._match.alliances) if owner == alliance]
         auto = [n for n in robots if self.auto_level(n)][:_MOST_IN_AUTO]
         return AUTO_POINTS * len(auto), int(math.fsum(TELEOP_POINTS[self.final_level(n)] for n in robots))
 
     def auto_level(self, robot: int) -> int:
-        """Return the level of a robot that counts in auto."""
+        """Return the level that counts for a robot in auto."""
         return 0 if robot in self.carried else self.auto.get(robot, 0)
 
     def final_level(self, robot: int) -> int:
-        """Return the level of a robot that counts at the end."""
+        """Return the level that counts for a robot at the end of the match."""
         return 3 if robot in self.awarded else 0 if robot in self.carried else self.final.get(robot, 0)

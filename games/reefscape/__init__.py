@@ -1,4 +1,4 @@
-"""REEFSCAPE, the game of 2025: coral on the reef, algae off it. Importing this package loads no physics engine."""
+"""REEFSCAPE, the 2025 game: coral, algae and a reef. Importing this package loads no physics engine."""
 
 from games.reefscape.game import REEFSCAPE
 

@@ -1,4 +1,4 @@
-"""Command `python -m games.reefscape`: play a scripted auto; the same as `simcore play reefscape`."""
+"""Command `python -m games.reefscape`, short for `simcore play reefscape`: play a scripted auto."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Scripted autos, written for a blue robot."""
+"""Scripted autos of REEFSCAPE, written for a blue robot."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ __all__ = ["AUTOS"]
 
 _PAST_LEFT_MARK = ((2.3, 6.7),)
 _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
-"""Waypoint between a station and the reef that avoids the algae on the mark between them [m]."""
+"""Waypoint between the right station and the reef, clear of the algae on the mark in between [m]."""
 
 
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive backward to a station and wait for a coral there."""
+    """Drive backward to a station and wait up to 1.5 s for a coral."""
     robot.intake(True)
     make_ready(robot)
     x, y, yaw = before_station(side)
@@ -40,7 +40,7 @@ def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] 
 
 
 def three_l4(robot: ScriptedRobot) -> Steps:
-    """Place the preload and two coral of the left station on level 4."""
+    """Place the preload and two coral from the left station on level 4."""
     make_ready(robot)
     yield from place_coral(robot, 2, "right", 4)
     yield from _load(robot, "left", ((4.6, 5.9),))
@@ -50,7 +50,7 @@ def three_l4(robot: ScriptedRobot) -> Steps:
 
 
 def station_cycle(robot: ScriptedRobot) -> Steps:
-    """Place the preload on level 4, then coral of the right station on levels 3 and 2."""
+    """Place the preload on level 4, then coral from the right station on levels 3 and 2."""
     make_ready(robot)
     yield from place_coral(robot, 4, "left", 4)
     yield from _load(robot, "right", ((4.6, 2.15),))
@@ -60,7 +60,7 @@ def station_cycle(robot: ScriptedRobot) -> Steps:
 
 
 def algae(robot: ScriptedRobot) -> Steps:
-    """Place the preload on level 4, bring one algae of the reef to the processor and one into the net."""
+    """Place the preload on level 4, then bring one algae from the reef to the processor and one to the net."""
     make_ready(robot)
     yield from place_coral(robot, 3, "left", 4)
     yield from take_algae(robot, 3)
@@ -70,7 +70,7 @@ def algae(robot: ScriptedRobot) -> Steps:
 
 
 def climb(robot: ScriptedRobot) -> Steps:
-    """Take the middle cage into the bay, with the hook over it, and pull it down; then hang without power."""
+    """Climb the middle cage, and hang without power."""
     make_ready(robot)
     yield from hang(robot, dim.CAGE_YS[1])
 

@@ -1,12 +1,12 @@
-"""Positions and dimensions of the 2025 field: numbers in meters, field frame.
+"""Positions and dimensions of the 2025 field, in meters in the field frame.
 
-Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center.
-"Left" and "right" are seen from the alliance's own drivers, so for blue, left is +y.
+Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center. "Left" and
+"right" are as seen by the alliance's own drivers, so for blue, left is +y.
 
 Sources: "tags" is WPILib's AprilTag layout `k2025ReefscapeWelded`. "6328" is FieldConstants.java of team 6328
 (Mechanical Advantage, RobotCode2025Public), which reads the official CAD. "manual" is a figure of the 2025 game manual,
-section ARENA, as two public projects that agree print it. "MapleSim" is that simulation's 2025 arena. An estimate says
-so.
+section ARENA, as quoted by two public projects that agree. "MapleSim" is the 2025 arena of that simulation. Estimates
+are marked.
 """
 
 from __future__ import annotations
@@ -35,51 +35,52 @@ __all__ = [
 # --- Field -----------------------------------------------------------------------------------------------------------
 
 FIELD_LENGTH: Final = 17.548
-"""Length along x, between the alliance walls. Tags; manual prints 690.875 in."""
+"""Field length along x, between the alliance walls. Tags; manual prints 690.875 in."""
 FIELD_WIDTH: Final = 8.052
-"""Width along y, between the guardrails. Tags; manual prints 317 in = 8.0518."""
+"""Field width along y, between the guardrails. Tags; manual prints 317 in = 8.0518."""
 FIELD_CENTER: Final = (FIELD_LENGTH / 2.0, FIELD_WIDTH / 2.0)
 GUARDRAIL_HEIGHT: Final = inches(20.0)  # as in 2026
 ALLIANCE_WALL_HEIGHT: Final = inches(78.8)  # as in 2026
-PERIMETER_THICKNESS: Final = 0.3  # ours, not the field's: outward, so that no ball can pass
+PERIMETER_THICKNESS: Final = 0.3  # our choice, outward, so that no ball passes through
 STARTING_LINE_X: Final = inches(299.438)
-"""Inner edge of the line, toward the barge. 6328; equals the far reef face plus 88 in plus the tape."""
+"""x of the starting line's edge toward the barge. 6328; equals the far reef face plus 88 in plus the tape."""
 STARTING_LINE_WIDTH: Final = inches(2.0)
 
 # --- Reef ------------------------------------------------------------------------------------------------------------
 
 REEF_CENTER: Final = (inches(176.746), FIELD_WIDTH / 2.0)
-"""Center of the reef. 6328; the middle of tags 18 and 21."""
+"""Center of the reef. 6328; midway between tags 18 and 21."""
 REEF_APOTHEM: Final = inches(65.5) / 2.0
-"""Distance from the center to a face. Manual; tags 18 and 21 are as far apart."""
-REEF_ZONE_APOTHEM: Final = inches(93.5) / 2.0  # manual: the line 12 in before the faces, and its tape
+"""Distance from the reef's center to a face. Manual; tags 18 and 21 are twice this distance apart."""
+REEF_ZONE_APOTHEM: Final = inches(93.5) / 2.0  # manual: line 12 in in front of the faces, plus its tape
 REEF_FACE_YAWS_DEG: Final = (180.0, 120.0, 60.0, 0.0, -60.0, -120.0)
-"""Outward directions of the faces 0 to 5: tags 18, 19, 20, 21, 22, 17."""
+"""Outward directions of faces 0 to 5, at tags 18, 19, 20, 21, 22 and 17."""
 BRANCH_OFFSET: Final = inches(12.938) / 2.0
-"""Distance from the middle of a face to each of its two branches. 6328; manual prints 13 in between them."""
+"""Distance from the center of a face to each of its two branches. 6328; manual prints 13 in between the branches."""
 BRANCH_DIAMETER: Final = inches(1.66)  # 1.25 in Sch 40 steel pipe, manual
 BRANCH_TIP_RADIUS: Final = inches(30.738)
-"""Distance from the reef's center, along the face's normal, to the end of a branch's axis, on all levels. 6328."""
+"""Distance along the face's normal from the reef's center to the end of a branch's axis, on all levels. 6328."""
 BRANCH_SLOPE: Final = radians(35.0)
-"""Slope of branches of levels 2 and 3, up and outward. Manual."""
-_HALF_END: Final = inches(0.625) * cos(BRANCH_SLOPE)  # 6328: from the upper edge of a sloping end to its middle
+"""Upward slope of the branches on levels 2 and 3. Manual."""
+_HALF_END: Final = inches(0.625) * cos(BRANCH_SLOPE)  # 6328: height from the center to the upper edge of a sloping end
 BRANCH_TIP_HEIGHTS: Final = (inches(31.875) - _HALF_END, inches(47.625) - _HALF_END, inches(72.0))
-"""Heights of the ends of the axes on levels 2, 3 and 4. Manual, 6328."""
+"""Heights of the ends of the branches' axes on levels 2, 3 and 4. Manual, 6328."""
 RISER_RADIUS: Final = BRANCH_TIP_RADIUS - 0.27
-"""Radius to the upright pipe that carries the branches. Estimate; algae between it and two branches then rest 0.91 and
-1.31 m high, as teams measured them."""
+"""Distance along the face's normal from the reef's center to the upright pipe that carries the branches. Estimate;
+algae on two branches then rest 0.91 and 1.31 m high, as teams measured."""
 L4_STRAIGHT: Final = 0.27
-"""Length of the upright end on level 4, estimate. Below it the pipe is horizontal to the riser: a coral stops there."""
+"""Length of the upright end of a level 4 branch; estimate. Below it the pipe runs horizontally to the riser, which
+stops a coral."""
 L4_BEND_HEIGHT: Final = BRANCH_TIP_HEIGHTS[2] - L4_STRAIGHT
 TROUGH_EDGE_HEIGHT: Final = inches(18.0)  # manual
-TROUGH_FLOOR_DROP: Final = 0.14  # lowest place of the sloping floor under the edge, estimate
+TROUGH_FLOOR_DROP: Final = 0.14  # from the edge to the lowest point of the sloping floor, estimate
 TROUGH_DEPTH: Final = 0.25  # from the face to the upright inner wall, estimate
-TROUGH_WALL_HEIGHT: Final = TROUGH_EDGE_HEIGHT  # upper end of the inner wall, estimate
+TROUGH_WALL_HEIGHT: Final = TROUGH_EDGE_HEIGHT  # height of the inner wall's top, estimate
 
 # --- Coral stations --------------------------------------------------------------------------------------------------
 
 STATION_FACE_CENTER: Final = (inches(33.51), inches(25.80))
-"""Middle of the right station's face, at tag 12; 0.7 mm farther out in 6328. The left one is mirrored in y."""
+"""Center of the right station's face, at tag 12; 0.7 mm farther out in 6328. The left station is mirrored in y."""
 STATION_YAW_DEG: Final = 54.0
 """Outward direction of the right station's face. Tags; 6328 has 54.011."""
 STATION_OPENING_WIDTH: Final = inches(76.0)  # manual
@@ -87,42 +88,42 @@ STATION_OPENING_HEIGHT: Final = inches(7.0)  # manual
 STATION_OPENING_BOTTOM: Final = inches(37.5)  # manual
 CHUTE_SLOPE: Final = radians(55.0)  # manual
 CHUTE_LIP_SLOPE: Final = radians(35.0)
-"""Slope near the mouth, estimate: under a roof of 55 degrees there is no room for a coral otherwise."""
+"""Slope of the chute near its mouth; estimate. A floor of 55 degrees would leave no room for a coral under the roof."""
 CHUTE_LIP_LENGTH: Final = 0.10  # horizontal, estimate
 CHUTE_LENGTH: Final = 0.50  # horizontal, from the mouth; estimate
-STATION_DEPTH: Final = 1.05  # ours: solid behind the face up to the walls' corner
+STATION_DEPTH: Final = 1.05  # our choice: solid behind the face up to the corner of the walls
 
 # --- Processor -------------------------------------------------------------------------------------------------------
 
 PROCESSOR_X: Final = 5.987542
-"""Middle of the opening, in the wall y = 0. Tag 16. The red alliance's human player is behind it."""
+"""x of the opening's center, in the wall at y = 0. Tag 16. The red alliance's human player is behind the opening."""
 PROCESSOR_OPENING_WIDTH: Final = inches(28.0)  # manual
 PROCESSOR_OPENING_HEIGHT: Final = inches(20.0)  # manual
 PROCESSOR_OPENING_BOTTOM: Final = inches(7.0)  # manual
-PROCESSOR_FRAME_WIDTH: Final = inches(4.0)  # of the jambs, estimate
+PROCESSOR_FRAME_WIDTH: Final = inches(4.0)  # width of the jambs, estimate
 PROCESSOR_FRAME_TOP: Final = 1.45  # estimate: above the tag
-PROCESSOR_RECESS: Final = 0.005  # of the frame behind the guardrail: the tag hangs 3.8 mm behind it
+PROCESSOR_RECESS: Final = 0.005  # offset of the frame behind the guardrail, as tag 16 is 3.8 mm behind it
 
 # --- Barge -----------------------------------------------------------------------------------------------------------
 
-BARGE_LENGTH: Final = inches(350.0)  # along y, 29 ft 2 in, with its legs outside of the guardrails; manual
-BARGE_POST_SIZE: Final = 0.305  # of the post in the middle, MapleSim
+BARGE_LENGTH: Final = inches(350.0)  # along y, 29 ft 2 in, including the legs outside the guardrails; manual
+BARGE_POST_SIZE: Final = 0.305  # size of the center post, MapleSim
 BARGE_ZONE_DEPTH: Final = inches(46.0)  # along x, manual
-BARGE_ZONE_WIDTH: Final = inches(146.5)  # from the guardrail, blue's is the left one; manual
+BARGE_ZONE_WIDTH: Final = inches(146.5)  # along y from the guardrail, blue's on the left; manual
 TRUSS_BOTTOM: Final = inches(62.0)  # where the cages' chains hang, manual
-TRUSS_TOP: Final = inches(74.0)  # estimate: under the sag of the net
-NET_Y: Final = 6.137656  # middle of blue's, tag 14
+TRUSS_TOP: Final = inches(74.0)  # estimate: below the lowest point of the net
+NET_Y: Final = 6.137656  # center of blue's net, tag 14
 NET_LENGTH: Final = inches(144.0)  # along y, manual
-NET_WIDTH: Final = 1.0  # along x over its frame; tags 14 and 4 are 1.0038 m apart, 6328 has 40 in
+NET_WIDTH: Final = 1.0  # along x, including the frame; tags 14 and 4 are 1.0038 m apart, 6328 has 40 in
 NET_RIM_HEIGHT: Final = inches(88.0)  # 6328
 NET_FLOOR_HEIGHT: Final = inches(76.0)  # manual: lowest point of the net
-NET_FRAME_THICKNESS: Final = 0.05  # ours
+NET_FRAME_THICKNESS: Final = 0.05  # our choice
 
 # --- Cages -----------------------------------------------------------------------------------------------------------
 
 CAGE_X: Final = inches(345.428)  # 6328
 CAGE_YS: Final = (inches(286.779), inches(242.855), inches(199.947))
-"""Y of blue's cages, from the guardrail inward. 6328; for the outer one the manual has 23 mm less."""
+"""y of blue's cages, from the guardrail inward. 6328; the manual's value for the outer cage is 23 mm less."""
 CAGE_SIZE: Final = inches(7.375)  # square, manual
 CAGE_HEIGHT: Final = inches(24.0)  # manual
 CAGE_SHALLOW_BOTTOM: Final = inches(30.125)  # manual, 6328
@@ -136,15 +137,15 @@ CORAL_INNER_DIAMETER: Final = inches(4.0)  # manual
 ALGAE_DIAMETER: Final = inches(16.25)  # manual: +-0.25 in
 MARK_X: Final = inches(48.0)  # 6328
 MARK_YS: Final = (FIELD_WIDTH / 2.0 - inches(72.0), FIELD_WIDTH / 2.0, FIELD_WIDTH / 2.0 + inches(72.0))  # 6328
-HIGH_ALGAE_FACES: Final = (0, 2, 4)  # faces with algae on level 3; the others have it on level 2. 6328
+HIGH_ALGAE_FACES: Final = (0, 2, 4)  # faces with algae on level 3, 6328; the other faces have algae on level 2
 
 _NOOK: Final = sqrt(
     (ALGAE_DIAMETER / 2.0 + BRANCH_DIAMETER / 2.0) ** 2 - BRANCH_OFFSET**2
-)  # ball to plane of two pipes
+)  # distance from a ball's center to the plane of two pipes
 REEF_ALGAE_RADIUS: Final = RISER_RADIUS + _NOOK
-"""Distance from the reef's center to algae that rest on two branches against two risers."""
+"""Distance from the reef's center to algae that rest on two branches and lean against two risers."""
 REEF_ALGAE_HEIGHTS: Final = tuple(
     tip - (BRANCH_TIP_RADIUS - REEF_ALGAE_RADIUS) * tan(BRANCH_SLOPE) + _NOOK / cos(BRANCH_SLOPE)
     for tip in BRANCH_TIP_HEIGHTS[:2]
 )
-"""Low and high: 0.910 and 1.310 m, as teams have measured."""
+"""Heights of the centers of low and high algae: 0.910 and 1.310 m, as teams measured."""

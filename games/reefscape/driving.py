@@ -1,4 +1,4 @@
-"""Button actions for a human driver of a REEFSCAPE robot."""
+"""Driver controls of the REEFSCAPE robot."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _FACES = range(6)
 
 
 def _place_near(level: int) -> Callable[[ScriptedRobot], Steps]:
-    """Return a script that puts the coral on the nearest branch of a level."""
+    """Return a script that places the coral on the nearest branch of a level."""
     branches = {(face, side): before_branch(face, side, level)[:2] for face in _FACES for side in ("left", "right")}
 
     def script(robot: ScriptedRobot) -> Steps:
-        yield from raised_to(robot, level)  # a robot at the reef would lower its coral onto the branches
+        yield from raised_to(robot, level)  # else a robot at the reef would lower its coral onto the branches
         face, side = min(branches, key=lambda branch: math.dist(robot.pose[:2], branches[branch]))
         yield from place_coral(robot, face, side, level)
 
@@ -37,7 +37,7 @@ def _place_near(level: int) -> Callable[[ScriptedRobot], Steps]:
 
 
 def _algae_near(robot: ScriptedRobot) -> Steps:
-    """Take the algae of the nearest face, or bring a held one to the processor."""
+    """Take the algae from the nearest face, or bring a held algae to the processor."""
     if robot.robot.placers[1].piece is not None:
         yield from process(robot)
     else:
@@ -54,4 +54,4 @@ DRIVING = DriverControls(
     actions={**{f"level {level}": _place_near(level) for level in (4, 3, 2)}, "algae": _algae_near},
     rest=_rest,
 )
-"""Controls for three levels of the nearest branch, and for algae."""
+"""Driver controls: place coral on levels 4, 3 and 2 of the nearest branch, and handle algae."""

@@ -21,9 +21,9 @@ __all__ = [
 
 ALLIANCES: tuple[Alliance, Alliance] = ("blue", "red")
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
-"""Length and width [m]."""
+"""Length and width of the field [m]."""
 
-# Estimates: friction of PVC on steel pipe is 0.2 to 0.3, and the same on the HDPE of troughs and chutes.
+# Estimates: the coefficient of friction of PVC is 0.2 to 0.3 on steel pipe and on the HDPE of troughs and chutes.
 _PIPE = replace(WALL, name="PIPE", friction=0.7, restitution=0.6)
 _NET = replace(WALL, name="NET", friction=0.8, restitution=0.15, rolling=0.01)
 
@@ -38,12 +38,12 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _cage_name(alliance: Alliance, number: int) -> str:
-    """Return the name of a cage; 1 is next to the guardrail. The option `<name>_shallow` raises it."""
+    """Return the name of a cage by its number, counted from 1 at the guardrail."""
     return f"{alliance}_cage_{number}"
 
 
 def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
-    """Return the field with its six cages: each deep, or shallow if the option `<its name>_shallow` is on."""
+    """Return the field with its six cages, which are deep, or shallow if their option `<cage name>_shallow` is on."""
     cages, rungs, half = [], [], dim.CAGE_SIZE / 2.0
     for alliance in ALLIANCES:
         for number, y in enumerate(dim.CAGE_YS, start=1):
@@ -87,11 +87,11 @@ FIELD = arrange(
     ),
     frozenset(),
 )
-"""Complete field, with all cages deep."""
+"""Definition of the field, with all cages deep."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
-    """Return the processors: algae in the opening have scored. The rules judge pieces on the reef or in a net."""
+    """Return the scoring zones of the processors; the rules count pieces on the reef and in the nets."""
     half, bottom = dim.PROCESSOR_OPENING_WIDTH / 2.0, dim.PROCESSOR_OPENING_BOTTOM
     low = (dim.PROCESSOR_X - half, -0.8, bottom)
     high = (dim.PROCESSOR_X + half, -0.05, bottom + dim.PROCESSOR_OPENING_HEIGHT)

@@ -1,4 +1,4 @@
-"""Fouls that follow from geometry: contacts, pieces held, taken, launched or placed, and positions."""
+"""Fouls that can be judged from geometry: contacts, positions, and pieces held, taken, launched or placed."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from simcore.world.footprints import corners, hexagon, overlaps
 __all__ = ["BARGE_ZONE", "REEF_ZONE", "Fouls"]
 
 _MINOR, _MAJOR = 2, 6
-_FEW_SECONDS = 3.0  # [s]; time limit of a pin, and of a second robot beyond the barge
-_LAUNCHED = 1.5  # [m/s] over the carpet, away from the robot; ours: a coral that is only released is slower
-_KNOCKED = 1.0  # [s]; ours: a robot knocked off a coral that falls within this time of its touch
+_FEW_SECONDS = 3.0  # [s]; time limit for a pin, and for a second robot beyond the barge
+_LAUNCHED = 1.5  # [m/s], horizontal, relative to the robot; our choice: a coral that is only released is slower
+_KNOCKED = 1.0  # [s]; our choice: a robot that touched a coral less than this before it fell has knocked it off
 
 REEF_ZONE = hexagon(dim.REEF_CENTER, dim.REEF_ZONE_APOTHEM)
-"""Corners of blue's reef zone, in order [m], shape (6, 2)."""
+"""Corners of blue's reef zone in order around it [m], shape (6, 2)."""
 _FAR_EDGE = dim.FIELD_CENTER[0] + 0.5 * dim.BARGE_ZONE_DEPTH
 _BARGE_Y = dim.FIELD_WIDTH - 0.5 * dim.BARGE_ZONE_WIDTH
 BARGE_ZONE = corners(dim.FIELD_CENTER[0], _BARGE_Y, 0.0, dim.BARGE_ZONE_DEPTH, dim.BARGE_ZONE_WIDTH)
-"""Corners of blue's barge zone, in order [m], shape (4, 2)."""
+"""Corners of blue's barge zone in order around it [m], shape (4, 2)."""
 
 
 class Fouls:
-    """Fouls in auto and teleop of one match.
+    """Judge of fouls in auto and teleop of one match.
 
     Args:
         match: Match to judge.
@@ -38,15 +38,15 @@ class Fouls:
     def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self.book = FoulBook(match)
-        """Fouls that were found."""
+        """Record of fouls called so far."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
         self._owners = {body.config.name: body.config.alliance for body in match.hanging}
-        self._released: dict[int, int] = {}  # algae by slot: the robot that released it, until it rests
-        self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: the robot that touched it last, and when
+        self._released: dict[int, int] = {}  # by slot of algae not yet at rest: robot that released it
+        self._touched: dict[int, tuple[int, float]] = {}  # by slot of coral: robot that touched it last, and time
 
     def after_tick(self) -> None:
-        """Judge the tick, after everything has moved."""
+        """Judge a tick after all motion."""
         match, released = self._match, self._releases.update()
         if not match.timer.is_enabled or match.timer.is_over:
             return
@@ -72,7 +72,7 @@ class Fouls:
                 self.book.call("G421", number, _MINOR, text, every=_FEW_SECONDS, later=_MAJOR)
 
     def removed(self, event: PlaceEvent) -> None:
-        """Judge G410: a robot of the other alliance takes a coral from its place or knocks it off."""
+        """Judge G410: a robot takes or knocks a coral off the opponents' reef."""
         touched, time = self._touched.get(event.slot, (-1, -math.inf))
         robot = event.holder if event.holder >= 0 else touched if self._match.time - time < _KNOCKED else -1
         if robot >= 0 and "Coral" in event.place.kinds:
@@ -82,7 +82,7 @@ class Fouls:
     # --- internals ------------------------------------------------------------------------------------------------
 
     def _is_beyond(self, number: int) -> bool:
-        """Return whether a robot is on the other side of the barge with all of its bumpers."""
+        """Return whether a robot is completely beyond the barge, on the opponents' side."""
         return bool(self._match.outline(number)[:, 0].min() > _FAR_EDGE)
 
     def _judge_contacts(self) -> None:
@@ -107,14 +107,14 @@ class Fouls:
                 self._touched[slot] = number, match.time
 
     def _climbs(self, number: int) -> bool:
-        """Return whether a robot hangs on a cage of its alliance, or touches it."""
+        """Return whether a robot hangs on or touches a cage of its alliance."""
         rungs = [climber.rung for climber in self._match.robots[number].climbers]
         owners = [rung.alliance for rung in rungs if rung]
         owners += [self._owners[cage] for robot, cage in self._match.contacts.hanging if robot == number]
         return self._match.alliances[number] in owners
 
     def _judge_released(self) -> None:
-        """Judge released algae that now rest: G411 on the opponent's reef."""
+        """Judge G411: a robot has put an algae on the opponents' reef, where it now rests."""
         match, state = self._match, self._match.pieces.state
         for slot, number in list(self._released.items()):
             if state.status[slot] in (PieceStatus.AWAKE, PieceStatus.IN_FLIGHT):

@@ -1,4 +1,4 @@
-"""Definition of REEFSCAPE, the game of 2025."""
+"""Definition of REEFSCAPE, the 2025 game."""
 
 from __future__ import annotations
 
@@ -44,4 +44,4 @@ REEFSCAPE = Game(
     options=CAGE_OPTIONS,
     arrange=arrange,
 )
-"""Complete game."""
+"""Definition of the game."""

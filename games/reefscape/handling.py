@@ -1,4 +1,4 @@
-"""Scripts with which a robot handles coral, algae and a cage, as a blue robot."""
+"""Scripts for handling coral, algae and cages, written for a blue robot."""
 
 from __future__ import annotations
 
@@ -19,28 +19,32 @@ __all__ = [
 
 SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the unloaded wheel slips
 
-_ELEVATOR_TOLERANCE = 0.3  # [rad] of its drum, 2 cm
+_ELEVATOR_TOLERANCE = 0.3  # [rad] of the drum, about 2 cm
 _BEYOND = {4: 0.02, 3: -0.18, 2: -0.18}
-"""Distance by level from the end of a branch to the near end of the released coral [m]: over level 4 it falls on by
-itself, on the others most of it is on the branch already."""
-_TUCKED = degrees(85.0)  # of the arm while driving
+"""Distance from the end of a branch to the near end of the released coral, by level [m]: above level 4 the coral drops
+onto the branch; on the other levels most of it is on the branch already."""
+_TUCKED = degrees(85.0)  # arm angle while driving
 _CARRY = elevator_turns(0.75)
-_APPROACH, _NEAR_ENOUGH = 0.35, 0.05  # [m], of the robot along a branch, and where it releases a coral
-_ALGAE_ARM = degrees(35.0)  # while the wheel takes algae off the reef
+_APPROACH, _NEAR_ENOUGH = 0.35, 0.05  # [m]; run-up along a branch, and position error at which a coral is released
+_ALGAE_ARM = degrees(35.0)  # arm angle while the wheel takes algae off the reef
 _ALGAE_OUT = dim.REEF_ALGAE_RADIUS + PIVOT[0] + ALGAE_REACH * math.cos(_ALGAE_ARM)  # [m] from the reef's center
-_NET_ARM = degrees(40.0)  # as an algae falls into the net
+_NET_ARM = degrees(40.0)  # arm angle while an algae falls into the net
 _OVER_NET = elevator_turns(2.08)
 NET_X = dim.FIELD_CENTER[0] - 0.02 - PIVOT[0] - ALGAE_REACH * math.cos(_NET_ARM)
-"""X of the robot's center for the net [m]."""
-_AT_STATION = 0.46  # [m] from a station's face to the robot's center
+"""x of the robot's center at the net [m]."""
+_AT_STATION = 0.46  # [m]; distance from a station's face to the robot's center
 _ASIDE = {"left": -dim.BRANCH_OFFSET, "middle": 0.0, "right": dim.BRANCH_OFFSET}
 
 
 def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
-    """Return the posture for a level: distance of the robot's center from the reef's [m], drum and arm angle [rad].
+    """Compute the posture for placing on a level, with the coral in line with the branch (nearly upright on level 1).
 
-    The robot releases the coral in line with the branch; over the trough nearly upright. The drum angle is for a robot
-    that still has `left` to go along a branch [m].
+    Args:
+        level: Level, 1 to 4.
+        left: Remaining distance of the robot along the branch, for which the elevator is higher [m].
+
+    Returns:
+        Distance of the robot's center from the reef's center [m], drum angle [rad] and arm angle [rad].
     """
     if level == 1:
         return dim.REEF_APOTHEM + 0.44, elevator_turns(0.85), degrees(-27.0)
@@ -54,32 +58,43 @@ def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
 
 
 def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
-    """Return the pose in front of a face, this far from the reef's center and aside (left seen from there) [m]."""
+    """Return the pose of a robot in front of a face and facing it.
+
+    Args:
+        face: Number of the face.
+        out: Distance from the reef's center [m].
+        aside: Lateral offset, to the left as seen from the reef's center [m].
+    """
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
     (cx, cy), c, s = dim.REEF_CENTER, math.cos(yaw), math.sin(yaw)
     return cx + out * c - aside * s, cy + out * s + aside * c, yaw + math.pi
 
 
 def before_station(side: str, aside: float = 0.0) -> Pose:
-    """Return the pose with the back at a station, left or right, and aside (left seen from the station) [m]."""
+    """Return the pose of a robot with its back at a station.
+
+    Args:
+        side: Station, `left` or `right`.
+        aside: Lateral offset, to the left as seen from the station [m].
+    """
     x, y, yaw = station_faces("blue")[side]
     c, s = math.cos(yaw), math.sin(yaw)
     return x + _AT_STATION * c - aside * s, y + _AT_STATION * s + aside * c, yaw
 
 
 def raise_to(robot: ScriptedRobot, level: int) -> None:
-    """Bring the elevator to the height where placing on a level begins."""
+    """Move the elevator to its starting height for placing on a level."""
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
 def raised_to(robot: ScriptedRobot, level: int) -> Steps:
-    """Bring the elevator to the height where placing on a level begins, and wait for it."""
+    """Move the elevator to its starting height for placing on a level, and wait until it is there."""
     raise_to(robot, level)
     yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
 
 
 def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
-    """Wait until the elevator is near its goal [rad], for 1.5 s at most."""
+    """Wait at most 1.5 s until the elevator's drum is near its goal [rad]."""
     for _ in range(75):
         if abs(robot.robot.mechanisms["elevator"].position - goal) < _ELEVATOR_TOLERANCE:
             break
@@ -87,7 +102,7 @@ def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
 
 
 def before_branch(face: int, side: str, level: int) -> Pose:
-    """Return the pose where placing on a branch begins."""
+    """Return the starting pose for placing on a branch."""
     return _before_face(face, _reach(level)[0] + _APPROACH, _ASIDE[side])
 
 
@@ -100,17 +115,17 @@ def place_coral(
     *,
     error: float = 0.0,
 ) -> Steps:
-    """Drive to a face, put the coral on a branch (left or right as seen from there) or into the trough, and back off.
+    """Drive to a face, place the coral on a branch or in the trough, and back off.
 
-    The robot keeps the coral if something keeps it from the branch.
+    The robot keeps the coral if an obstacle stops it before the branch.
 
     Args:
         robot: Robot with the coral.
-        face: Face of the reef.
-        side: Side of the face; `middle` for the trough.
+        face: Number of the face.
+        side: Side of the face as seen from the reef's center, `left` or `right`; `middle` for the trough.
         level: Level, 1 to 4.
-        way: Waypoints [m].
-        error: Distance to the left of the branch at which it puts the coral [m].
+        way: Waypoints on the way to the face, blue field frame [m].
+        error: Lateral error of the placement, to the left of the branch [m].
     """
     out, _, arm = _reach(level)
     raise_to(robot, level)
@@ -133,18 +148,18 @@ def place_coral(
 
 
 def make_ready(robot: ScriptedRobot) -> None:
-    """Take the preload into the claw, with the arm in its driving position."""
+    """Run the claw to take the preload, and move the arm to its driving position."""
     robot.set_volts("claw", 8.0)
     robot.set_position("arm", _TUCKED)
 
 
 def before_algae(face: int) -> Pose:
-    """Return the pose where taking the algae of a face begins."""
+    """Return the starting pose for taking the algae from a face."""
     return _before_face(face, _ALGAE_OUT + 0.45)
 
 
 def take_algae(robot: ScriptedRobot, face: int) -> Steps:
-    """Take the algae of a face off the reef."""
+    """Drive to a face and take its algae off the reef."""
     height = reef_algae_places()[face][2]
     robot.set_position("elevator", elevator_turns(height - ALGAE_REACH * math.sin(_ALGAE_ARM)))
     robot.set_volts("algae_wheel", 8.0)
@@ -168,21 +183,21 @@ def _let_algae_go(robot: ScriptedRobot) -> Steps:
 
 
 def lower_claw(robot: ScriptedRobot) -> None:
-    """Lower the claw in front of the front bumper, where it takes coral off the carpet."""
+    """Lower the claw in front of the front bumper, to take coral off the carpet."""
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", elevator_turns(FLOOR_PIVOT_HEIGHT))
     robot.set_position("arm", degrees(-60.0))
 
 
 def lower_wheel(robot: ScriptedRobot, height: float) -> None:
-    """Hold the algae wheel out at the height of the center of an algae that lies free [m]."""
+    """Extend the algae wheel at the height of a loose algae's center [m]."""
     robot.set_volts("algae_wheel", 8.0)
     robot.set_position("elevator", 0.0)
     robot.set_position("arm", math.asin((height - PIVOT[2]) / ALGAE_REACH))
 
 
 def tuck(robot: ScriptedRobot) -> None:
-    """Bring arm and elevator to their driving positions, and stop the algae wheel."""
+    """Move the arm and the elevator to their driving positions, and stop the algae wheel."""
     robot.set_volts("algae_wheel", 0.0)
     robot.set_position("elevator", _CARRY)
     robot.set_position("arm", _TUCKED)
@@ -201,12 +216,18 @@ def process(robot: ScriptedRobot) -> Steps:
 
 
 def raise_to_net(robot: ScriptedRobot) -> None:
-    """Bring the elevator to the height where an algae goes over the rim of the net."""
+    """Move the elevator to the height at which an algae clears the rim of the net."""
     robot.set_position("elevator", _OVER_NET)
 
 
 def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Lift an algae over the rim of the net, at a place along it [m]."""
+    """Drive to the net and put an algae into it.
+
+    Args:
+        robot: Robot with the algae.
+        y: Position along the net, blue field frame [m].
+        way: Waypoints on the way to the net, blue field frame [m].
+    """
     raise_to_net(robot)
     yield from robot.drive_through([*way, (NET_X - 0.5, y)], 0.0, speed=4.0, tolerance=0.10)
     yield from _wait_for_elevator(robot, _OVER_NET)
@@ -219,7 +240,12 @@ def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], .
 
 
 def hang(robot: ScriptedRobot, y: float) -> Steps:
-    """Take a cage into the bay, with the hook over it, and pull it down; then hang without power."""
+    """Drive a cage into the robot's bay under the hook, climb by pulling the hook down, and hang without power.
+
+    Args:
+        robot: Robot to hang.
+        y: y coordinate of the cage, blue field frame [m].
+    """
     robot.set_volts("climber", 12.0)
     yield from robot.drive_to(dim.CAGE_X - 0.9, y, math.pi, speed=2.0, tolerance=0.02)
     yield from robot.wait(1.5)

@@ -1,4 +1,4 @@
-"""Human players: they drop coral into the stations' chutes, and throw algae from their processor into their net."""
+"""Human players, who drop coral into the stations' chutes and throw algae from the processor into their net."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ from simcore.world.rotation import from_rpy, rotate
 __all__ = ["HumanPlayers", "station_faces"]
 
 # Estimates.
-_DROP_PERIOD = 1.1  # [s] between two coral of one station
+_DROP_PERIOD = 1.1  # [s] between two coral from one station
 _THROW_PERIOD = 4.0  # [s] between two algae
 _DROP_DEPTH = 0.30  # [m] behind the chute's mouth
-_DROP_SPREAD = 0.03  # [m] to both sides, standard deviation
-_HALF_CHUTE = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)  # [m] to both sides, of a coral's middle
+_DROP_SPREAD = 0.03  # [m]; standard deviation of the lateral position
+_HALF_CHUTE = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)  # [m]; largest lateral offset of a coral's center
 _STATION_YAW = math.radians(dim.STATION_YAW_DEG)
 _HALF_DROP = (
     dim.STATION_FACE_CENTER[0] - (_DROP_DEPTH + 0.5 * dim.CORAL_OUTER_DIAMETER) * math.cos(_STATION_YAW)
-) / math.sin(_STATION_YAW) - 0.5 * dim.CORAL_LENGTH  # [m]; beyond, this deep in the chute, is the alliance wall
-_DROP_GAP = 0.003  # [m]; height over the chute
-_REACH = 0.7  # [m] from a station's face to the center of a robot that waits for coral, and
-_WAITING = 0.7  # [m/s] the top speed of such a robot
+) / math.sin(_STATION_YAW) - 0.5 * dim.CORAL_LENGTH  # [m]; lateral limit by the alliance wall at this depth
+_DROP_GAP = 0.003  # [m]; height above the chute
+_REACH = 0.7  # [m]; largest distance from a station's face to the center of a robot that waits for coral
+_WAITING = 0.7  # [m/s]; top speed of a robot that waits for coral
 _THROW_HEIGHT = 2.0  # [m]
 _THROW_ELEVATION = degrees(60.0)
-_THROW_ERROR = 0.03  # of the speed, and [rad] of the direction; standard deviation
+_THROW_ERROR = 0.03  # standard deviation of the direction [rad], and relative to the speed
 
 
 def station_faces(alliance: Alliance) -> dict[str, tuple[float, float, float]]:
-    """Return the middle of each face of an alliance's two stations, and its outward direction [m, m, rad]."""
+    """Return the center and outward direction of the faces of an alliance's stations, by side [m, m, rad]."""
     (x, y), yaw = dim.STATION_FACE_CENTER, _STATION_YAW
     faces = {"right": (x, y, yaw), "left": (x, dim.FIELD_WIDTH - y, -yaw)}
     if alliance == "blue":
@@ -64,7 +64,7 @@ class HumanPlayers:
         preloads = sum(len(robot.held) for robot, of in zip(match.robots, match.alliances, strict=True) if of == "blue")
         blue = min(STATION_STOCK - preloads, len(waiting))
         self._faces = {alliance: station_faces(alliance) for alliance in ALLIANCES}
-        own = match.entries[0].alliance  # so that red is blue flipped
+        own = match.entries[0].alliance  # scatter goes by this alliance, for symmetry
         self._coral: dict[Alliance, Feeder] = {}
         self._algae: dict[Alliance, Feeder] = {}
         for alliance in ALLIANCES:
@@ -100,15 +100,15 @@ class HumanPlayers:
 
     @property
     def waiting_algae(self) -> Mapping[Alliance, int]:
-        """Number of algae at each alliance's human player."""
+        """Number of algae held by each alliance's human player at the processor."""
         return {alliance: feeder.stock for alliance, feeder in self._algae.items()}
 
     def take_algae(self, scored_by: Alliance, slot: int) -> None:
-        """Give an algae that came through a processor to the other alliance's human player."""
+        """Give an algae scored in a processor to the other alliance's human player."""
         self._algae[other_alliance(scored_by)].keep(slot)
 
     def act(self) -> None:
-        """Drop coral and throw algae that are due; once a tick."""
+        """Drop coral and throw algae when due; call once a tick."""
         timer = self._match.timer
         for alliance in ALLIANCES:
             if alliance in self._match.persons:
@@ -119,7 +119,10 @@ class HumanPlayers:
             self._net.take(timer, alliance)
 
     def _waits_at(self, alliance: Alliance, side: str) -> float | None:
-        """Return how far to the left, seen out of a station, a robot without coral waits there [m]; None: none does."""
+        """Return the lateral offset of a robot that waits for coral at a station, or None if no robot waits.
+
+        The offset is to the left as seen from the station [m].
+        """
         x, y, yaw = self._faces[alliance][side]
         c, s = math.cos(yaw), math.sin(yaw)
         for robot, owner in zip(self._match.robots, self._match.alliances, strict=True):
@@ -131,7 +134,7 @@ class HumanPlayers:
         return None
 
     def _drop(self, side: str, alliance: Alliance) -> None:
-        """Drop a coral in front of the robot that waits at a station, or at its middle."""
+        """Drop a coral in front of the robot that waits at a station, or at the station's center."""
         feeder = self._coral[alliance]
         aside = (self._waits_at(alliance, side) or 0.0) + _DROP_SPREAD * float(feeder.errors(1)[0])
         feeder.put(*_in_chute(*self._faces[alliance][side], min(max(aside, -_HALF_DROP), _HALF_DROP)))
@@ -140,21 +143,21 @@ class HumanPlayers:
         return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw an algae at the net, with the accuracy of people."""
+        """Throw an algae at the net with a person's accuracy."""
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
-        hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
+        hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's human player, behind blue's processor
         flip = FIELD.symmetry if alliance == "blue" else None
         self._algae[alliance].throw(hands, target, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip)
 
 
 def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:
-    """Return position and attitude of a coral that lies across a chute, to roll down it.
+    """Return the position and attitude of a coral that lies across a chute, ready to roll down.
 
     Args:
-        x: X of the middle of the station's face [m].
-        y: Y of the middle of the station's face [m].
+        x: x of the center of the station's face [m].
+        y: y of the center of the station's face [m].
         yaw: Outward direction of the face [rad].
-        aside: Distance from the middle to the left, as seen from the station [m].
+        aside: Lateral offset from the center, to the left as seen from the station [m].
     """
     lip = dim.STATION_OPENING_BOTTOM + dim.CHUTE_LIP_LENGTH * math.tan(dim.CHUTE_LIP_SLOPE)
     floor = lip + (_DROP_DEPTH - dim.CHUTE_LIP_LENGTH) * math.tan(dim.CHUTE_SLOPE)

@@ -20,10 +20,10 @@ CORAL = GamePieceConfig(
     mass=0.65,  # 4 in Sch 40 cellular-core PVC; published masses are 0.5 to 0.8 kg
     friction=0.35,  # estimate: PVC on carpet 0.3 to 0.4
     restitution=0.6,  # estimate: 0.25 to 0.35 on carpet
-    rolling=0.0023,  # estimate: on its side it slows by 0.4 m/s^2
-    stiffness=1e5,  # pipe of 46 psi (ASTM F891) between plates: 95 kN/m for this length
+    rolling=0.0023,  # estimate: a coral on its side slows down by 0.4 m/s^2
+    stiffness=1e5,  # pipe with a stiffness of 46 psi (ASTM F891) between plates: 95 kN/m at this length
 )
-"""Kind of the coral."""
+"""Kind of game piece for coral."""
 
 ALGAE = GamePieceConfig(
     name="Algae",
@@ -32,8 +32,8 @@ ALGAE = GamePieceConfig(
     mass=0.45,  # estimate: not in the manual; teams report 0.40 to 0.45 kg
     friction=0.7,  # estimate: rubber on carpet 0.6 to 0.8
     restitution=0.9,  # estimate: 0.65 for a hard wall, and 0.45 for the carpet, which absorbs more of a light ball
-    rolling=0.012,  # estimate: it slows by 0.45 m/s^2
-    stiffness=8e3,  # estimate: a playground ball of 7 kPa gives way by 2 pi r p
-    aerodynamics=Aerodynamics(drag_coefficient=0.47),  # of a smooth ball
+    rolling=0.012,  # estimate: an algae slows down by 0.45 m/s^2
+    stiffness=8e3,  # estimate: stiffness 2 pi r p of a playground ball at 7 kPa
+    aerodynamics=Aerodynamics(drag_coefficient=0.47),  # value of a smooth ball
 )
-"""Kind of the algae."""
+"""Kind of game piece for algae."""

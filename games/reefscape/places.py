@@ -1,4 +1,4 @@
-"""Resting places of coral and algae: the branches and the trough of each reef, and the nets."""
+"""Resting places of coral and algae: the reefs' branches and troughs, and the nets."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from simcore.world.zones import BoxZone, CapsuleZone
 __all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
 
 BRANCH_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}
-"""Rows of branches by level, with The Blue Alliance's names."""
+"""The Blue Alliance's name for the row of branches on each level."""
 _LABELS = {row: f"L{level}" for level, row in BRANCH_ROWS.items()} | {"trough": "L1", "net": "Net"}
 _BORE_SPARE = 0.04
-"""Largest distance of the center of a coral on a branch from the branch's axis [m]: its bore has a clearance of 30 mm;
-next to the branch it would be 78 mm away."""
-_TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: includes a coral that stands in it
+"""Largest distance from a branch's axis to the center of a coral on the branch [m]. The coral's bore has a clearance of
+30 mm; the center of a coral next to the branch is 78 mm away."""
+_TROUGH_SPARE = 0.15  # [m] around the line along a trough's floor, enough for a coral that stands upright
 
 
 @cache
 def level_of(alliance: Alliance, row: str) -> str:
-    """Return the name of a level, the places of a row of one alliance, e.g. `BlueL4`."""
+    """Return the name of the level for an alliance's row of places, e.g. `BlueL4`."""
     return f"{alliance.capitalize()}{_LABELS[row]}"
 
 
 def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return the start of the last straight part of one of blue's branches, and its tip [m].
+    """Return both ends of the last straight part of a blue branch, the tip second [m].
 
     Args:
-        number: Number of the branch, 0 to 11: A to L of the manual, counter-clockwise from the face to the alliance
-            wall.
+        number: Number of the branch, 0 to 11 for A to L of the manual, counter-clockwise from the face toward the
+            alliance wall.
         level: Level, 2 to 4.
     """
-    yaw = math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6])  # faces are numbered the other way round
+    yaw = math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6])  # faces are numbered clockwise
     aside = dim.BRANCH_OFFSET if number % 2 else -dim.BRANCH_OFFSET
     run = dim.BRANCH_TIP_RADIUS - dim.RISER_RADIUS
     tip_z = dim.BRANCH_TIP_HEIGHTS[level - 2]
@@ -73,7 +73,7 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
             )
     out = dim.REEF_APOTHEM - 0.5 * dim.TROUGH_DEPTH
     half, z = out * math.tan(math.radians(30.0)), dim.TROUGH_EDGE_HEIGHT
-    for face in range(6):  # counter-clockwise, like the branches over them
+    for face in range(6):  # counter-clockwise, like the branches above
         yaw_deg = dim.REEF_FACE_YAWS_DEG[-face % 6]
         (cx, cy), c, s = dim.REEF_CENTER, math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
         ends = [(cx + out * c - t * s, cy + out * s + t * c, z) for t in (-half, half)]
@@ -94,4 +94,4 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
 
 
 PLACES = tuple(place for alliance in ALLIANCES for place in _places(alliance))
-"""Places of both alliances."""
+"""Resting places of both alliances."""

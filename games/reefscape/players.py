@@ -43,38 +43,38 @@ from simcore.world.symmetry import Pose
 __all__ = ["ROLES"]
 
 Branch: TypeAlias = tuple[int, str, int]
-"""Face of the reef, side of the face, level."""
+"""Face of the reef, side of the face, and level."""
 Spot: TypeAlias = tuple[str, float]
-"""Station, and offset from its middle [m]."""
+"""Station, and lateral offset from the station's center [m]."""
 _T = TypeVar("_T")
 
 _ROWS = {1: "trough", **BRANCH_ROWS}
 _SPOTS: tuple[Spot, ...] = tuple((side, aside) for side in ("left", "right") for aside in (-0.48, 0.48))
 _NET_YS = (4.9, 5.7, 6.5, 7.3)  # [m]
-_PARKING_X = 8.05  # [m]; with the front bumper in the barge zone, before the cages
-_THERE = 0.15  # [m]; distance from a place at which a player begins to handle a piece there
-_ROOM = 0.95  # [m] between centers of robots that do not touch
-_MARGIN = 0.45  # [m] from walls, where a robot can take pieces
+_PARKING_X = 8.05  # [m]; front bumper in the barge zone, robot in front of the cages
+_THERE = 0.15  # [m]; distance from a place at which a player begins to handle a piece
+_ROOM = 0.95  # [m]; distance between centers of robots that do not touch
+_MARGIN = 0.45  # [m]; distance from walls at which a robot can take pieces
 _OWN_SIDE = dim.FIELD_CENTER[0] - 1.0  # [m]; a robot that collects up to here does not go beyond the barge
-_PLACING, _LOADING = 2.5, 2.0  # [s] in addition to the time to get there
-_LEVER = 0.4  # [m]; lever arm with which a heading error offsets a coral: level 1 then misses every second branch
-_FOR_RANKING = 2.0  # bonus points, for a planning player, of a coral on a level that a ranking point still needs
-_ALIGNING = 5.0  # times its reaction time, which a player takes to align at a branch
+_PLACING, _LOADING = 2.5, 2.0  # [s] in addition to the travel time
+_LEVER = 0.4  # [m]; lateral placement error per heading error: a level 1 player then misses every second branch
+_FOR_RANKING = 2.0  # bonus of a planning player for a coral on a level that a ranking point still needs [points]
+_ALIGNING = 5.0  # time to align at a branch, in reaction times
 _WAITS = 4.0  # [s] at a station
 _CLIMB_TIME = 15.0  # [s] before the end
-_PASSAGE = (dim.CAGE_YS[1] + dim.CAGE_YS[2]) / 2.0  # [m]; between two of the own cages
-_REEF = FIELD.symmetry.flip_point(*dim.REEF_CENTER)  # the opponents'
+_PASSAGE = (dim.CAGE_YS[1] + dim.CAGE_YS[2]) / 2.0  # [m]; between two of the player's own cages
+_REEF = FIELD.symmetry.flip_point(*dim.REEF_CENTER)  # center of the opponents' reef
 _NEAR_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 1.5  # [m] from the reef's center
 
 
 @dataclass(slots=True)
 class _Memory:
-    """Memory of a player."""
+    """A player's memory of failures."""
 
     failed: Counter[Branch | Spot | int] = field(default_factory=Counter)
     """Number of failures at a branch, a station or a face's algae."""
     lying_until: float = -math.inf
-    """Time until which it ignores coral on the carpet [s]."""
+    """Match time until which the player ignores coral on the carpet [s]."""
 
 
 def _holds(player: Player, kind: str) -> bool:
@@ -88,7 +88,7 @@ def _is_free(player: Player, place: Place) -> bool:
 
 
 def _travel_time(player: Player, place: Place) -> float:
-    """Return the time to a place [s]; around the reef if that is in between."""
+    """Estimate the travel time to a place, with a detour around the reef if it is in the way [s]."""
     (x, y), reef = player.pose[:2], dim.REEF_CENTER
     along = (reef[0] - x) * (place[0] - x) + (reef[1] - y) * (place[1] - y)
     share = along / (player.away(place) ** 2 + 1e-9)
@@ -100,16 +100,16 @@ def _travel_time(player: Player, place: Place) -> float:
 def _drive_to_best(
     player: Player, available: Callable[[], dict[_T, float]], pose: Callable[[_T], Pose], *, timeout: float = 8.0
 ) -> Generator[None, None, _T | None]:
-    """Drive to the best of several places, or to the next one if that is no longer available.
+    """Drive to the best of several places, or to the next best if the place becomes unavailable.
 
     Args:
         player: Player that drives.
         available: Function that returns the value of each available place.
-        pose: Function that returns the pose of a robot there.
+        pose: Function that returns the robot's pose at a place.
         timeout: Time limit [s].
 
     Returns:
-        The place, once the robot is there; None: it did not get there.
+        Place that the robot has reached, or None if it has reached none.
     """
     chosen: _T | None = None
 
@@ -129,7 +129,7 @@ def _drive_to_best(
 
 
 def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
-    """Return free branches and troughs where no robot is, with the points per second of each.
+    """Return the free branches and troughs without a robot in front, with the points per second of each.
 
     A planning player adds a bonus for levels that a ranking point still needs.
     """
@@ -139,7 +139,7 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
     for level, row in _ROWS.items():
         taken = counts[level_of(player.alliance, row)]
         points = level + 1 + _FOR_RANKING * player.skill.planning * (taken.sum() < CORAL_A_LEVEL)
-        for free in np.nonzero(taken == 0)[0].tolist():  # a coral in a trough would block the next one
+        for free in np.nonzero(taken == 0)[0].tolist():  # also for troughs, where one coral would block the next
             number = free if level > 1 else 2 * free
             side = "middle" if level == 1 else "right" if number % 2 else "left"
             branch = (-(number // 2) % 6, side, level)
@@ -152,7 +152,7 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
 
 
 def _score(player: Player, memory: _Memory) -> Steps:
-    """Bring the coral to a branch."""
+    """Place the coral on the best branch or in the best trough."""
 
     def pose(branch: Branch) -> Pose:
         place = before_branch(*branch)
@@ -168,19 +168,19 @@ def _score(player: Player, memory: _Memory) -> Steps:
     yield from player.wait(_ALIGNING * player.skill.reaction)
     error = player.skill.aim * _LEVER * float(player.rng.standard_normal())
     yield from place_coral(player, *branch, error=error)
-    if branch[2] > 1 or _holds(player, "Coral"):  # a failed branch is tried again only if nothing stays there
+    if branch[2] > 1 or _holds(player, "Coral"):  # counts all attempts: only a branch that failed is free again
         memory.failed[branch] += 1
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of coral on the carpet for a player: on its side, and not at a wall."""
+    """Return a mask of the positions at which a player may take pieces: on its side, and away from walls."""
     x, y = places.T
     inside: BoolArray = (x > _MARGIN) & (x < _OWN_SIDE) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     return inside
 
 
 def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
-    """Return free spots at the stations, with a value that falls with the distance."""
+    """Return the free spots at the stations, with a value that decreases with distance and failures."""
     return {
         spot: 0.5 ** memory.failed[spot] / (_LOADING + _travel_time(player, place))
         for spot in _SPOTS
@@ -190,7 +190,7 @@ def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
 
 
 def _fetch(player: Player, memory: _Memory) -> Steps:
-    """Take a coral off the carpet if one is nearer than the stations, else wait for one at a station."""
+    """Take a coral off the carpet if it is nearer than the stations; otherwise wait for a coral at a station."""
     make_ready(player)
     lying = player.seen_pieces["Coral"][:, :2]
     lying = lying[_can_be_taken(lying)]
@@ -219,7 +219,7 @@ def _fetch(player: Player, memory: _Memory) -> Steps:
 
 
 def scorer(player: Player, until: float = math.inf) -> Steps:
-    """Bring coral from the stations and the carpet to the reef, until a time of the match [s]."""
+    """Bring coral from the stations and the carpet to the reef, until a match time [s]."""
     memory = _Memory()
     make_ready(player)
     yield
@@ -240,7 +240,7 @@ def _algae_at(places: FloatArray, place: FloatArray) -> bool:
 
 
 def _faces(player: Player, memory: _Memory) -> dict[int, float]:
-    """Return faces of the reef with an algae and no robot, with a value that falls with the distance."""
+    """Return the faces with an algae and without a robot, with a value that decreases with distance and failures."""
     places = player.piece_positions("Algae")
     return {
         face: 0.3 ** memory.failed[face] / (1.0 + _travel_time(player, before_algae(face)[:2]))
@@ -250,14 +250,14 @@ def _faces(player: Player, memory: _Memory) -> dict[int, float]:
 
 
 def _lying_algae(player: Player) -> list[tuple[float, float, float]]:
-    """Return positions of algae on the carpet and on the marks' coral, the nearest first [m]."""
+    """Return the positions of loose algae on the carpet and on the marks' coral, nearest first [m]."""
     places = player.piece_positions("Algae")
     low = places[(places[:, 2] < 0.6) & _can_be_taken(places[:, :2])]
     return sorted(((x, y, z) for x, y, z in low.tolist()), key=lambda place: player.away(place[:2]))
 
 
 def _take_lying(player: Player) -> Steps:
-    """Drive the wheel at the nearest algae that lies free."""
+    """Drive to the nearest loose algae and take it with the wheel."""
 
     def goal() -> Pose | None:
         places = _lying_algae(player)
@@ -274,7 +274,7 @@ def _take_lying(player: Player) -> Steps:
 
 
 def _bring_algae(player: Player) -> Steps:
-    """Bring an algae to the processor until coopertition is reached, then to the net."""
+    """Bring an algae to the processor until the coopertition criterion is met, afterwards to the net."""
 
     def before_net(y: float) -> Pose:
         if player.away((NET_X, y)) < 1.8:
@@ -300,7 +300,7 @@ def _bring_algae(player: Player) -> Steps:
 
 
 def algae(player: Player) -> Steps:
-    """Bring algae from reef and carpet to processor and net; score coral when none are left."""
+    """Bring algae from the reef and the carpet to the processor and the net; score coral when no algae are left."""
     memory = _Memory()
     make_ready(player)
     yield
@@ -330,7 +330,7 @@ def algae(player: Player) -> Steps:
 
 
 def parker(player: Player) -> Steps:
-    """Score, and be in the barge zone as the match ends."""
+    """Score coral, and park in the barge zone at the end of the match."""
     yield from scorer(player, until=MATCH.duration - 4.0 - 7.0 / player.skill.speed)
     player.intake(False)
     tuck(player)
@@ -344,7 +344,7 @@ def parker(player: Player) -> Steps:
 
 
 def climber(player: Player) -> Steps:
-    """Score, and hang on a cage as the match ends."""
+    """Score coral, and hang on a cage at the end of the match."""
     yield from scorer(player, until=MATCH.duration - _CLIMB_TIME - 7.0 / player.skill.speed)
     player.intake(False)
     tuck(player)
@@ -363,7 +363,7 @@ def climber(player: Player) -> Steps:
 
 
 def _spares_opponent(player: Player, place: Place) -> bool:
-    """Return whether a defender leaves an opponent alone: off its stations' side, or near its reef (G427)."""
+    """Return whether a defender avoids an opponent: near its reef (G427), or on the side away from its stations."""
     ahead = 0.8 * player.skill.reaction
     return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
@@ -372,9 +372,9 @@ _DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_spares_oppon
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents who bring coral to their reef, without fouls G403, G425 and G427.
+    """Block opponents on the way to their reef, without fouls G403, G425 and G427.
 
-    In auto the defender scores its preload on its own side; then it crosses between its own cages.
+    In auto, the defender scores its preload on its own side; then it crosses the field between its own cages.
     """
     memory = _Memory()
     make_ready(player)
@@ -404,4 +404,4 @@ ROLES: dict[str, Role] = {
         make_role(idle, "stands still", _SETTINGS),
     )
 }
-"""Roles by name."""
+"""Roles of scripted players, by name."""

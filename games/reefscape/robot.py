@@ -1,4 +1,4 @@
-"""Default robot of REEFSCAPE: swerve, elevator, an arm with a coral claw and an algae wheel, funnel and climber.
+"""Default robot of REEFSCAPE: swerve drive, elevator, arm with coral claw and algae wheel, funnel and climber.
 
 Numbers without a source are our choice for a plausible robot.
 """
@@ -33,25 +33,25 @@ __all__ = [
     "reefscape_robot",
 ]
 
-_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages and the carriage, three times its drum's radius
+_DRUM = 0.064  # [m]; carriage travel per radian, three times the drum's radius for two stages and the carriage
 _HOOK_DRUM = 0.012  # [m]; drum radius of the climber's winch
 BUMPER = 0.80
-"""Length and width with bumpers [m]."""
+"""Length and width over the bumpers [m]."""
 PIVOT = (0.12, 0.0, 0.45)
-"""Pivot of the arm, with the elevator down [m]."""
+"""Position of the arm's pivot with the elevator down, robot frame [m]."""
 CORAL_REACH = 0.46
 """Distance from the arm's pivot to the center of the coral [m]."""
 CORAL_TILT = degrees(35.0)
-"""Tilt of the coral in the claw, from across the arm back to the robot: upright while the arm points down by as
-much."""
+"""Tilt of the coral in the claw toward the robot, from a line across the arm: the coral is upright while the arm points
+down by this angle."""
 FLOOR_PIVOT_HEIGHT = 0.62
 """Height of the arm's pivot while the claw takes coral off the carpet [m]."""
 ALGAE_REACH = 0.73
-"""Distance from the arm's pivot to the center of the algae, which is held farther out [m]."""
+"""Distance from the arm's pivot to the center of the algae, which is farther out than the coral [m]."""
 
 
 def elevator_turns(pivot_height: float) -> float:
-    """Return the angle of the elevator's drum [rad] for a height of the arm's pivot [m]."""
+    """Compute the angle of the elevator's drum [rad] for a height of the arm's pivot [m]."""
     return (pivot_height - PIVOT[2]) / _DRUM
 
 
@@ -67,7 +67,7 @@ _MECHANISMS: dict[str, MechanismConfig] = {
         inertia=0.6,
         mass=3.0,
         center_of_mass=0.3,
-        min_angle=degrees(-75.0),  # so low that it does not count as lowered while it releases a coral over level 4
+        min_angle=degrees(-75.0),  # low, so that the arm does not count as lowered while it releases a coral on level 4
         max_angle=degrees(90.0),
         start_angle=degrees(85.0),
     ),
@@ -75,7 +75,7 @@ _MECHANISMS: dict[str, MechanismConfig] = {
     "algae_wheel": RollerConfig(gearbox=_gearbox(6.0, limit=40.0), inertia=0.002, radius=0.05),
     "funnel": RollerConfig(gearbox=_gearbox(3.0, limit=40.0), inertia=0.001, radius=0.025),
     "climber": ElevatorConfig(
-        # gear friction, 11.8 N m, is twice what the robot's weight pulls: it holds without power
+        # gear friction, 11.8 N m, is twice the torque of the robot's weight, so the climber holds without power
         gearbox=replace(_WINCH, friction_torque=default_friction(_WINCH)),
         carriage_mass=2.0,
         drum_radius=_HOOK_DRUM,
@@ -89,25 +89,25 @@ _HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.30)
 
 
 _BEFORE_BUMPER = IntakeZone(x_min=0.24, x_max=0.50, y_min=-0.25, y_max=0.25, z_min=-0.62, z_max=-0.42)
-"""Zone where the claw takes coral off the carpet, from the arm's pivot."""
+"""Zone in which the claw takes coral off the carpet, relative to the arm's pivot."""
 
 
 def _roller(name: str, x: float, z: float) -> Joint:
-    """Return the joint of a roller about an axle across the robot [m]."""
+    """Return the joint of a roller with its axle across the robot at x and z in the frame of its carrier [m]."""
     return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
 
 
 def _around(reach: float, spare: float) -> IntakeZone:
-    """Return a box around a point at a distance from the pivot along the arm [m]."""
+    """Return a cubic zone of half width `spare` around a point on the arm, `reach` from the pivot [m]."""
     return IntakeZone(x_min=reach - spare, x_max=reach + spare, y_min=-spare, y_max=spare, z_min=-spare, z_max=spare)
 
 
 def reefscape_robot() -> RobotConfig:
-    """Build a robot of 52 kg, 11 of which the elevator lifts.
+    """Build a 52 kg robot, of which the elevator lifts 11 kg.
 
-    A coral comes in at the back from a station, or off the carpet in front of the lowered arm. It leaves at the front,
-    where algae are held farther out. A cage enters the bay in the back until the hook is above or in it: the robot then
-    hangs level.
+    The robot takes coral from a station at its back, or off the carpet with the lowered arm in front. It places coral
+    at the front and holds algae farther out. To climb, it drives a cage into the bay at its back until the hook is
+    above or in the cage, so that the robot hangs level.
     """
     module = SwerveModuleConfig(
         x=0.0,
@@ -130,7 +130,7 @@ def reefscape_robot() -> RobotConfig:
                 roller="funnel",
                 kinds=("Coral",),
             ),
-            IntakeConfig(  # the claw in front of the front bumper
+            IntakeConfig(  # claw in front of the front bumper
                 joints=(_LIFT,),
                 zone=_BEFORE_BUMPER,
                 roller="claw",
@@ -169,7 +169,7 @@ def reefscape_robot() -> RobotConfig:
             ComponentConfig(name="funnel roller", joints=(_roller("funnel", -0.15, 0.68),)),
             ComponentConfig(name="hook", joints=(_HOOK,)),
         ),
-        # The elevator's motors feel the carriage's mass, 8 kg: 3 / 3 + 2 * 3 / 3 + 2 + 3.
+        # Effective mass at the elevator's motors, its `carriage_mass`: 3 / 3 + 2 * 3 / 3 + 2 + 3 = 8 kg.
         moving_masses=(
             MovingMass(name="elevator stage 1", mass=3.0, joints=(replace(_LIFT, ratio=_DRUM / 3.0),)),
             MovingMass(name="elevator stage 2", mass=3.0, joints=(replace(_LIFT, ratio=2.0 * _DRUM / 3.0),)),

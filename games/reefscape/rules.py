@@ -1,4 +1,4 @@
-"""Rules of scoring: phases of the match, points by level, times of judging, ranking points."""
+"""Scoring rules of REEFSCAPE: phases of the match, points by level, assessment and ranking points."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ MATCH = MatchClock(
         Phase("end game", 20.0),
     ]
 )
-"""Match of 2:33: 15 s auto, 3 s pause, 2:15 teleop."""
+"""Match clock of 2:33: 15 s auto, 3 s pause, 2:15 teleop."""
 
 _CORAL_ROWS = (*BRANCH_ROWS.values(), "trough")
 _AUTO_CORAL = {1: 3, 2: 4, 3: 6, 4: 7}
 _TELEOP_CORAL = {1: 2, 2: 3, 3: 4, 4: 5}
 _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
-CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points, before championships
+CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points at events before the championships
 COOP_ALGAE = 2
-"""Number of algae through each alliance's processor for coopertition."""
-ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
+"""Number of algae that both alliances must score in their processors for coopertition."""
+ASSESSMENT = 3.0  # [s]; time after auto and after the match for pieces to come to rest
 
 
 class ReefscapeRules(Rules):
-    """Rules that count pieces in their places continuously: a coral that falls off loses its points.
+    """Rules of one match, which count pieces in their places continuously: a coral that falls off loses its points.
 
-    Auto points stay with the branches that held a coral at the end of auto, and with that number of coral in the
-    trough.
+    Auto points stay with the branches that held a coral at the end of auto, and with as many coral in the trough as at
+    the end of auto.
     """
 
     channels = (
@@ -67,10 +67,10 @@ class ReefscapeRules(Rules):
         self._clear_points()
 
     def _clear_points(self) -> None:
-        self._where: dict[int, RestingPlace] = {}  # by slot
-        self._count: Counter[str] = Counter()  # of those, by level
-        self._auto_branches: frozenset[str] = frozenset()  # names of the places
-        self._auto_count: Counter[str] = Counter()  # by level
+        self._where: dict[int, RestingPlace] = {}  # place of each placed piece, by slot
+        self._count: Counter[str] = Counter()  # number of placed pieces, by level
+        self._auto_branches: frozenset[str] = frozenset()  # names of places with a piece at the end of auto
+        self._auto_count: Counter[str] = Counter()  # number of placed pieces at the end of auto, by level
         self._left: dict[int, bool] = {}
         self._ends: dict[int, str] = {}
         self._points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
@@ -81,11 +81,11 @@ class ReefscapeRules(Rules):
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Set up the human players, with their coral."""
+        """Set up the human players with their coral."""
         self.human_players = HumanPlayers(self.match)
 
     def start_mode(self, mode: str) -> None:
-        """Clear the points as an auto begins."""
+        """Clear all points at the start of an auto."""
         if mode == "auto":
             self._clear_points()
 
@@ -94,15 +94,15 @@ class ReefscapeRules(Rules):
         self.human_players.act()
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions at stations and at the processor."""
+        """Return the actions of human players at the stations and the processor."""
         return self.human_players.actions
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return the points of an algae in a processor; 0 once the match is assessed."""
+        """Return the points for an algae in a processor, or 0 after the assessment of the match."""
         return 0 if self._is_assessed else zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """Pass an algae through the processor to the other alliance."""
+        """Count an algae scored in a processor, and give it to the other alliance's human player."""
         self.human_players.take_algae(event.alliance, event.slot)
         self._processed[event.alliance] += bool(event.points)
 
@@ -113,14 +113,14 @@ class ReefscapeRules(Rules):
         self._judge()
 
     def removed(self, event: PlaceEvent) -> None:
-        """Stop counting a piece that fell off or was taken by a robot."""
+        """Stop counting a piece that has fallen off or that a robot has taken."""
         self._where.pop(event.slot, None)
         self._count = Counter(place.level for place in self._where.values())
         self.fouls.removed(event)
         self._judge()
 
     def after_tick(self) -> None:
-        """Judge robots that left at the end of auto, and their ends until the assessment after the match is over."""
+        """Judge fouls, robots that have left at the end of auto, and robots that park or hang after the match."""
         self.fouls.after_tick()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
@@ -130,7 +130,7 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang; this repeats until the assessment is over."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
@@ -138,7 +138,7 @@ class ReefscapeRules(Rules):
         return self._processed[alliance]
 
     def breakdown(self) -> Mapping[str, int]:
-        """Return counts by alliance, with the names of The Blue Alliance's score breakdown."""
+        """Return the score breakdown of both alliances, with The Blue Alliance's names."""
         rows: dict[str, int] = {}
         now, auto = self._count, self._auto_count
         for alliance in ALLIANCES:
@@ -173,13 +173,13 @@ class ReefscapeRules(Rules):
 
     @property
     def ends(self) -> dict[str, str]:
-        """Return the end of each robot, by its place in the list."""
+        """End-game result of each robot (`None`, `Parked`, `ShallowCage` or `DeepCage`), by robot number from 1."""
         return {str(robot.number + 1): self._ends.get(robot.number, "None") for robot in self.match.robots}
 
     # --- scoring ------------------------------------------------------------------------------------------------------
 
     def _judge(self) -> None:
-        """Judge placed pieces and add the difference in points."""
+        """Judge placed pieces and robots, and add the difference in points."""
         time = self.match.timer.time
         if self._is_assessed:
             return
@@ -196,11 +196,11 @@ class ReefscapeRules(Rules):
 
     @property
     def _is_assessed(self) -> bool:
-        """Whether nothing counts any more; in practice everything always does."""
+        """Whether the assessment after the match is over and nothing counts any more; always False in practice."""
         return self.match.timer.time > MATCH.duration + ASSESSMENT + 1e-9 and not self.match.practice
 
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
-        """Return the points of an alliance's coral at auto's worth and at teleop's."""
+        """Return the points of an alliance's coral with auto values and those with teleop values."""
         now, trough = self._count, level_of(alliance, "trough")
         first = min(now[trough], self._auto_count[trough])
         early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
@@ -212,7 +212,7 @@ class ReefscapeRules(Rules):
         return early, late
 
     def _worth_of(self, alliance: Alliance) -> int:
-        """Return the points of an alliance, without its processor and fouls."""
+        """Return an alliance's points, without algae in the processor and fouls."""
         early, late = self._coral(alliance)
         net = _NET_POINTS * self._count[level_of(alliance, "net")]
         return early + late + net + self._mobility(alliance) + self._barge(alliance)
@@ -227,7 +227,7 @@ class ReefscapeRules(Rules):
         return _LEAVE_POINTS * len([1 for robot in self._robots_of(alliance) if self._left.get(robot.number)])
 
     def _barge(self, alliance: Alliance) -> int:
-        """Return the points of parked and hanging robots."""
+        """Return an alliance's points for parked and hanging robots."""
         ends = [self._ends.get(robot.number, "None") for robot in self._robots_of(alliance)]
         return int(math.fsum(_END_POINTS[end] for end in ends))
 
@@ -239,7 +239,7 @@ class ReefscapeRules(Rules):
         return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return the ranking points other than those for the result. Some fouls of the other alliance grant them."""
+        """Return the bonus ranking points, which some fouls of the other alliance also grant."""
         robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
         have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
         is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)
@@ -251,19 +251,19 @@ class ReefscapeRules(Rules):
         }
 
     def _result(self, alliance: Alliance) -> int:
-        """Return the ranking points for the result of an assessed match: 3 for a win, 1 for a tie."""
+        """Return the ranking points for the result: 3 for a win, 1 for a tie, 0 for a loss or before the assessment."""
         totals = self.match.tracker.totals
         ahead = totals[alliance] - totals[other_alliance(alliance)]
         is_early = self.match.timer.time < MATCH.duration + ASSESSMENT - 1e-9
         return 0 if is_early or ahead < 0 else 3 if ahead else 1
 
     def _has_left(self, robot: Robot) -> bool:
-        """Return whether no part of the robot's bumpers is over its alliance's starting line."""
+        """Return whether no part of a robot's bumpers is above its alliance's starting line."""
         x = self.match.outline(robot.number)[:, 0]
         return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
 
     def _end_of(self, robot: Robot) -> str:
-        """Return how a robot ends the match: on a cage of its alliance, off the carpet, or partly in the barge zone."""
+        """Return the end-game result that a robot would get now: `ShallowCage`, `DeepCage`, `Parked` or `None`."""
         alliance = self.match.alliances[robot.number]
         for climber in robot.climbers:
             rung = climber.rung

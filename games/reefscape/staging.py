@@ -1,4 +1,4 @@
-"""Staging of coral and algae at the start of a match: 126 and 18 in all."""
+"""Staging of the 126 coral and 18 algae at the start of a match."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ __all__ = ["ALGAE_COUNT", "CORAL_COUNT", "ROBOTS", "STATION_STOCK", "mark_places
 
 ROBOTS = 6
 STATION_STOCK = 60
-"""Number of coral at an alliance's two stations, preloads included."""
+"""Number of coral at an alliance's two stations, including preloads."""
 CORAL_COUNT = 2 * (STATION_STOCK + len(dim.MARK_YS))
 ALGAE_COUNT = 2 * (6 + len(dim.MARK_YS))
-_ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # [m]; of an algae that rests on it
-_LODGED = 20.0  # [N] to pull an algae out of the reef's pipes, along them; estimate: teams report 15 to 30
-_JITTER = 0.001  # [m] to both sides: scatter of placing by hand
+_ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # [m] from coral end to algae center
+_LODGED = 20.0  # [N]; force that pulls an algae out along the reef's pipes; estimate: teams report 15 to 30
+_JITTER = 0.001  # [m] to either side: scatter of placement by hand
 
 
 def mark_places() -> FloatArray:
-    """Return the middles of blue's three marks on the carpet [m], shape (3, 2)."""
+    """Return the centers of blue's three marks on the carpet [m], shape (3, 2)."""
     return np.array([(dim.MARK_X, y) for y in dim.MARK_YS])
 
 
@@ -45,10 +45,10 @@ def reef_algae_places() -> FloatArray:
 
 
 def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Return the staged pieces of a match, seen from blue; an unused preload is at its stations.
+    """Return the staged pieces for a blue first robot, with unused preloads at the stations.
 
     Raises:
-        ConfigError: A robot begins with more than one coral.
+        ConfigError: If a robot's preload is more than one coral.
     """
     preloads = 0
     for entry in entries:

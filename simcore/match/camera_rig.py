@@ -1,4 +1,4 @@
-"""Cameras and headsets of a match: what they can see, and when they expose."""
+"""Cameras and headsets of all robots in a match, their exposure times and their lines of sight."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from simcore.world.world import PhysicsWorld
 
 __all__ = ["CameraRig", "direction_line", "sighting_lines", "tag_layout"]
 
-_LENGTH = 1.0  # [m], length of the line of a camera without a target
+_LENGTH = 1.0  # [m]; length of the direction line of a camera without a target
 
 
 def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
-    """Return a layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`) or from a JSON file.
+    """Load an AprilTag layout by name (one of `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`) or from a JSON file.
 
     Args:
-        name: Name of a layout, or path of a file; empty: a field without tags.
-        field_size: Length and width of a field without tags [m].
+        name: Name of an official layout, or path of a JSON file; an empty name gives a field without tags.
+        field_size: Length and width of the field, used only if it has no tags [m].
 
     Raises:
-        UnknownNameError: If there is no such layout.
-        ConfigError: If the file is broken.
+        UnknownNameError: If no official layout has this name.
+        ConfigError: If the file is not a valid layout.
     """
     if not name:
         return TagLayout.of([], field_size=field_size)
@@ -51,14 +51,14 @@ class CameraRig:
     """All cameras of a match.
 
     Args:
-        world: World that the cameras see.
-        pieces: All pieces, at their starting places.
-        robots: All robots, at their starting places.
+        world: Physics world in which lines of sight are tested.
+        pieces: All pieces, at their starting positions.
+        robots: All robots, at their starting poses.
         draws: Scatter draws of the run.
         field_size: Length and width of the field [m].
-        tags: Layout of the field's AprilTags, see `tag_layout`; loaded when the first camera is added.
+        tags: Layout of the field's AprilTags, as for `tag_layout`; loaded when the first camera is added.
         rng: Random generator for all noise.
-        network: Network on which cameras publish; None: frames are available from `cameras` only.
+        network: Network on which cameras publish; None if frames are read from `cameras` only.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class CameraRig:
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
         """Cameras by name, in the order in which they were added."""
-        self._rng = rng  # each camera has its own stream, so that another camera changes nothing for the rest
+        self._rng = rng  # each camera gets its own stream, so that adding one does not change the noise of the others
         self._histories: dict[int, PoseHistory] = {}
         self._tag_errors: FloatArray | None = None
         self.headsets: list[QuestHeadset] = []
@@ -93,14 +93,14 @@ class CameraRig:
                 self.mount_camera(config, robot=robot.number)
 
     def mount_camera(self, config: CameraConfig, *, robot: int = 0) -> LimelightSim:
-        """Add a camera to a robot, at any time; on a network a Limelight gets its table.
+        """Add a camera to a robot, even during a run; a Limelight also publishes its table on the network.
 
         Args:
             config: Config of the camera.
             robot: Number of the robot.
 
         Raises:
-            ConfigError: If the name is taken.
+            ConfigError: If another camera has the same name.
         """
         if config.name in self.cameras:
             raise ConfigError(f"camera {config.name!r} comes twice; each needs its own name, also on other robots")
@@ -123,7 +123,7 @@ class CameraRig:
         Args:
             config: Config of the headset.
             robot: Number of the robot.
-            ports: Ports on which it publishes and listens, e.g. a `QuestNavTable`.
+            ports: Ports on which the headset publishes and listens, e.g. a `QuestNavTable`.
         """
         noise = self._draws.factor("camera_noise", robot, len(self.headsets))
         names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")
@@ -138,28 +138,28 @@ class CameraRig:
         """Return a camera by name.
 
         Raises:
-            UnknownNameError: If there is none; it lists the nearest names.
+            UnknownNameError: If no camera has this name; the message suggests similar names.
         """
         if name not in self.cameras:
             raise UnknownNameError("camera", name, self.cameras)
         return self.cameras[name]
 
     def listen(self, time: float) -> None:
-        """Read what robot code wrote by a simulated time [s]; call it right after robot code ran."""
+        """Read the settings that robot code has written by this simulated time [s]; call just after robot code runs."""
         for camera in self.cameras.values():
             camera.listen(time)
         for headset in self.headsets:
             headset.listen(time, self._histories[headset.robot])
 
     def follow_carry(self, robot: int, time: float, old_pos: Vector, *, to_start: bool) -> None:
-        """Follow a robot that was carried at a time [s]: nothing shows it between the old place and the new one.
+        """Restart a robot's pose history after people carried it, so that no frame shows it between the two places.
 
         Args:
             robot: Number of the robot.
-            time: Simulated time [s].
-            old_pos: Position before [m].
-            to_start: Whether the robot was carried to the start of an auto: its headset then repeats its last reset
-                there.
+            time: Simulated time of the move [s].
+            old_pos: Position of the robot before the move, field frame [m].
+            to_start: Whether the robot was carried to the start of an auto; if so, its headset repeats its last pose
+                reset there.
         """
         chassis = self._robots[robot].chassis
         history = self._histories.get(robot)
@@ -171,7 +171,7 @@ class CameraRig:
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
     def expose(self, time: float) -> None:
-        """Add robot poses at the end of a tick [s], expose the frames that are due and publish those that are ready."""
+        """Record robot poses at this time [s], expose the frames that are due and publish those that are ready."""
         if not self._histories:
             return
         scene = CameraScene(
@@ -190,18 +190,18 @@ class CameraRig:
             headset.update(time, self._histories[headset.robot])
 
     def close(self) -> None:
-        """Close all ports."""
+        """Close the ports of all cameras and headsets."""
         for camera in self.cameras.values():
             camera.close()
         for headset in self.headsets:
             headset.close()
 
     def direction_lines(self) -> dict[str, FloatArray]:
-        """Return rows of poses from each lens to the target of its last frame, by the camera's name."""
+        """Return the line from each camera's lens to the target of its last frame, by camera name."""
         return {name: direction_line(*self._pose(camera), camera.last) for name, camera in self.cameras.items()}
 
     def sighting_lines(self) -> dict[str, FloatArray]:
-        """Return rows of poses from each lens to the tags of its last frame and back."""
+        """Return the lines from each camera's lens to the tags of its last frame and back, by camera name."""
         return {
             name: sighting_lines(*self._pose(camera), camera.last, self.layout) for name, camera in self.cameras.items()
         }
@@ -212,15 +212,15 @@ class CameraRig:
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:
-    """Return the line from the lens to the target of the last frame, or 1 m along its axis.
+    """Return the line from the lens to the target of the last frame, or 1 m along the optical axis without a target.
 
     Args:
         pos: Position of the camera, field frame [m].
-        quat: Attitude of the camera.
-        frame: Last frame; None before the first.
+        quat: Attitude of the camera, unit quaternion x, y, z, w.
+        frame: Last frame; None before the first frame.
 
     Returns:
-        Two poses as rows of x, y, z, qw, qx, qy, qz, shape (2, 7).
+        Poses of both ends as rows of x, y, z [m], qw, qx, qy, qz, shape (2, 7).
     """
     ahead, left, up = _LENGTH, 0.0, 0.0
     tag = frame.primary_tag if frame is not None else None
@@ -236,7 +236,7 @@ def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatA
 
 
 def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: TagLayout) -> FloatArray:
-    """Return the line from the lens to each tag of the last frame and back, shape (2 n + 1, 7); empty without tags."""
+    """Return the line from the lens to each of n tags of the last frame and back, shape (2 n + 1, 7), or (0, 7)."""
     ids = [tag.id for tag in frame.tags] if frame is not None else []
     if not ids:
         return np.zeros((0, 7))
@@ -254,7 +254,7 @@ def _poses(points: FloatArray, quat: Quaternion) -> FloatArray:
 
 
 def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
-    """Return the camera's config with its image noise multiplied by a factor."""
+    """Return a copy of a camera config with its image noise multiplied by a factor."""
     if factor == 1.0:
         return config
     pipelines = tuple(
@@ -267,7 +267,7 @@ def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
 
 
 class _WorldSight:
-    """Line-of-sight test by rays of the physics world."""
+    """Line-of-sight test by ray casts in the physics world."""
 
     def __init__(self, world: PhysicsWorld, rows: Sequence[int]) -> None:
         self._world = world

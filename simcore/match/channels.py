@@ -1,7 +1,7 @@
-"""Telemetry schema (docs/telemetry.md): one row per channel, with the function that gives its values.
+"""Telemetry schema (docs/telemetry.md): one row per channel, with the function that reads its values.
 
-`simcore.match.publish` writes them. A value is read once a tick, for all robots or all mechanisms of a kind at once;
-`m["speed"]` are the records of these mechanisms in the loop (`simcore.loop.robot_state.SHAFT`).
+`simcore.match.publish` calls each function once a tick, for all robots or all mechanisms of a kind together;
+`m["speed"]` is a field of the mechanisms' records in the loop (`simcore.loop.robot_state.SHAFT`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from simcore.world.hanging import HangingBody
 
 __all__ = ["MATCH", "MECHANISM", "PART", "PIECES", "ROBOT"]
 
-_AIRBORNE = 0.01  # [m]; a wheel this close to the ground touches it
+_AIRBORNE = 0.01  # [m]; a wheel at most this far above the ground counts as touching it
 
 
 @lru_cache
@@ -100,7 +100,7 @@ MATCH = (
     Channel("Sim/Limelights/<name>/SeenTags", "Pose3d[]", lambda m: m.cameras.sighting_lines(),
             "line from the lens to each tag of the last frame and back; empty without tags", "m", 6),
 )  # fmt: skip
-"""Channels of the match."""
+"""Channels of the match as a whole."""
 
 PIECES = (
     Channel("Sim/GamePieces/<Type>", "Pose3d[]", lambda p: p.here,
@@ -113,7 +113,7 @@ PIECES = (
             "pieces in all robots, at their places in them"),
     Channel("Sim/HeldIds/<Type>", "int[]", lambda p: p.held_slots, "id of the piece in each of these rows"),
 )  # fmt: skip
-"""Channels of each kind of piece."""
+"""Channels of each kind of game piece."""
 
 ROBOT = (
     Channel("Robot/Pose3d", "Pose3d", lambda f: f.view.places,
@@ -171,8 +171,8 @@ ROBOT = (
     Channel("Lights/<name>/Shows", "string", lambda f: [robot.light_requests for robot in f.robots],
             "requests of a CANdle in words: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`"),
 )  # fmt: skip
-"""Channels of each robot: the first under `Sim/`, numbers 1, 2, ... under `Sim/Robots/1/`; values are for all
-robots."""
+"""Channels of each robot: robot 0 under `Sim/`, robot 1 under `Sim/Robots/1/` and so on; each function returns the
+values of all robots."""
 
 MECHANISM = (
     Channel("VelocityRPS", "double", lambda m: m["speed"] / math.tau, "speed of the mechanism, after its gears",
@@ -190,7 +190,8 @@ MECHANISM = (
     Channel("HeightM", "double", lambda m: [lift.height for lift in m.mechanisms],
             "height of an elevator's carriage", "m", 6, ElevatorSim),
 )  # fmt: skip
-"""Channels of each mechanism of a robot, after `Debug/` and its name; values are for all of a kind."""
+"""Channels of each mechanism, after `Debug/` and the mechanism's name; each function returns the values of all
+mechanisms of a kind."""
 
 PART = (
     Channel("IntakeZoneActive", "boolean", lambda intake: intake.is_active,
@@ -200,4 +201,4 @@ PART = (
     Channel("IsHanging", "boolean", lambda climber: climber.rung is not None, "the climber hangs on a rung",
             owner=Climber),
 )  # fmt: skip
-"""Channels of each intake, shooter and climber, after `Debug/`; the second of a robot has a number."""
+"""Channels of each intake, shooter and climber, after `Debug/`; from a robot's second part on, the key has a number."""

@@ -1,4 +1,4 @@
-"""Match clock: named phases, and the match time that a field or a driver station starts and stops."""
+"""Match clock: named phases, and the match time that the field or a driver station starts and stops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simcore.units import plain_sum
 __all__ = ["MatchClock", "MatchTimer", "Mode", "Phase"]
 
 Mode: TypeAlias = Literal["auto", "disabled", "teleop"]
-"""Robot mode: driving by itself, disabled, or following its driver."""
+"""Robot mode, as a driver station selects it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Phase:
 
     name: str
     duration: float
-    """Duration [s]."""
+    """Duration of the phase [s]."""
     mode: Mode = "teleop"
 
     def __post_init__(self) -> None:
@@ -30,7 +30,7 @@ class Phase:
 
 
 class MatchClock:
-    """Phases of a match over time.
+    """Timetable of a match: named phases, one after another.
 
     >>> clock = MatchClock([Phase("auto", 20.0, "auto"), Phase("teleop", 140.0)])
     >>> clock.phase(19.9).name, clock.phase(20.0).name, clock.remaining(150.0)
@@ -48,7 +48,7 @@ class MatchClock:
         """Duration of the whole match [s]."""
 
     def start(self, name: str) -> float:
-        """Return the time at which a phase begins [s]."""
+        """Return the match time at which a phase begins [s]."""
         time = 0.0
         for phase in self.phases:
             if phase.name == name:
@@ -57,7 +57,7 @@ class MatchClock:
         raise ConfigError(f"MatchClock: no phase {name!r}; there are {[p.name for p in self.phases]}")
 
     def start_of_mode(self, mode: Mode) -> float:
-        """Return the time at which a mode first begins [s].
+        """Return the match time at which the first phase of a mode begins [s].
 
         Raises:
             ConfigError: If the clock has no phase of this mode.
@@ -68,7 +68,7 @@ class MatchClock:
         raise ConfigError(f"MatchClock: no phase of mode {mode!r} among {[p.name for p in self.phases]}")
 
     def phase(self, time: float) -> Phase:
-        """Return the phase at a time since the start of the match [s]; after the end, the last one."""
+        """Return the phase at a match time [s], or the last phase after the end."""
         for phase in self.phases:
             if time < phase.duration - 1e-9:
                 return phase
@@ -76,16 +76,16 @@ class MatchClock:
         return self.phases[-1]
 
     def remaining(self, time: float) -> float:
-        """Return the time left in the match [s]."""
+        """Return the time left in the match at a match time [s]."""
         return max(0.0, self.duration - time)
 
 
 class MatchTimer:
-    """Time of a match, shared by scores, telemetry and rules.
+    """Running match time for scoring, telemetry and rules.
 
-    By itself it starts with the first tick and runs to the end, as on a field. A driver station that enables and
-    disables the robot controls it instead: the time then stays at the start until the first enable, and stops while the
-    robots are disabled, except in the pauses of the match and after its end.
+    Without a driver station, the time starts with the first tick and runs to the end, as on a field. With a driver
+    station, it starts when robots are first enabled and stops while they are disabled, except in the pauses of the
+    match and after its end.
     """
 
     def __init__(self, clock: MatchClock) -> None:
@@ -94,11 +94,11 @@ class MatchTimer:
         """Time since the start of auto [s]."""
         self._ticks = 0
         self._start = 0.0
-        self._enabled: bool | None = None  # by the driver station; None without one
+        self._enabled: bool | None = None  # None without a driver station
 
     @property
     def phase(self) -> Phase:
-        """Present phase."""
+        """Current phase of the match."""
         return self.clock.phase(self.time)
 
     @property
@@ -119,21 +119,21 @@ class MatchTimer:
         return not self.is_over and self.phase.mode != "disabled"
 
     def follow_driver_station(self) -> None:
-        """Wait for a driver station from now on; it reports by `set_enabled`."""
+        """Stop the match time until a driver station calls `set_enabled`."""
         self._enabled = False
 
     def start(self, mode: Mode) -> None:
-        """Go to the start of a mode that a driver station has just enabled."""
+        """Set the match time to the start of a mode that a driver station has just enabled."""
         self._start = self.clock.start_of_mode(mode)
         self._ticks = 0
         self.time = self._start
 
     def set_enabled(self, enabled: bool) -> None:
-        """Report whether a driver station enables the robots."""
+        """Set whether the driver station enables the robots."""
         self._enabled = enabled
 
     def advance(self, dt: float) -> None:
-        """Advance by a tick of dt [s]."""
+        """Advance the match time by a tick of dt [s], unless the driver station has stopped it."""
         if self._enabled is False and not self.is_over and (self.phase.mode != "disabled"):
             return
         self._ticks += 1

@@ -1,8 +1,8 @@
-"""Actions of people on a field between and during runs: one table for pages, dashboards and Python.
+"""Commands that people give on a practice field, such as resetting it or placing a robot.
 
-Commands may come from any thread at any time: from robot code, a team's physics.py, a page or a dashboard. Their
-arguments are checked on arrival; the commands run in order before the next tick moves anything, so that no tick sees
-half of one.
+Web pages, dashboards and Python share one table of actions. Commands may come from any thread at any time.
+`FieldControl` checks their arguments on arrival and runs them in order before the next tick, so that no command takes
+effect halfway through a tick.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ __all__ = ["ACTIONS", "Action", "CommandResult", "ControlledMatch", "FieldContro
 
 _log = logging.getLogger(__name__)
 
-_KEPT = 100  # results
+_KEPT = 100  # newest results that are kept
 _MOST_PIECES = 1000  # in one command
-_AHEAD = 1.2  # [m] from the center of the robot to a new piece
+_AHEAD = 1.2  # [m]; distance from the robot center to a new piece
 _ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
 
 
@@ -50,16 +50,16 @@ class ControlledMatch(PlayedMatch, Protocol):
 
     @property
     def count(self) -> PieceCount:
-        """Present places of all pieces."""
+        """Number of pieces in each kind of place."""
 
     def carry_to(self, number: int, pose: Pose) -> None:
-        """Place a robot at rest, as if people carry it."""
+        """Place a robot at rest, as if people carried it there."""
 
     def require_robot(self, number: int) -> None:
         """Raise an error for a robot number that does not exist."""
 
     def reset_field(self) -> None:
-        """Put all pieces back to where they were at the start of the match."""
+        """Return all pieces to their positions at the start of the match."""
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Set the controller of a robot."""
@@ -68,7 +68,7 @@ class ControlledMatch(PlayedMatch, Protocol):
         """Begin a mode, as a driver station does."""
 
     def start_pose(self, number: int) -> Pose:
-        """Return the starting pose of a robot [m, m, rad]."""
+        """Return the start pose of a robot, field frame [m, m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +78,11 @@ class CommandResult:
     number: int
     """Number among all commands, from 1."""
     command: str
-    """Command in words."""
+    """Description of the command."""
     is_done: bool
-    """Whether it was done; if not, nothing has changed."""
+    """Whether the command was done; a refused command changes nothing."""
     text: str
-    """Description of what was done, or the reason for refusing it and what would work."""
+    """Description of the result, or the reason for the refusal and what would work."""
 
     def __str__(self) -> str:
         """Return one line: `3 done: ...` or `4 refused: ...`."""
@@ -90,13 +90,13 @@ class CommandResult:
 
 
 class FieldControl:
-    """Commands to one match; `Match.control`.
+    """Queue of commands to one match, available as `Match.control`.
 
-    Each method returns the number of its command at once. Its result is in `results` from the next tick on. A refused
-    command changes nothing, and is logged.
+    Each command method returns the number of its command at once. The command runs before the next tick, and its result
+    is then in `results`. A refused command changes nothing and is logged.
 
     Args:
-        match: Match that they act on.
+        match: Match that the commands act on.
 
     Example:
         >>> from simcore.match.match import Match
@@ -114,26 +114,26 @@ class FieldControl:
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
         self._last_number = 0
         self.results: deque[CommandResult] = deque(maxlen=_KEPT)
-        """Results of the last commands, the newest last."""
+        """Results of the latest commands, oldest first."""
         self.count = 0
         """Number of commands done or refused so far."""
         self.sources: list[Callable[[], object]] = []
-        """Functions that are called before every tick; they may give commands for it."""
+        """Functions called before every tick; their commands run in the same tick."""
         self.placed: list[Callable[[int, Pose | None], object]] = []
-        """Functions that are called when a robot is placed, with its number and pose [m, m, rad]; None: its start."""
+        """Functions called when a robot is placed, with its number and pose [m, m, rad], or None for the start pose."""
 
     # --- commands -------------------------------------------------------------------------------------------------
 
     def do(self, name: str, arguments: Mapping[str, Any]) -> int:
-        """Request an action of the table by its name; pages and dashboards use nothing else.
+        """Request an action by its name in `ACTIONS`, as web pages and dashboards do.
 
         Args:
             name: Name of the action, one of `ACTIONS`.
-            arguments: All of its arguments.
+            arguments: Values of all arguments of the action, by name.
 
         Raises:
-            UnknownNameError: If there is no such action.
-            ConfigError: If an argument is missing, too many or of a wrong kind.
+            UnknownNameError: If no action has this name.
+            ConfigError: If an argument is missing, unknown or of the wrong type.
         """
         if not isinstance(name, str) or name not in ACTIONS:
             raise UnknownNameError("action", name, ACTIONS)
@@ -144,31 +144,31 @@ class FieldControl:
         return self._enqueue(action.words.format(**values), partial(action.act, self, **values))
 
     def reset_field(self) -> int:
-        """Put pieces back to the start of the match and preloads into the robots; score and rules start again.
+        """Reset pieces, preloads, score and rules to the start of the match.
 
         Robots stay in place, their batteries keep their charge, and the clock goes on.
         """
         return self.do("reset", {})
 
     def spawn(self, kind: str, places: Sequence[Sequence[float]]) -> int:
-        """Put pieces on the carpet, each at the free place nearest to the requested one.
+        """Put pieces on the carpet, each at the free position nearest to the requested one.
 
-        They are new ones while the game has spare ones, and then count as staged; after that, those that wait off the
-        field, then those that have scored: a field has no more pieces than its game.
+        Unused pieces are put down first, then pieces that wait off the field, then pieces that have scored; the game's
+        total number of pieces never changes.
 
         Args:
             kind: Name of the kind of piece.
-            places: Requested places, field frame [m], x and y of each piece.
+            places: Requested positions, x and y of each piece, field frame [m].
 
         Raises:
-            ConfigError: If a place is not two finite numbers.
+            ConfigError: If a position is not two finite numbers.
         """
         return self.do("put_down", {"kind": kind, "places": places})
 
     def place_robot(self, pose: Any, robot: int = 0) -> int:
-        """Place a robot at rest; its gyro keeps its reading, and pieces make room.
+        """Place a robot at rest; the gyro keeps its reading, and pieces are moved out of the way.
 
-        Robot code keeps its own estimate: reset its odometry there, too.
+        Robot code keeps its pose estimate, so reset its odometry as well.
 
         Args:
             pose: x, y [m] and heading [rad], or a `Pose2d`, field frame.
@@ -180,13 +180,13 @@ class FieldControl:
         return self.do("place", {"pose": pose, "robot": robot})
 
     def place_at_start(self, robot: int = 0) -> int:
-        """Place a robot at its alliance's start."""
+        """Place a robot at its start pose for its current alliance."""
         return self.do("start", {"robot": robot})
 
     def start_auto(self, name: str, robot: int = 0) -> int:
-        """Reset the field, place a robot at the start of an auto of the game, and play the auto from its beginning.
+        """Reset the field, place a robot at the start of one of the game's autos, and run the auto from its beginning.
 
-        It is for robots without robot code: the autos of robot code come from its own chooser.
+        Use it for robots without robot code; robot code selects its auto with its own chooser.
 
         Args:
             name: Name of the auto.
@@ -195,18 +195,18 @@ class FieldControl:
         return self.do("auto", {"name": name, "robot": robot})
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Let the human player of `blue` or `red` do an action of the game, as soon as it is ready.
+        """Request an action of the human player of `blue` or `red`, to happen as soon as it is possible.
 
-        From the first call on a person plays this human player, and the game's own policy rests.
+        From the first call on, a person controls this human player and the game's own policy is off.
         """
         return self.do("human", {"alliance": alliance, "name": name})
 
     def take_over(self, alliance: str, by_person: bool = True) -> int:
-        """Let a person play the human player of an alliance, or the game's own policy again."""
+        """Give control of an alliance's human player to a person, or back to the game's own policy."""
         return self.do("take_over", {"alliance": alliance, "by_person": by_person})
 
     def refuse(self, command: str, why: str) -> int:
-        """Record a command that cannot be read."""
+        """Record an unreadable command as refused, with the reason."""
 
         def act() -> str:
             raise ConfigError(why)
@@ -223,7 +223,7 @@ class FieldControl:
             number, command, act = self._queue.popleft()
             try:
                 result = CommandResult(number, command, True, act())
-            except Exception as error:  # its author is gone: it must not end the match
+            except Exception as error:  # the caller has already returned, so an error must not end the match
                 result = CommandResult(number, command, False, _reason(error))
             self.results.append(result)
             self.count += 1
@@ -233,7 +233,7 @@ class FieldControl:
                 _log.warning("field control at %.2f s: cannot %s: %s", self._match.time, command, result.text)
         self._carry_out()
 
-    # --- actions: each returns what it did, or raises the reason and changes nothing ------------------------------
+    # --- actions: each returns a description of its effect, or raises an error and changes nothing ----------------
 
     def _reset(self) -> str:
         self._match.reset_field()
@@ -295,7 +295,7 @@ class FieldControl:
         return f"auto {name!r} begins"
 
     def _ask(self, alliance: str, name: str) -> str:
-        """Request an action of a human player, whom a person plays from now on."""
+        """Request an action of a human player and give control to a person."""
         match = self._match
         whose, actions = self._human_player(alliance)
         if name not in actions:
@@ -320,7 +320,7 @@ class FieldControl:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _human_player(self, alliance: str) -> tuple[Alliance, dict[str, HumanAction]]:
-        """Return the alliance of a human player and its actions."""
+        """Return an alliance by its name, and the actions of its human player."""
         actions = {action.name: action for action in self._match.rules.human_actions()}
         if not actions:
             raise ConfigError(f"this run of {self._match.game.name} has no human players; whole matches may have")
@@ -329,7 +329,7 @@ class FieldControl:
         return _ALLIANCES[alliance], actions
 
     def _carry_out(self) -> None:
-        """Do the requested actions of human players that are ready."""
+        """Perform the requested actions of human players that are ready."""
         match = self._match
         for alliance, wanted in match.persons.items():
             _, actions = self._human_player(alliance)
@@ -347,12 +347,12 @@ class FieldControl:
             return self._last_number
 
     def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
-        """Return a controller that stops itself, and not the match, if the robot cannot do what it asks."""
+        """Return a controller that removes itself if it raises an error, so that the match goes on."""
 
         def play(body: Robot, time: float) -> None:
             try:
                 controller(body, time)
-            except Exception as error:  # as with a command: its author is gone
+            except Exception as error:  # the caller of the command has already returned
                 self._match.set_controller(robot, None)
                 self.refuse(f"go on with auto {name!r}", _reason(error))
 
@@ -368,7 +368,7 @@ def _reason(error: Exception) -> str:
 
 
 def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
-    """Return what a robot lacks compared with another, to follow "no" in a message; empty for nothing."""
+    """Return the first part that a robot lacks compared with another, worded to follow "no"; empty if it lacks none."""
     for name, mechanism in wanted.mechanisms.items():
         if type(config.mechanisms.get(name)) is not type(mechanism):
             return f"{type(mechanism).__name__.removesuffix('Config').lower()} named {name!r}"
@@ -423,14 +423,15 @@ def _numbers(owner: str, values: Any, want: str, count: int) -> tuple[float, ...
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One action of people on a field; a row of the table."""
+    """One row of the table of field actions."""
 
     words: str
-    """Command in words, with its arguments in braces."""
+    """Format string that describes the command, with its arguments in braces."""
     act: Callable[..., str]
-    """Function of a `FieldControl` and the arguments that does it; returns what it did."""
+    """Function that performs the action, called with the `FieldControl` and the arguments; returns a description of the
+    effect."""
     arguments: Mapping[str, Callable[[str, Any], Any]]
-    """Check of each argument by name, a function of a name for messages and a value; returns the value to use."""
+    """Check of each argument, by name: called with a name for messages and a value, it returns the checked value."""
 
 
 ACTIONS: Mapping[str, Action] = {
@@ -452,4 +453,4 @@ ACTIONS: Mapping[str, Action] = {
         {"alliance": _text},
     ),
 }
-"""Actions by the name that a page's message uses."""
+"""Actions by the name used in a web page's message."""

@@ -1,4 +1,4 @@
-"""Referees' records: fouls, pieces that robots release, pins, and the outlines of robots that referees judge."""
+"""Aids for referees: fouls, pin counts, released pieces, and tests of robot contact and reach."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ __all__ = [
     "robot_near",
 ]
 
-_APART = 1.0  # [s]; ours: a repeat after a shorter pause is the same foul
+_APART = 1.0  # [s]; our choice: a repeat after a shorter pause is the same foul
 
 
 @dataclass(slots=True)
 class _Stretch:
-    """Stretch of time in which a rule is broken."""
+    """One uninterrupted violation of a rule."""
 
     start: float
     last: float = -math.inf
@@ -46,10 +46,10 @@ class _Stretch:
 
 
 class FoulBook:
-    """Foul caller: a violation of several ticks in a row is one foul.
+    """Book of fouls, with one foul for a violation that lasts several ticks.
 
     Args:
-        match: Match whose tracker gets the events.
+        match: Match whose tracker receives the fouls.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -66,10 +66,10 @@ class FoulBook:
             robot: Number of the robot.
             points: Points for the other alliance.
             text: Description of the violation, for people.
-            about: Further keys that make it a separate foul from others that the robot commits at the same time, e.g.
-                the robot that it touches.
+            about: Further keys that separate this violation from others of the same rule and robot at the same time,
+                e.g. the number of the opponent.
             every: Duration after which a continued violation is another foul [s].
-            later: Points of each further foul.
+            later: Points for each further foul of a continued violation.
         """
         match, key = self._match, (rule, robot, *about)
         now = self._broken.get(key)
@@ -86,11 +86,11 @@ class FoulBook:
         return [foul.rule for foul in self._match.tracker.fouls if foul.alliance == alliance]
 
     def count(self, alliance: Alliance, points: int) -> int:
-        """Count an alliance's fouls of this many points."""
+        """Count an alliance's fouls worth a given number of points."""
         return len([1 for f in self._match.tracker.fouls if f.alliance == alliance and f.points == points])
 
     def gained(self, alliance: Alliance) -> int:
-        """Return the points that an alliance has gained by the other's fouls."""
+        """Return the points that an alliance has gained from its opponents' fouls."""
         total = 0
         for foul in self._match.tracker.fouls:
             if foul.gains == alliance:
@@ -100,17 +100,17 @@ class FoulBook:
 
 @dataclass(frozen=True, slots=True)
 class PieceRelease:
-    """A piece that a robot has released."""
+    """Release of a piece by a robot."""
 
     slot: int
     """Slot of the piece."""
     robot: int
     speed: float
-    """Speed relative to the robot along the carpet, in the tick of the release [m/s]."""
+    """Horizontal speed relative to the robot, in the tick of the release [m/s]."""
 
 
 class Releases:
-    """Tracker of held pieces: it detects each release, by a hopper, a shooter or a placer.
+    """Detector of piece releases from hoppers, shooters and placers.
 
     Args:
         match: Match to track.
@@ -121,7 +121,7 @@ class Releases:
         self._holders: dict[int, int] = {}
 
     def update(self) -> list[PieceRelease]:
-        """Return pieces that have left a robot for the field since the last call; call it once a tick."""
+        """Return the pieces released onto the field since the last call; call once a tick."""
         match, state = self._match, self._match.pieces.state
         now = {slot: robot.number for robot in match.robots for slot in robot.held}
         found = []
@@ -135,31 +135,31 @@ class Releases:
 
 
 _PIN_APART = inches(72.0)
-_PIN_AWAY = 3.0  # [s] for which they have to be this far apart
-_HELD_SPEED = 0.25  # [m/s]; ours: a faster robot is not held
-_BESIDE = 0.1  # [m]; ours: a robot this near to a static element is held between it and its opponent
-_TRYING = 15.0  # [A] of a drive motor; ours: a robot that holds its heading takes less
+_PIN_AWAY = 3.0  # [s]; a pin ends when the robots have been `_PIN_APART` apart for this time
+_HELD_SPEED = 0.25  # [m/s]; our choice: a faster robot is not pinned
+_BESIDE = 0.1  # [m]; our choice: a robot this close to a static element can be pinned against it
+_TRYING = 15.0  # [A] of a drive motor; our choice: a robot that only holds its heading draws less
 
 Pin: TypeAlias = tuple[int, int]
-"""Number of the pinning robot, and of the pinned one."""
+"""Numbers of the pinning robot and the pinned robot."""
 
 
 @dataclass(slots=True)
 class _PinCount:
     where: Mapping[int, tuple[float, float]]
-    """Positions of both robots at the start of the count [m]."""
+    """Positions of both robots at the start of the count, by robot number [m]."""
     seconds: float = 0.0
     ended: float = 0.0
-    """Time for which they have been apart or away [s]."""
+    """Time since the robots moved six feet apart, or one of them six feet away from its position in `where` [s]."""
     fouls: int = 0
 
 
 class PinCounts:
-    """Pin counts of one match, as FIRST's manuals have worded them for years; pure rules.
+    """Pin counts of one match by the PIN rule, which FIRST's manuals have worded alike for years.
 
-    A robot pins an opponent if it prevents, by contact, the movement of one that tries to move. A count goes on until
-    the two have been apart, or one of them has been away from its place at the start, by six feet for three seconds, or
-    until the pinned robot pins the other one.
+    A robot pins an opponent if it prevents, by contact, the movement of an opponent that tries to move. A count ends
+    when the robots have been six feet apart for three seconds, when one of them has been six feet away from its
+    position at the start of the count for three seconds, or when the pinned robot pins the other one.
 
     Args:
         limit: Longest allowed pin, and period of each further foul [s].
@@ -170,19 +170,19 @@ class PinCounts:
         self._counts: dict[Pin, _PinCount] = {}
 
     def seconds(self, pin: Pin) -> float:
-        """Return the duration of a pin [s], 0 without one."""
+        """Return the duration of a pin so far [s], or 0 if there is no such pin."""
         return self._counts[pin].seconds if pin in self._counts else 0.0
 
     def update(self, dt: float, pins: set[Pin], places: Mapping[int, tuple[float, float]]) -> list[tuple[Pin, int]]:
-        """Advance the counts by a time.
+        """Advance all pin counts by one time step.
 
         Args:
-            dt: Time [s].
-            pins: Present pins.
-            places: Positions of all robots, by number [m].
+            dt: Time step [s].
+            pins: Pins in this tick.
+            places: Positions of all robots, by robot number [m].
 
         Returns:
-            Each pin that has just become a foul, with the number of its earlier fouls.
+            Each pin that has just become a foul, with the number of earlier fouls for the same pin.
         """
         found = []
         for pin in sorted(pins):
@@ -204,10 +204,10 @@ class PinCounts:
 
 
 def pins_of(match: PlayedMatch) -> set[Pin]:
-    """Return the pins of this tick: the pinning robot touches an opponent that tries to move and hardly does.
+    """Return the pins of this tick, in which a robot touches an opponent that tries to move but hardly does.
 
-    The pinned robot is held between the other and a static element, or between two opponents; of two that push each
-    other in the open field, neither is pinned.
+    The pinned robot must be held between the pinning robot and a static element, or between two opponents; robots that
+    push each other in the open field do not pin.
     """
     sides = match.alliances
     touches = [(a, b) for a, b in sorted(match.contacts.robots) if sides[a] != sides[b]]
@@ -223,7 +223,7 @@ def pins_of(match: PlayedMatch) -> set[Pin]:
 
 
 def _is_at_something(match: PlayedMatch, robot: Robot) -> bool:
-    """Return whether the static field leaves a robot no room on one side."""
+    """Return whether a robot is close to a static element of the field."""
     body, chassis = robot.chassis.config, robot.chassis
     half = 0.5 * body.bumper_length + _BESIDE, 0.5 * body.bumper_width + _BESIDE
     height = chassis.pos[2]
@@ -243,7 +243,13 @@ def lowest_bumper(robot: Robot) -> float:
 
 
 def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
-    """Return the first robot with bumpers within this reach of a place, field frame [m], shape (2,); -1 for none."""
+    """Return the number of the first robot whose bumpers are within reach of a point, or -1 if there is none.
+
+    Args:
+        robots: Robots to test, in order.
+        place: Point, field frame [m], shape (2,).
+        reach: Largest distance from the bumpers [m].
+    """
     for robot in robots:
         body = robot.chassis.config
         size = body.bumper_length + 2.0 * reach, body.bumper_width + 2.0 * reach
@@ -267,7 +273,7 @@ def reaches_into(robot: Robot, other: Robot) -> bool:
 
 
 def _reaching_out(robot: Robot) -> list[FloatArray]:
-    """Return outlines of the intakes outside the bumpers, field frame [m], shape (n, 2) each."""
+    """Return the outlines of active intakes that extend past the bumpers, field frame [m], shape (n, 2) each."""
     (px, py, yaw), outlines = robot.chassis.pose, []
     c, s, half = math.cos(yaw), math.sin(yaw), 0.5 * robot.chassis.config.bumper_length
     for intake in robot.intakes:

@@ -1,4 +1,4 @@
-"""Definition of a year's game: a frozen description that `Match` plays. A game implements hooks and has no loop."""
+"""Definition of a year's game: a frozen description that `Match` plays, with hooks for its rules."""
 
 from __future__ import annotations
 
@@ -71,13 +71,13 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldDefinition:
-    """Static field: a mesh or a list of elements, its materials, and the symmetry between blue and red."""
+    """Field of a game: a mesh or a list of elements, its materials, and the symmetry between blue and red."""
 
     size: tuple[float, float]
-    """Length and width [m]."""
+    """Length and width of the field [m]."""
     symmetry: FieldSymmetry
     mesh: Path | None = None
-    """OBJ file; None: the field consists of `elements`."""
+    """OBJ file of the field; None if the field consists of `elements`."""
     elements: tuple[FieldElement, ...] = ()
     """Elements of a field without a mesh."""
     materials: Mapping[str, TerrainSurface] = dataclasses.field(default_factory=dict)
@@ -85,12 +85,12 @@ class FieldDefinition:
     drivable: tuple[str, ...] = ()
     """Name patterns of elements that robots drive over."""
     tags: str | Path = ""
-    """AprilTag layout: a name (`simcore.vision.tag_layout`) or a file in WPILib's JSON, read if a robot has cameras;
-    empty: no tags."""
+    """AprilTag layout: an official name (`simcore.vision.tag_layout`) or a file in WPILib's JSON format, read when a
+    robot has cameras; empty if the field has no tags."""
     rungs: tuple[Rung, ...] = ()
     """Rungs that climbers can hang on."""
     hanging: tuple[HangingConfig, ...] = ()
-    """Hanging bodies that swing."""
+    """Bodies that hang from the field and swing."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -104,14 +104,14 @@ class FieldDefinition:
             )
 
     def load(self, mesh: Path | None = None) -> FieldGeometry:
-        """Load the field as shapes with surfaces.
+        """Load the field geometry, with a surface for each element.
 
         Args:
-            mesh: OBJ file to use instead of the game's. Groups are matched by name to the game's materials; any other
-                group gets the material of `*`.
+            mesh: OBJ file to use instead of the game's. Its groups get the game's materials by name; all other groups
+                get the material of `*`.
 
         Raises:
-            FieldMeshError: If the file is missing or broken.
+            FieldMeshError: If the file is missing or invalid.
         """
         path = mesh or self.mesh
         if path is None:
@@ -127,7 +127,7 @@ class FieldDefinition:
         return _read_field(path, written, tuple(materials.items()), self.symmetry)
 
     def drivable_in(self, geometry: FieldGeometry) -> list[str]:
-        """Return the `drivable` patterns that match an element of a field."""
+        """Return the `drivable` patterns that match at least one element of a field."""
         names = [element.name for element in geometry.elements]
         return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
 
@@ -136,19 +136,19 @@ class FieldDefinition:
 def _read_field(
     path: Path, written: int, materials: tuple[tuple[str, TerrainSurface], ...], symmetry: FieldSymmetry
 ) -> FieldGeometry:
-    """Read the shapes of a mesh; cached for all matches until the file's modification time [ns] changes."""
+    """Read the field geometry from a mesh, cached until the file's modification time `written` [ns] changes."""
     return FieldGeometry.load(path, surfaces=dict(materials), symmetry=symmetry)
 
 
 def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
-    """Return the elements of the blue half, renamed `blue_...`, and their counterparts on the red half, `red_...`.
+    """Return elements of the blue half as `blue_<name>`, and their counterparts on the red half as `red_<name>`.
 
     Args:
-        elements: Axis-aligned boxes, upright cylinders and balls, which are their own mirror images, and hulls.
+        elements: Elements of the blue half: axis-aligned boxes, upright cylinders, balls and hulls.
         symmetry: Symmetry of the field.
 
     Raises:
-        ConfigError: If an element has another shape.
+        ConfigError: If an element has any other shape.
     """
     both = []
     for element in elements:
@@ -167,7 +167,7 @@ def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry
 
 @dataclass(frozen=True, slots=True)
 class PieceSupply:
-    """One kind of piece, and how many a match has."""
+    """Kind of game piece, and the number of pieces in a match."""
 
     kind: GamePieceConfig
     count: int
@@ -181,16 +181,16 @@ class StagedPieces:
     """Pieces of one kind at the start of a match."""
 
     kind: str
-    """Name of their kind."""
+    """Name of the kind of piece."""
     positions: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
-    """Centers of the pieces on the field, in blue's field frame [m], shape (n, 3)."""
+    """Centers of the pieces on the field if the first robot is blue, field frame [m], shape (n, 3); flipped for red."""
     attitudes: FloatArray | None = None
-    """Attitudes of these pieces in the same frame, unit quaternions x, y, z, w, shape (n, 4); None: upright."""
+    """Attitudes of the pieces on the field, unit quaternions x, y, z, w, shape (n, 4); None for upright pieces."""
     resting: bool = False
     """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged before them; otherwise
     they fall when the match begins."""
     lodged: float | None = None
-    """Force that frees wedged pieces [N]; None: the pieces are not wedged."""
+    """Force that frees wedged pieces [N]; None if the pieces are not wedged."""
     off_field: int = 0
     """Number of pieces that start off the field, e.g. with a human player."""
 
@@ -218,12 +218,12 @@ class RobotEntry:
 
     alliance: Alliance = "blue"
     start: Pose | None = None
-    """Start pose as a blue robot, field frame [m, m, rad]; a red robot starts at the corresponding pose. None: the
-    game's start pose for the robot's position in the list."""
+    """Start pose for the blue alliance, field frame [m, m, rad]; a red robot starts at the corresponding red pose. None
+    for the game's start pose at the robot's position in the list."""
     preload: int | None = None
-    """Preloaded pieces of the game's first kind; None: as many as the game allows."""
+    """Number of preloaded pieces of the game's first kind; None for as many as the game allows."""
     config: RobotConfig | None = None
-    """Config of the robot; None: the game's robot."""
+    """Config of the robot; None for the game's default robot."""
 
     def __post_init__(self) -> None:
         require_fields(self, start=START, preload=COUNT)
@@ -231,7 +231,7 @@ class RobotEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GameOption:
-    """Option of a game that `Match(options=...)` or the command line can switch on."""
+    """Option of a game, switched on by `Match(options=...)` or on the command line."""
 
     name: str
     help: str
@@ -243,11 +243,11 @@ class GameOption:
 
 
 class PlayedMatch(Protocol):
-    """Match as its game sees it: the parts that rules, autos, players and scripts use."""
+    """Parts of a match that a game's rules, autos, players and scripts use."""
 
     game: Game
     entries: tuple[RobotEntry, ...]
-    """Robots as requested when the match was created."""
+    """Robot entries as requested when the match was created."""
     options: frozenset[str]
     """Names of the game options that are on."""
     practice: bool
@@ -256,7 +256,7 @@ class PlayedMatch(Protocol):
     world: PhysicsWorld
     hanging: list[HangingBody]
     robots: list[Robot]
-    """Robots by number."""
+    """All robots, by number."""
     alliances: list[Alliance]
     """Current alliance of each robot."""
     contacts: RobotContacts
@@ -273,7 +273,7 @@ class PlayedMatch(Protocol):
     draws: ScatterDraws
     """Scatter draws of this run."""
     persons: dict[Alliance, dict[str, float]]
-    """Requested actions, with the time at which each ends [s], of every human player that a user controls."""
+    """Requested actions of each human player that a user controls: the time at which each action ends [s], by name."""
     record: RunRecord
     """Record of the run so far."""
 
@@ -283,28 +283,28 @@ class PlayedMatch(Protocol):
 
 @runtime_checkable
 class Driving(Protocol):
-    """Driver controls of a game's robot; see `simcore.match.players.driven_robot.DriverControls`."""
+    """Driver controls of a game's robot, such as `simcore.match.players.driven_robot.DriverControls`."""
 
     @property
     def actions(self) -> Collection[str]:
-        """Names of the actions, in the order of the buttons."""
+        """Names of the driver's actions, in the order of the buttons."""
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
-        """Make the controller that follows a driver, whose inputs it reads once per tick."""
+        """Make a controller that reads the driver's inputs once per tick and follows them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Auto:
-    """Autonomous routine of a robot, with its start pose."""
+    """Autonomous routine with its start pose."""
 
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance], Controller]
-    """Function of a match and an alliance that makes the robot's controller."""
+    """Function that makes the robot's controller for a match and an alliance."""
     start: Pose
-    """Start pose as a blue robot, field frame [m, m, rad]."""
+    """Start pose for the blue alliance, field frame [m, m, rad]."""
     preload: int | None = None
-    """Preloaded pieces, as in `RobotEntry`."""
+    """Number of preloaded pieces; None for as many as the game allows."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Auto {self.name!r}", start=START, preload=COUNT)
@@ -317,9 +317,9 @@ class Role:
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance, int], Controller]
-    """Function of a match, an alliance and a skill level that makes the robot's controller."""
+    """Function that makes the robot's controller for a match, an alliance and a skill level."""
     config: Callable[[], RobotConfig] | None = None
-    """Config of its robot; None: the game's robot."""
+    """Function that makes the robot's config; None for the game's default robot."""
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -335,13 +335,13 @@ class Rules:
     """
 
     channels: ClassVar[Sequence[Channel]] = ()
-    """Channels that the game adds to telemetry: each has its full key and a function of the rules."""
+    """Telemetry channels of the game, each with its full key and a function of the rules."""
 
     def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
     def start(self) -> None:
-        """Act as the match begins: pieces are staged and robots are at their start poses."""
+        """Act as the match begins, with pieces staged and robots at their start poses."""
 
     def start_mode(self, mode: str) -> None:
         """Act after a driver station has enabled `auto` or `teleop`."""
@@ -350,43 +350,44 @@ class Rules:
         """Act after robot code has given its commands, before anything moves."""
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return the points of a piece that would score in a zone now.
+        """Return the points for a piece that scores in a zone now.
 
-        This method must not change anything, and neither may `game_data`, `breakdown` or `channels`: pages and
-        dashboards call them at any time. Effects of a scoring piece belong in `scored`.
+        Web pages and dashboards may call this method, `game_data`, `breakdown` and the functions of `channels` at any
+        time, so they must not change any state. Put the effects of a scoring piece in `scored`.
         """
         return zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """Act after a piece has scored; it is off the field."""
+        """Act after a piece has scored and left the field."""
 
     def placed(self, event: PlaceEvent) -> None:
-        """Act after a piece has come to rest in a place where it counts."""
+        """Act after a piece has come to rest in one of the game's `places`."""
 
     def removed(self, event: PlaceEvent) -> None:
-        """Act after a placed piece has left its place: it fell, or a robot took it."""
+        """Act after a placed piece has fallen from its place or a robot has taken it."""
 
     def after_tick(self) -> None:
-        """Act after everything has moved and scored; telemetry comes next."""
+        """Act at the end of a tick, after motion and scoring and before telemetry."""
 
     def end(self) -> None:
-        """Act after the last phase; called once."""
+        """Act once, after the last phase."""
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions of human players; empty if the game has none. All runs of a match have the same names."""
+        """Return the actions of human players, with the same names in every run; empty if the game has none."""
         return ()
 
     def game_data(self) -> str:
-        """Return the game-specific message that robots receive now; empty for none."""
+        """Return the current game-specific message for robots; empty if there is none."""
         return ""
 
     def breakdown(self) -> Mapping[str, int]:
-        """Return the parts of the score by name, in addition to the pieces of each zone."""
+        """Return further parts of the score by name, in addition to the piece count of each zone."""
         return {}
 
 
 Staging: TypeAlias = Callable[[np.random.Generator, Sequence[RobotEntry]], Sequence[StagedPieces]]
-"""Function that returns the pieces staged for these robots, in blue's field frame, without preloads."""
+"""Function that returns the staged pieces, without preloads and for a blue first robot; called with a random generator
+and the robot entries."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -394,15 +395,15 @@ class Game:
     """Definition of a year's game. Make variants with `dataclasses.replace`."""
 
     name: str
-    """Name for `--game` and telemetry: letters, digits and `_`."""
+    """Name for `--game` and telemetry; letters, digits and `_` only."""
     year: int
     title: str = ""
-    """Title for people; empty: the name in capitals."""
+    """Title on pages and reports; empty for the name in capitals."""
     field: FieldDefinition
     pieces: tuple[PieceSupply, ...]
     clock: MatchClock
     assessment: float = 0.0
-    """Time between the end of the clock and the final score of a whole match [s]."""
+    """Time from the end of the match clock to the final assessment of the score [s]."""
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
@@ -411,9 +412,9 @@ class Game:
     robot: Callable[[], RobotConfig]
     """Function that makes the default robot's config."""
     starts: tuple[Pose, ...]
-    """Start poses of an alliance's robots, as blue robots [m, m, rad]."""
+    """Start poses of blue robots, field frame [m, m, rad]; red robots start at the corresponding red poses."""
     preload: int = 0
-    """Maximum number of pieces that a robot may hold at the start."""
+    """Maximum number of preloaded pieces per robot."""
     robots: int = 6
     """Maximum number of robots in a match."""
     autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
@@ -421,12 +422,12 @@ class Game:
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
     """Roles of scripted players, by name."""
     driving: Driving | None = None
-    """Controls for a user who drives the game's robot; None: driving and the intake only."""
+    """Controls for a user who drives the game's robot; None for driving and the intake only."""
     practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
-    """Whole matches to run a team's robot code in, by name: roles of its partners and of its opponents."""
+    """Practice matches for a team's robot code, by name: roles of its partners and roles of its opponents."""
     options: tuple[GameOption, ...] = ()
     arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
-    """Function that changes the field for the options that are on; None: options leave the field unchanged."""
+    """Function that adapts the field to the options that are on; None if options leave the field unchanged."""
     models: Path | None = None
     """Folder of models for AdvantageScope and the browser view."""
 
@@ -450,15 +451,15 @@ class Game:
 
     @property
     def heading(self) -> str:
-        """Title for people."""
+        """Title on pages and reports."""
         return self.title or self.name.upper()
 
     def auto(self, name: str | None = None) -> Auto:
-        """Return the auto of a name; None: the first.
+        """Return an auto by name, or the first auto for None.
 
         Raises:
-            UnknownNameError: If there is no such auto; the error lists the nearest names.
-            ConfigError: If the game has no auto at all.
+            UnknownNameError: If no auto has this name; the message suggests similar names.
+            ConfigError: If the game has no autos.
         """
         if name is None:
             if not self.autos:
@@ -480,16 +481,17 @@ class Game:
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
-        """Make an empty game: a carpet with a wall around it, for experiments and tests.
+        """Make a game on a bare carpet with a wall around it, for experiments and tests.
 
         Args:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
-            drivable: Name patterns of the elements that robots drive on.
-            pieces: Kinds of pieces; none are on the field until `match.pieces.spawn` puts them there.
-            robot: The default robot; None: 55 kg on four swerve modules, without mechanisms.
+            drivable: Name patterns of the elements that robots drive over.
+            pieces: Kinds of pieces; all pieces are off the field until `match.pieces.spawn` puts them on it.
+            robot: Function that makes the default robot's config; None for a 55 kg robot with four swerve modules and
+                no mechanisms.
             zones: Zones where pieces score.
-            places: Places where pieces stay and count.
+            places: Places where pieces stay and count as placed.
         """
         module = SwerveModuleConfig(
             x=0.0,

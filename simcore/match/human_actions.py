@@ -1,7 +1,7 @@
-"""Human players: the pieces that they hold and what they do with them, by a game's policy or at a person's request.
+"""Human players: the pieces that they hold, and their actions by a game's policy or at a person's request.
 
-A game lists its actions. Its policy decides when to `take` one; where a person plays, `FieldControl` does what the
-person has requested. Both use the same action, so limits, times and errors are equal.
+A game lists the actions. The game's policy decides when to `take` an action; if a person controls the human player,
+`FieldControl` takes the requested actions instead. Limits, times and errors are the same in both cases.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ class FedMatch(Protocol):
 
 
 class Feeder:
-    """Pieces of one human player, oldest first, with the time of each hand's last piece.
+    """Stock of pieces of one human player, oldest first, with the time when each hand last released a piece.
 
     Args:
-        match: Match that it feeds.
-        slots: Pieces at the start; they wait off the field.
+        match: Match that receives the pieces.
+        slots: Slots of the human player's pieces at the start, all off the field.
         clumsiness: Factor on times and errors [-].
-        rng: Generator for random errors; None: that of the match's rules.
+        rng: Random generator for errors; None for the generator of the match's rules.
     """
 
     def __init__(
@@ -65,29 +65,29 @@ class Feeder:
 
     @property
     def stock(self) -> int:
-        """Number of pieces left; pieces that another command has put on the field are not counted."""
+        """Number of pieces left, without pieces that another command has put on the field."""
         status = self._match.pieces.state.status[self._slots].tolist() if self._slots else []
         self._slots[:] = [slot for slot, now in zip(self._slots, status, strict=True) if now == _STAGED]
         return len(self._slots)
 
     def keep(self, slot: int) -> None:
-        """Take in a piece that has scored."""
+        """Add a scored piece to the stock."""
         self._match.pieces.set_aside(np.array([slot]))
         self._slots.append(slot)
 
     def take_off(self, slots: Iterable[int]) -> None:
-        """Take pieces within reach off the field."""
+        """Take pieces off the field and add them to the stock."""
         for slot in slots:
             self._match.pieces.score(np.array([slot]))
             self.keep(slot)
 
     def is_due(self, period: float, hand: str = "") -> bool:
-        """Return whether a hand has had the time that it needs between two pieces [s]."""
+        """Return whether a hand's period between two pieces [s], times the clumsiness, has passed."""
         since = self._match.time - self._last.get(hand, -math.inf)
         return since >= self.clumsiness * period - 0.5 * TICK
 
     def errors(self, count: int) -> FloatArray:
-        """Draw standard normal numbers times the clumsiness, shape (count,)."""
+        """Draw normal errors with the clumsiness as standard deviation [-], shape (count,)."""
         drawn: FloatArray = self.clumsiness * self._rng.standard_normal(count)
         return drawn
 
@@ -96,12 +96,12 @@ class Feeder:
         self._last[hand] = self._match.time
 
     def put(self, place: FloatArray, attitude: FloatArray | None = None, velocity: FloatArray | None = None) -> int:
-        """Put the next piece on the field and return its slot.
+        """Put the next piece on the field and return the piece's slot.
 
         Args:
             place: Center of the piece, field frame [m], shape (3,).
-            attitude: Unit quaternion x, y, z, w; None: upright.
-            velocity: Velocity of a thrown piece, field frame [m/s], shape (3,); None: at rest.
+            attitude: Attitude of the piece, unit quaternion x, y, z, w, shape (4,); None for an upright piece.
+            velocity: Velocity of a thrown piece, field frame [m/s], shape (3,); None for a piece at rest.
         """
         slot = np.array([self._slots.pop(0)])
         self._match.pieces.release(slot, place[None], None if attitude is None else attitude[None])
@@ -113,14 +113,14 @@ class Feeder:
     def throw(
         self, start: Vector, target: Vector, *, elevation: float, error: float, flip: FieldSymmetry | None
     ) -> int:
-        """Throw the next piece with a person's errors and return its slot.
+        """Throw the next piece with random errors and return the piece's slot.
 
         Args:
-            start: Place where it leaves the hand, field frame [m].
-            target: Place through which it should fall [m].
-            elevation: Elevation above the horizontal [rad].
-            error: Standard deviation of the direction [rad], and of the speed as a fraction.
-            flip: Symmetry that maps the places to the other alliance's side; None: they stay.
+            start: Position where the piece leaves the hand, field frame [m].
+            target: Point that the falling piece should pass through, field frame [m].
+            elevation: Launch angle above the horizontal [rad].
+            error: Standard deviation of the direction [rad], and of the speed relative to the nominal speed [-].
+            flip: Symmetry that maps both points to the other alliance's side; None to leave them unchanged.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -138,28 +138,28 @@ class Feeder:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HumanAction:
-    """Action of either alliance's human player with the next piece."""
+    """Action that either alliance's human player performs with the next piece."""
 
     name: str
-    """Name in its topic, e.g. `OpenDoor`."""
+    """Name of the action in its NetworkTables topic, e.g. `OpenDoor`."""
     summary: str
-    """Text of its button."""
+    """Text on the action's button."""
     feeders: Mapping[Alliance, Feeder]
-    """Holders of the pieces, by alliance."""
+    """Stock of pieces of each alliance's human player."""
     act: Callable[[Alliance], object]
-    """Function that puts the next piece on the field."""
+    """Function of the alliance that puts the next piece on the field."""
     period: float
     """Time from one piece to the next [s]."""
     lasts: float = 0.0
-    """Duration of repeating it, piece after piece, at one request of a person [s]; 0: one piece."""
+    """Time for which one request of a person repeats the action, piece after piece [s]; 0 for a single piece."""
     modes: tuple[Mode, ...] = ("auto", "teleop")
-    """Modes in which the game allows it."""
+    """Modes in which the game allows the action."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"HumanAction {self.name!r}", period=DURATION, lasts=DELAY)
 
     def refusal(self, timer: MatchTimer, alliance: Alliance) -> str:
-        """Return why it cannot be done now, apart from the pace of the hands; empty if it can."""
+        """Return the reason why the action is not possible now, regardless of its period; empty if it is possible."""
         if not self.feeders[alliance].stock:
             return "no piece is left for it"
         if not timer.is_enabled:
@@ -169,11 +169,11 @@ class HumanAction:
         return ""
 
     def is_ready(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Return whether it can be done and the period since the last time is over."""
+        """Return whether the action is possible and its period since the last time has passed."""
         return self.feeders[alliance].is_due(self.period, self.name) and not self.refusal(timer, alliance)
 
     def take(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Do it if it is ready, and return whether it was done."""
+        """Perform the action if it is ready; return whether it was performed."""
         if not self.is_ready(timer, alliance):
             return False
         self.act(alliance)

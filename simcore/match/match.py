@@ -1,7 +1,7 @@
-"""Match: any game, any robots, and the tick that moves them.
+"""Match of any game with any robots, and the tick that advances it.
 
-The tick consists of two lists of phases (`before`, `after`), with the loop of `Motion` between them. Scripted robots
-run the loop once a tick; robot code whose motor controllers need more frequent updates runs it several times.
+A tick runs the phases of `before`, then the loop of `Motion`, then the phases of `after`. With scripted robots, the
+loop runs once a tick; robot code whose motor controllers need more frequent updates runs it several times.
 """
 
 from __future__ import annotations
@@ -59,30 +59,30 @@ _log = logging.getLogger(__name__)
 _LONGEST_PART = TICK * (1.0 + 1e-9)  # [s]
 _MOST_PARTS = 100
 _COUNT_PERIOD = 5  # ticks
-_LONG = 3600.0  # [s]; a sink that is due this long after the end takes the last snapshot
+_LONG = 3600.0  # [s]; a sink that would be due this long after the end receives the last snapshot
 
 
 class Match:
-    """A match of a game. Use as a context manager, or call `close`.
+    """One match of a game, used as a context manager or closed with `close`.
 
     Args:
         game: Game to play.
-        robots: Robots of the match; none: one blue robot of the game's kind.
+        robots: Robots of the match; by default one blue robot with the game's default config.
         seed: Seed of all random draws, a whole number >= 0.
-        scatter: Differences of robots, pieces and shots from match to match; None: none.
-        controllers: Controller of each robot, in their order; None: it stands still.
-        options: Names of the game's options that are on; None: none.
+        scatter: Random differences between runs in robots, pieces and shots; None for no differences.
+        controllers: Controllers of the robots, in order; a robot with None stands still.
+        options: Names of the game options to switch on.
         practice: Whether every piece counts, regardless of the match clock.
         sinks: Receivers of telemetry.
-        engine: Physics engine, or its name; None: see `engine_choice`. It is closed with the match.
-        network: Network of the cameras, e.g. `CameraTables`; None: frames are read from `cameras` only.
-        field_mesh: OBJ file of the field in place of the game's.
-        tags: AprilTag layout in place of the game's: a name, or a file in WPILib's JSON.
-        never_sleep: Whether pieces stay awake, for measurements.
+        engine: Physics engine, or its name, closed with the match; None for the default of `engine_choice`.
+        network: Network on which cameras publish, e.g. `CameraTables`; None if frames are read from `cameras` only.
+        field_mesh: OBJ file of the field, instead of the game's.
+        tags: AprilTag layout, instead of the game's: an official name, or a file in WPILib's JSON format.
+        never_sleep: Whether pieces always stay awake, for measurements.
 
     Raises:
         ConfigError: If robots, seed or options are invalid.
-        FieldMeshError: If the field's mesh is missing or broken.
+        FieldMeshError: If the field mesh is missing or invalid.
 
     Example:
         >>> from simcore.match.registry import find_game
@@ -119,7 +119,7 @@ class Match:
         if not isinstance(scatter, Scatter | None):
             raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
         self.scatter = scatter or Scatter.none()
-        """Differences from run to run."""
+        """Random differences between runs."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         if network is not None and not callable(getattr(network, "port", None)):
             raise ConfigError(f"network must be CameraTables(instance) or None, got {shown(network)}")
@@ -132,13 +132,13 @@ class Match:
             self.set_controller(number, controller)
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
-        """Wall time of the last tick [ms], for telemetry; None: not measured."""
+        """Wall time of the last tick, for telemetry [ms]; None if not measured."""
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
-        self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
+        self.field = definition.load(field_mesh)  # before the engine starts, so that an invalid mesh fails early
         self.world = PhysicsWorld(engine=engine)
         self.control = FieldControl(self)
-        """Actions of people on the field; kept by `reset`."""
+        """Commands of people on the field; `reset` keeps this object."""
         self.before: tuple[Callable[[], None], ...] = (
             self.control.before_tick,
             self._make_way,
@@ -146,8 +146,8 @@ class Match:
             self._wake,
             self._take_in,
         )
-        """Phases before motion: people act on the field, robots move out of each other; robot code reads and commands;
-        sleeping pieces wake; intakes take pieces in."""
+        """Phases before motion: field commands, separation of overlapping robots, robot code, waking of pieces, and
+        intakes."""
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -156,7 +156,7 @@ class Match:
             self._let_go,
             self._publish,
         )
-        """Phases after motion: piece positions; cameras; sleep; score and rules; shots and placing; telemetry."""
+        """Phases after motion: piece positions, cameras, sleep, score and rules, shots and placing, and telemetry."""
         try:
             self._begin(seed)
         except BaseException:
@@ -177,17 +177,17 @@ class Match:
         places: Sequence[RestingPlace] = (),
         **settings: Any,
     ) -> Match:
-        """Make a match without a game: a carpet with a wall around it, for experiments and tests.
+        """Make a match on a bare carpet with a wall around it, for experiments and tests.
 
         Args:
-            robot: Config of its robot; None: 55 kg on four swerve modules, without mechanisms.
-            start: Start of the robot [m, m, rad].
+            robot: Config of the robot; None for a 55 kg robot with four swerve modules and no mechanisms.
+            start: Start pose of the robot, field frame [m, m, rad].
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
-            drivable: Name patterns of the elements that robots drive on.
-            pieces: Kinds of pieces; none is on the field until `match.pieces.spawn` puts it there.
+            drivable: Name patterns of the elements that robots drive over.
+            pieces: Kinds of pieces; all pieces are off the field until `match.pieces.spawn` puts them on it.
             zones: Zones where pieces score.
-            places: Places where pieces stay and count.
+            places: Places where pieces stay and count as placed.
             settings: Further arguments of `Match`.
 
         Example:
@@ -211,32 +211,32 @@ class Match:
     # --- building -------------------------------------------------------------------------------------------------
 
     def _begin(self, seed: int) -> None:
-        """Build all objects of a run, in an empty world."""
+        """Build all objects of a run in an empty physics world."""
         game = self.game
         self.seed = seed
         """Seed of all random draws."""
         self.draws = ScatterDraws(self.scatter, seed)
         """Scatter draws of this run."""
         self.rules_rng, robot_rng, staging_rng, camera_rng = np.random.default_rng(seed).spawn(4)
-        """Generator for chance in the rules."""
+        """Random generator for the rules."""
         self.time = 0.0
-        """Simulated time since the start [s]."""
+        """Simulated time since the start of the run [s]."""
         self.ticks = 0
-        """Ticks since the start."""
+        """Number of ticks since the start of the run."""
         self.field_resets = 0
-        """Number of calls of `reset_field` since the start."""
+        """Number of calls of `reset_field` since the start of the run."""
         self.persons: dict[Alliance, dict[str, float]] = {}
-        """Alliances whose human player a person plays, with the requested actions and until when [s]."""
+        """Requested actions of each human player that a user controls: the time at which each action ends [s]."""
         self.timer = MatchTimer(game.clock)
-        """Time of the match, for scores and rules."""
+        """Match time, for scoring and rules."""
         self.digest = TrajectoryDigest()
-        """Digest of the state of every tick so far."""
+        """Digest of all states so far."""
         self._started: Mode | None = None
-        """Mode that a driver station enabled last; None: none yet."""
+        """Mode that a driver station enabled last; None before the first."""
         self._has_concluded = False
         self._unchecked: set[int] = set()  # robots that have changed alliance since the last tick
         self.alliances: list[Alliance] = [entry.alliance for entry in self.entries]
-        """Present alliance of each robot."""
+        """Current alliance of each robot."""
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.hanging = [HangingBody(self.world, config) for config in self._hanging]
         """Bodies that hang from the field and swing."""
@@ -252,7 +252,7 @@ class Match:
         self._stage(staging_rng)
         self.robots: list[Robot] = []
         for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
-            self._add_robot(number, own_rng)  # its noise does not depend on the number of robots
+            self._add_robot(number, own_rng)  # own stream, so that noise does not depend on the number of robots
         self.pieces.on_taken = [robot.forget_piece for robot in self.robots]
         require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
@@ -293,7 +293,7 @@ class Match:
         self._publisher: Publisher | None = None
 
     def _update_digest(self) -> None:
-        """Update the digest with the state of all moving bodies, and every 0.1 s with the points."""
+        """Add the state of all moving bodies to the digest, and every 0.1 s the points."""
         for robot in self.robots:
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         for body in self.hanging:
@@ -324,9 +324,9 @@ class Match:
         self._preload(robot)
 
     def _stage(self, rng: np.random.Generator) -> None:
-        """Put pieces at their starts, as the first robot's alliance sees the field.
+        """Put pieces at their starting positions, flipped if the first robot is red.
 
-        So a red match is a blue one under the field's symmetry.
+        A match with a red first robot is therefore the mirror image of the blue match.
         """
         symmetry = self.game.field.symmetry if self.entries[0].alliance == "red" else None
         for some in self.game.staging(rng, self.entries):
@@ -352,11 +352,11 @@ class Match:
             robot.storage.add(slots.tolist())
 
     def _make_room(self) -> None:
-        """Move pieces aside that overlap robots."""
+        """Move pieces that overlap robots out of the way."""
         self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
 
     def _require_place(self, number: int, pose: Pose) -> None:
-        """Raise an error for a place where a robot cannot stand."""
+        """Raise an error for a pose at which a robot cannot stand."""
         require_row(f"robot {number}", "pose", pose, POSE)
         require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
 
@@ -366,7 +366,7 @@ class Match:
         self._make_room()
 
     def _missed(self, number: int, pose: Pose) -> Pose | None:
-        """Return where people put a robot by mistake instead of a pose; None: exactly there."""
+        """Return the pose with people's placement error, or None without an error."""
         ahead, left, turn = start_error(self.draws, number)
         if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
             left, turn = -left, -turn
@@ -374,10 +374,10 @@ class Match:
         return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
 
     def _begin_rules(self) -> None:
-        """Start the rules again, with nothing scored."""
+        """Restart the rules with nothing scored."""
         self._has_ended = self.timer.is_over
         self._counted: tuple[int, Score] | None = None
-        """Time and points of the last update of `score_counts`; None: none since the start."""
+        """Time and points at the last update of `score_counts`; None before the first update."""
         self._counts: Mapping[str, int] = {}
         self.rules: Rules = self.game.rules(self)
         self.rules.start()
@@ -389,13 +389,13 @@ class Match:
         self.close()
 
     def close(self) -> None:
-        """Close sinks and engine, each even if another fails; may be called twice."""
+        """Close all sinks and the engine, even if closing one of them fails; safe to call twice."""
         with ExitStack() as stack:
             stack.callback(self.world.close)
             self._end_run(stack)
 
     def _end_run(self, stack: ExitStack) -> None:
-        """Log the robots' totals of a run, once; cameras and sinks are closed with the stack."""
+        """Write the last snapshot and log totals, once per run; the stack closes cameras and sinks."""
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
         if self._has_concluded:
@@ -412,10 +412,10 @@ class Match:
     # --- the tick -------------------------------------------------------------------------------------------------
 
     def tick(self, parts: int = 1) -> None:
-        """Advance by 20 ms, with the middle of the tick split into equal parts.
+        """Advance by one tick of 20 ms, with the motion split into equal parts.
 
         Raises:
-            ConfigError: If the number of parts is not a whole number from 1 to 100; nothing has moved.
+            ConfigError: If the number of parts is not a whole number from 1 to 100; nothing moves in this case.
         """
         if type(parts) is not int or not 1 <= parts <= _MOST_PARTS:
             raise ConfigError(f"Match.tick: parts must be a whole number from 1 to {_MOST_PARTS}, got {shown(parts)}")
@@ -425,15 +425,15 @@ class Match:
         self.end_tick()
 
     def begin_tick(self) -> None:
-        """Run the phases before motion; `run_part` follows until 20 ms are full, then `end_tick`."""
+        """Run the phases before motion; call `run_part` next until 20 ms have passed, then `end_tick`."""
         for phase in self.before:
             phase()
 
     def run_part(self, h: float) -> None:
-        """Advance the motion by a part of the tick, h [s].
+        """Advance the motion by part of a tick, h [s].
 
         Raises:
-            ConfigError: If h is not a part of 20 ms; nothing has moved.
+            ConfigError: If h is not above 0 and at most 20 ms; nothing moves in this case.
         """
         if not 0.0 < h <= _LONGEST_PART:
             raise ConfigError(f"Match.run_part: h must be a part of 20 ms, above 0 s, got {shown(h)}")
@@ -445,11 +445,11 @@ class Match:
             phase()
 
     def play(self, seconds: float, *, controllers: Sequence[Controller | None] | None = None) -> None:
-        """Advance by a time [s].
+        """Advance by several ticks.
 
         Args:
-            seconds: Simulated time; rounded to whole ticks.
-            controllers: Controller of each robot from now on; None leaves them.
+            seconds: Simulated time to advance by, rounded to whole ticks [s].
+            controllers: New controllers of the robots, in order; None keeps the present controllers.
         """
         require("Match.play", "seconds", seconds, Quantity("s", 0.0, 1e6))
         for number, controller in enumerate(controllers or ()):
@@ -460,7 +460,7 @@ class Match:
     # --- before ---------------------------------------------------------------------------------------------------
 
     def _make_way(self) -> None:
-        """Move robots that have changed alliance next to others on their starts; all may have changed at once."""
+        """Move robots that have changed alliance off occupied start poses."""
         while self._unchecked:
             robot = self.robots[self._unchecked.pop()]
             pose = robot.chassis.pose
@@ -478,17 +478,17 @@ class Match:
         self.rules.before_tick()
 
     def _wake(self) -> None:
-        """Wake sleepers that can be reached within the tick."""
+        """Wake sleeping pieces that something can reach within the tick."""
         self.motion.begin_tick()
 
     def _take_in(self) -> None:
-        """Take pieces in, before the step, so that a new shot is not taken in again."""
+        """Take pieces in; this phase comes before motion so that intakes do not catch a new shot."""
         self.flow.take_in()
 
     # --- after ----------------------------------------------------------------------------------------------------
 
     def _gather(self) -> None:
-        """Read poses and velocities from the engine, once; return pieces outside the field."""
+        """Read poses and velocities from the engine, and return pieces that have left the field."""
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
@@ -502,11 +502,11 @@ class Match:
         self.cameras.expose(self.time)
 
     def _settle(self) -> None:
-        """Put pieces to sleep that have been slow for a while."""
+        """Put pieces that have been slow for a while to sleep."""
         self.pieces.settle(TICK)
 
     def _score(self) -> None:
-        """Score pieces that went through a zone, and apply the game's rules."""
+        """Score pieces that have entered a scoring zone, and apply the game's rules."""
         state, slots = self.pieces.state, self.pieces.awake
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
@@ -552,12 +552,12 @@ class Match:
         self._controllers[number] = controller
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
-        """Place a robot, at rest, at a start of an alliance; its gyro keeps its reading.
+        """Change a robot's alliance and place it at rest at its start pose; the gyro keeps its reading.
 
-        If another robot still stands there as the next tick begins, people put it next to that one.
+        If another robot still occupies the start pose when the next tick begins, the robot is placed next to it.
 
         Raises:
-            ConfigError: If there is no such robot or no such alliance.
+            ConfigError: If the robot or the alliance does not exist.
         """
         self.require_robot(number)
         if alliance not in ("blue", "red"):
@@ -567,17 +567,19 @@ class Match:
         self._unchecked.add(number)
 
     def carry_to(self, number: int, pose: Pose, *, by_people: bool = False) -> None:
-        """Place a robot at rest, as if people carry it; its gyro keeps its reading, and pieces make room.
+        """Place a robot at rest, as if people carried it there.
+
+        The gyro keeps its reading, and pieces are moved out of the way.
 
         Args:
             number: Number of the robot.
-            pose: Pose, field frame [m, m, rad].
-            by_people: Whether people put it at the start of an auto: they miss the pose by the scatter, and a headset
-                repeats its last reset there; otherwise the pose is exact.
+            pose: New pose, field frame [m, m, rad].
+            by_people: Whether people place the robot for an auto: the pose then has the scatter's placement error, and
+                the headset repeats its last pose reset; otherwise the pose is exact.
 
         Raises:
-            ConfigError: If there is no such robot or the pose is not three numbers.
-            StartError: If the place is outside the field or inside a solid.
+            ConfigError: If the robot does not exist or the pose is not three finite numbers.
+            StartError: If the pose is outside the field or inside a solid.
         """
         self.require_robot(number)
         self._require_place(number, pose)
@@ -590,7 +592,7 @@ class Match:
         self.cameras.follow_carry(number, self.time, old_pos, to_start=by_people)
 
     def start_mode(self, mode: Mode) -> None:
-        """Let the match clock follow a driver station that has just enabled `auto` or `teleop`; an auto starts at 0."""
+        """Set the match clock to the start of `auto` or `teleop`, which a driver station has just enabled."""
         self.timer.start(mode)
         if mode == "auto":
             self.tracker.reset()
@@ -601,9 +603,9 @@ class Match:
         self.rules.start_mode(mode)
 
     def reset_field(self) -> None:
-        """Put all pieces back to their starts, preloads into the robots; score and rules start again.
+        """Reset pieces, preloads, score and rules to the start of the match.
 
-        Robots stay in place, and pieces make room for them. The clock goes on.
+        Robots stay in place, pieces are moved out of their way, and the clock goes on.
         """
         self.field_resets += 1
         self.pieces.clear()
@@ -622,12 +624,12 @@ class Match:
             self.rules.start_mode(self._started)
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
-        """Start the match again in the same engine; robots, pieces and rules are new objects.
+        """Restart the match in the same engine, with new robots, pieces and rules.
 
-        The sinks of the old run are closed, so that its log is complete.
+        The sinks of the old run are closed, which completes its log.
 
         Args:
-            seed: Seed of the new run; None: the same one.
+            seed: Seed of the new run; None for the seed of the old run.
             sinks: Receivers of the new run's telemetry.
         """
         require_settings(sinks=sinks)
@@ -643,46 +645,43 @@ class Match:
 
     @property
     def substeps(self) -> int:
-        """Engine steps in the last tick."""
+        """Number of engine steps in the last tick."""
         return self.motion.substeps
 
     @property
     def score(self) -> Score:
-        """Points so far."""
+        """Points of both alliances so far."""
         red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
         return Score(red=red, blue=blue, total=red + blue)
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Breakdown as telemetry shows it.
-
-        It is counted every 0.1 s and when points change: most ticks change nothing.
-        """
+        """Breakdown of the score for telemetry, updated every 0.1 s and when points change."""
         now = self.ticks // _COUNT_PERIOD, self.score
         if now != self._counted:
             self._counted, self._counts = now, self.breakdown()
         return self._counts
 
     def breakdown(self) -> dict[str, int]:
-        """Count pieces that scored by zone, points that human players threw, and the rules' parts of the score."""
+        """Return the scored pieces of each zone, the points of human players' throws, and the rules' breakdown."""
         people = self.record.human_points.items() if self.rules.human_actions() else ()
         thrown = {f"{alliance.capitalize()}/humanPlayerPoints": points for alliance, points in people}
         return {**self.tracker.pieces, **thrown, **self.rules.breakdown()}
 
     @property
     def count(self) -> PieceCount:
-        """Present places of all pieces."""
+        """Number of pieces in each kind of place, such as on the field or in a robot."""
         return PieceCount.of(self.pieces)
 
     def piece_positions(self) -> dict[str, FloatArray]:
-        """Return positions of the pieces on the field and in the air, by kind, field frame [m], shape (n, 3)."""
+        """Return the positions of pieces on the field and in the air, by kind, field frame [m], shape (n, 3)."""
         return {kind.name: self.pieces.state.pos[self.pieces.on_field(kind.name)] for kind in self.pieces.types}
 
     def start_pose(self, number: int) -> Pose:
-        """Return the start of a robot in its present alliance, field frame [m, m, rad].
+        """Return the start pose of a robot for its current alliance, field frame [m, m, rad].
 
         Raises:
-            ConfigError: If its entry has no start and the game has none left.
+            ConfigError: If the robot's entry has no start and all of the game's starts are taken.
         """
         self.require_robot(number)
         game, entry = self.game, self.entries[number]
@@ -698,12 +697,12 @@ class Match:
         return game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose
 
     def require_robot(self, number: int) -> None:
-        """Raise an error for a robot number that does not exist."""
+        """Raise a `ConfigError` for a robot number that does not exist."""
         if type(number) is not int or number not in range(len(self.entries)):
             raise ConfigError(f"there are robots 0 to {len(self.entries) - 1}, got {shown(number)}")
 
     def outline(self, number: int) -> FloatArray:
-        """Return the corners of a robot's bumpers, flipped to blue if its alliance is red [m], shape (4, 2)."""
+        """Return the corners of a robot's bumpers [m], shape (4, 2); a red robot is flipped to the blue side."""
         body, pose = self.robots[number].chassis.config, self.robots[number].chassis.pose
         if self.alliances[number] == "red":
             pose = self.game.field.symmetry.flip_pose(*pose)

@@ -1,7 +1,7 @@
-"""Loop that advances one tick, and the contacts it records; a match and a bare world share it.
+"""Motion of all bodies during one tick, and the robots' contacts, for matches and bare worlds.
 
 `Motion.advance` is the loop. In each 5 ms step it updates the devices, then moves robots and balls. If there are
-other bodies, the engine moves them in one step, or in several where pieces need it. Sensors are read last.
+other bodies, the engine moves them in one step, or in several if the pieces require it. Sensors are read last.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class RobotContacts:
     """Contacts of the robots during one tick.
 
     Args:
-        world: World of the robots and pieces.
+        world: Physics world of the robots and pieces.
         robots: All robots.
         pieces: All pieces.
         hanging: Hanging bodies of the field.
@@ -49,12 +49,12 @@ class RobotContacts:
         self.near_hanging: list[HangingBody] = []
         """Hanging bodies that a robot could touch in this tick."""
         self.robots: set[tuple[int, int]] = set()
-        """Pairs of robots that touched in this tick, each in both orders."""
+        """Pairs of robots that touched in this tick, each pair in both orders."""
         self.hanging: set[tuple[int, str]] = set()
-        """Pairs of a robot's number and the name of a hanging body that it touched in this tick."""
+        """Pairs of a robot number and the name of a hanging body that the robot touched in this tick."""
 
     def begin_tick(self) -> None:
-        """Clear the contacts of the last tick, and list the bodies that could touch in this one."""
+        """Clear the contacts of the last tick, and list the bodies that could touch in this tick."""
         self.robots.clear()
         self.hanging.clear()
         spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
@@ -70,7 +70,7 @@ class RobotContacts:
         ]
 
     def note(self) -> None:
-        """Add the contacts of the last sub-step."""
+        """Add the contacts of the last substep."""
         for a, b in self._near_robots:
             if b.chassis.row in self._world.touching(a.chassis.row):
                 self.robots |= {(a.number, b.number), (b.number, a.number)}
@@ -78,34 +78,37 @@ class RobotContacts:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
 
     def touching_piece(self, slot: int) -> list[int]:
-        """Return the numbers of the robots that a piece touched: balls in this tick, others in the last engine step."""
+        """Return the numbers of the robots that a piece touched.
+
+        Contacts of balls are those of this tick; contacts of other pieces are those of the last engine step.
+        """
         return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
 
     def touching(self, row: int) -> list[int]:
-        """Return the numbers of the robots that a body of the world touched in the last sub-step."""
+        """Return the numbers of the robots that a body of the world touched in the last substep."""
         return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
-        """Return the names of field elements that a robot touched in the last sub-step, and of rungs it hangs on."""
+        """Return the names of field elements that a robot touched in the last substep, and of rungs it hangs on."""
         robot = self._robots[number]
         touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
         return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
 
 
 STEP = 0.005
-"""Time step of devices and robot bodies [s]. A robot that coasts up a bump at 1.5 m/s rolls back at 1.37 m/s; with
-20 ms steps it would return at only 1.13 m/s."""
+"""Time step of devices and robot bodies [s]. With this step, a robot that coasts up a bump at 1.5 m/s rolls back at
+1.37 m/s; with 20 ms steps, at only 1.13 m/s."""
 
 
 class Motion:
     """Motion of all bodies in a world.
 
     Args:
-        world: World in which they move.
+        world: Physics world of the bodies.
         robots: All robots.
         pieces: All pieces; None if there are none.
         hanging: Hanging bodies of the field.
-        watchers: Contact lists that are updated after each step.
+        watchers: Contact records to update after each step.
     """
 
     def __init__(
@@ -121,14 +124,14 @@ class Motion:
         self._hanging, self._watchers = hanging, watchers
         self._longest = math.inf  # longest step that the pieces allow in this tick [s]
         self.substeps = 0
-        """Engine steps in this tick so far."""
+        """Number of engine steps in this tick so far."""
 
     def begin_tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Begin a tick of dt [s]: wake sleeping pieces within reach, and find the longest step that pieces allow.
+        """Begin a tick: wake sleeping pieces within reach, and find the longest engine step that the pieces allow.
 
         Args:
             dt: Length of the tick [s].
-            others: Other moving bodies: not robots, pieces or hanging bodies.
+            others: Footprints of moving bodies other than robots, pieces and hanging bodies.
         """
         movers = [*others, *(Footprint(*robot.chassis.footprint) for robot in self._robots)]
         movers += [Footprint(*body.footprint) for body in self._hanging if body.is_awake]
@@ -138,7 +141,7 @@ class Motion:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
-        """Advance by dt [s]: a whole tick or part of one."""
+        """Advance by dt [s], a whole tick or part of a tick."""
         world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count
@@ -173,13 +176,18 @@ class Motion:
         self._world.end_engine(h)
 
     def tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Run one whole tick in a world without a match; see `begin_tick` for `others`."""
+        """Run one whole tick in a world without a match.
+
+        Args:
+            dt: Length of the tick [s].
+            others: Footprints of moving bodies other than robots, pieces and hanging bodies.
+        """
         self.begin_tick(dt, others=others)
         self.advance(dt)
         self.end_tick(dt)
 
     def end_tick(self, dt: float = TICK) -> None:
-        """End a tick of dt [s]: read the pieces, and put those that have been slow for a while to sleep."""
+        """End a tick of dt [s]: read the pieces' state, and put pieces that have been slow for a while to sleep."""
         if self._pieces is not None:
             self._pieces.gather(dt)
             self._pieces.settle(dt)

@@ -31,10 +31,10 @@ _NONE: IntArray = np.zeros(0, dtype=np.int64)
 
 
 class PieceFlow:
-    """Transfer of pieces between field and robots; it records each transfer.
+    """Transfer of pieces between the field and robots, with a record of each transfer.
 
     Args:
-        world: World of the pieces.
+        world: Physics world of the pieces.
         pieces: All pieces.
         robots: All robots.
         record: Record of the run.
@@ -50,16 +50,16 @@ class PieceFlow:
         self.clear()
 
     def clear(self) -> None:
-        """Forget what was in the way of pieces, at the start of a match."""
+        """Clear the records of blocked muzzles and jammed storages; call at the start of a match."""
         self._is_blocked: set[tuple[int, int]] = set()  # numbers of robot and shooter
         self._is_jammed: set[tuple[int, str]] = set()  # number of the robot, and storage
 
     # --- in -------------------------------------------------------------------------------------------------------
 
     def take_in(self) -> None:
-        """Let intakes and placers take the pieces within reach."""
+        """Move pieces within reach into intakes and placers."""
         for robot, slots in zip(self._robots, self._in_reach(self._pieces.fastest * TICK), strict=True):
-            slots = slots[self._pieces.is_on_field[slots]]  # other robots have taken some
+            slots = slots[self._pieces.is_on_field[slots]]  # an earlier robot may have taken some of them
             if len(slots):
                 self._take_some_of(robot, slots)
             else:
@@ -74,7 +74,7 @@ class PieceFlow:
             robot.begin_tick()
 
     def _room_behind(self, robot: Robot, intake: Intake) -> int:
-        """Return how many pieces an intake can take; 0 if its roller already holds a placer's piece."""
+        """Return the number of pieces that an intake can take; 0 if its roller already holds a placer's piece."""
         rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
         if intake.config.roller in rollers:
             return 0
@@ -85,10 +85,10 @@ class PieceFlow:
         return storage.room_for(max(radii, default=0.0))
 
     def _in_reach(self, moved: float) -> list[IntArray]:
-        """Return slots of the pieces near active intakes and placers, by the number of the robot.
+        """Return the slots of pieces near active intakes and placers, one array per robot.
 
         Args:
-            moved: Distance that a piece covered at most since the last tick [m].
+            moved: Largest distance that a piece covered since the last tick [m].
         """
         owners, places, reaches = [], [], []
         for robot in self._robots:
@@ -100,7 +100,7 @@ class PieceFlow:
                 reaches.append(radius + math.dist(places[-1], on_part(robot.pose_before, before)) + moved)
         found = [_NONE] * len(self._robots)
         if owners:
-            slots = self._pieces.on_field()  # sleepers too: a roller takes both
+            slots = self._pieces.on_field()  # also sleeping pieces, which a roller takes as well
             away = self._pieces.state.pos.take(slots, axis=0) - np.array(places)[:, None]
             near = np.einsum("kij,kij->ki", away, away) < np.square(reaches)[:, None]
             near &= ~self._pieces.is_untouched[slots]
@@ -109,7 +109,7 @@ class PieceFlow:
         return found
 
     def _takers(self, robot: Robot) -> list[Intake | Placer]:
-        """Return the intakes and placers that take pieces now."""
+        """Return the intakes and placers that can take pieces now."""
         intakes = [one for one in robot.intakes if one.is_active and self._room_behind(robot, one) > 0]
         return [*intakes, *(placer for placer in robot.placers if placer.takes)]
 
@@ -152,11 +152,11 @@ class PieceFlow:
     # --- out ------------------------------------------------------------------------------------------------------
 
     def let_go(self, time: float) -> None:
-        """Release pieces from shooters whose gate is open, and from placers that turn out, at a time [s]."""
+        """Release pieces from shooters with an open gate and from placers that run outward, at a simulated time [s]."""
         for robot in self._robots:
             for name in robot.advance_hoppers(self._world.gravity):
                 if (robot.number, name) not in self._is_jammed:
-                    self._is_jammed.add((robot.number, name))  # until a piece leaves it
+                    self._is_jammed.add((robot.number, name))  # until a piece leaves the storage
                     its = f"its hopper{name and f' {name!r}'}"
                     _log.warning("robot %d at %.2f s: two pieces jam the outlet of %s", robot.number, time, its)
             for number, shooter in enumerate(robot.shooters):
@@ -166,7 +166,7 @@ class PieceFlow:
                     continue
                 part = robot.part_in_field(placer.held_state())
                 depth = self._pieces.depth(placer.piece, part.pos, part.quat)
-                if self._pieces.is_free(placer.piece, depth):  # inside a wall or a pipe it stays in the placer
+                if self._pieces.is_free(placer.piece, depth):  # a piece inside a wall or pipe stays in the placer
                     self._put_down(robot, placer, part)
 
     def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
@@ -181,7 +181,7 @@ class PieceFlow:
         self._note_blocked((robot.number, number), obstacles, time)
 
     def _ready(self, robot: Robot, shooter: ShooterConfig) -> int:
-        """Count the pieces of a shooter's kinds that are next in its storage, before one of another kind."""
+        """Return the number of pieces of the shooter's kinds at the front of its storage."""
         storage = robot.storage_of(shooter)
         if not shooter.kinds:
             return len(storage.pieces if storage.hopper is None else storage.in_turn)
@@ -197,9 +197,9 @@ class PieceFlow:
         return kind
 
     def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> str:
-        """Return the name of an obstacle to the next piece at a muzzle; empty if it is free.
+        """Return the name of an obstacle to the next piece at a muzzle; empty if the muzzle is free.
 
-        A piece counts as an obstacle if it overlaps by more than foam gives: it jams the shooter until it is gone.
+        Another piece is an obstacle if the overlap is more than foam can compress; it jams the shooter until it leaves.
         """
         slot = robot.storage_of(shooter.config).in_turn[0]
         kind, motion = self._kind_of(slot), robot.motion_at(launch.delay / TICK)
@@ -220,9 +220,9 @@ class PieceFlow:
         """Log once when an obstacle first blocks a shooter.
 
         Args:
-            shooter: Numbers of robot and shooter.
-            obstacles: Obstacles to this tick's shots, empty for a shot that left; none if no shot was due.
-            time: Present time [s].
+            shooter: Numbers of the robot and the shooter.
+            obstacles: Obstacle to each shot of this tick, an empty string for a shot that left.
+            time: Simulated time [s].
         """
         if not obstacles:
             return
@@ -234,7 +234,7 @@ class PieceFlow:
             self._is_blocked.discard(shooter)
 
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch) -> None:
-        """Release a piece at its time within the tick that ends now, and fly it to the tick's end."""
+        """Release a piece at its launch time within the tick, and fly it to the end of the tick."""
         storage = robot.storage_of(shooter.config)
         slot = storage.take()
         self._is_jammed.discard((robot.number, storage.config.name))
@@ -249,11 +249,11 @@ class PieceFlow:
         mass = float(self._pieces.mass[slot])
         shooter.after_shot(mass, float(launch.aim.speed))
         x, y, z = (r + now - then for r, now, then in zip(piece.pos, robot.chassis.pos, motion.pos, strict=True))
-        robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the muzzle's place at the end of the tick
+        robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the muzzle's position at the end of the tick
         self._record.note_shot(slot, robot.number, self._pieces.state.pos[slot].tolist())
 
     def _put_down(self, robot: Robot, placer: Placer, part: PartState) -> None:
-        """Release a placer's piece with a pose and a motion."""
+        """Release a placer's piece with the pose and velocity of a part in the field frame."""
         self._record.put_down += 1
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)

@@ -1,4 +1,4 @@
-"""Telemetry of a tick: the values of all channels (`simcore.match.channels`) of a match and its robots."""
+"""Telemetry of a tick: the values of all channels (`simcore.match.channels`) of a match."""
 
 from __future__ import annotations
 
@@ -27,45 +27,45 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Publisher"]
 
-_DECIMALS = 6  # of poses: a robot at rest moves by some 1e-9 m, and a log would record every tick of it
+_DECIMALS = 6  # of poses; unrounded, a robot at rest moves by about 1e-9 m, and a log would record every tick
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Parts of a match that telemetry shows."""
+    """Parts of a match that telemetry uses."""
 
     cameras: CameraRig
     ticks: int
-    """Ticks since the start."""
+    """Number of ticks since the start of the run."""
     last_tick_ms: float | None
-    """Wall time of the last tick [ms]; None: not measured."""
+    """Wall time of the last tick [ms]; None if not measured."""
 
     @property
     def substeps(self) -> int:
-        """Engine steps in the last tick."""
+        """Number of engine steps in the last tick."""
 
     @property
     def score(self) -> Score:
-        """Points so far."""
+        """Points of both alliances so far."""
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Pieces that scored, by zone, and the rules' breakdown."""
+        """Scored pieces of each zone, and the rules' breakdown."""
 
 
 class _Source(NamedTuple):
-    """Keys of one type with the function that gives their values."""
+    """Keys of one type, with the function that returns their values."""
 
     field: str
-    """Field of the snapshot."""
+    """Name of the snapshot's field."""
     keys: list[str]
-    """Keys; names of the values fill a `<...>` in them."""
+    """Telemetry keys; an open key contains `<...>`, which the name of each value replaces."""
     decimals: int | None
     values: Callable[[], Iterable[Any]]
-    """Function that gives the value of each key; values by name for an open key; None: not published now."""
+    """Function that returns the value of each key, or values by name for an open key; None to publish nothing now."""
 
 
 class Publisher:
-    """Publisher of a match: it assigns columns to all channels at the start, and makes a snapshot of each tick.
+    """Publisher that assigns columns to all channels of a match and makes a snapshot of each tick.
 
     Args:
         match: Match with all its robots.
@@ -77,11 +77,11 @@ class Publisher:
         self._fixed: dict[str, list[_Source]] = {name: [] for name in FIELDS}
         self._declared: set[str] = set()
         self._others: list[_Source] = []
-        """Sources of arrays and texts."""
+        """Sources of arrays and strings."""
         self._named: list[_Source] = []
         """Sources of numbers by name."""
         self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
-        """Last names and their columns, by field and open key."""
+        """Latest names and their columns, by field and open key."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
                 self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_values_of, [channel], kind))
@@ -100,11 +100,11 @@ class Publisher:
         for channel in match.rules.channels:
             self._add(channel, [channel.key], partial(_of_rules, channel, match))
         self._programs = [0 for _ in match.robots]
-        """Number of added channels of each robot's program."""
+        """Number of channels added so far for each robot's program."""
         self._add_programs()
 
     def _add_programs(self) -> None:
-        """Add the channels that robot programs have declared since."""
+        """Add the channels that robot programs have declared since the last call."""
         for robot, known in zip(self._match.robots, self._programs, strict=True):
             for channel in robot.channels[known:]:
                 self._add(
@@ -114,7 +114,7 @@ class Publisher:
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
     def _place(self, channel: Channel, key: str) -> None:
-        """Assign a column to a key, if it has one."""
+        """Assign a column to a key, if its values are stored in columns."""
         if "<" not in key and channel.field in FIELDS:
             self._tables[channel.field].place(key)
 
@@ -129,7 +129,7 @@ class Publisher:
         (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
 
     def _decimals(self, name: str) -> tuple[IntArray, FloatArray]:
-        """Return columns of fixed values, and a power of ten to which each is rounded, 0 of those that are not."""
+        """Return the columns of fixed values, and the scale by which each is rounded: a power of ten, 0 for none."""
         sources = self._fixed[name]
         columns = [self._tables[name].place(key) for one in sources for key in one.keys]
         scales = [0.0 if one.decimals is None else 10.0**one.decimals for one in sources for _ in one.keys]
@@ -161,7 +161,7 @@ class Publisher:
         return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
     def _columns_of(self, name: str, key: str, values: Mapping[str, Any]) -> IntArray:
-        """Return the columns of values by name, which are usually those of the tick before."""
+        """Return the columns of an open key's values, cached while their names stay the same."""
         known, now = self._known.get((name, key)), tuple(values)
         if known is None or known[0] != now:
             places = [self._tables[name].place(one) for one in _filled(key, values)]
@@ -169,7 +169,7 @@ class Publisher:
         return known[1]
 
     def _row(self, name: str, late: list[tuple[IntArray, Any]]) -> Columns:
-        """Return the values of a field: those of its fixed columns, and others with theirs."""
+        """Return the values of a field: its fixed columns, and `late` columns with their values."""
         table, (columns, scales) = self._tables[name], self._rounding[name]
         block = table.empty()
         if len(columns):
@@ -185,13 +185,13 @@ class Publisher:
 
 
 def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by name, with each name in place of the `<...>` of a key."""
+    """Return values by key, with each name in place of the `<...>` of an open key."""
     head, tail = key.split("<")[0], key.split(">")[1]
     return {f"{head}{name}{tail}": value for name, value in values.items()}
 
 
 def _values_of(channels: Sequence[Channel], thing: Any) -> list[Any]:
-    """Return values of one type, of the match or a kind of piece; a gap for a missing number."""
+    """Return the values of channels of one type; a gap for a missing number."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
 
@@ -201,7 +201,7 @@ def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
-    """Yield the channels of a robot with their keys and the object that each reads."""
+    """Yield each channel of a robot with its key and the object from which it is read."""
     prefix = robot_prefix(robot.number)
     for channel in ROBOT:
         yield channel, f"{prefix}/{channel.key}", robot
@@ -217,7 +217,7 @@ def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
 
 
 class _Mechanisms:
-    """Mechanisms of some robots, with their records in the loop by field name."""
+    """Mechanisms of one kind, with their records in the loop by field name."""
 
     def __init__(self, robots: _Robots, mechanisms: list[ShaftSim]) -> None:
         self._robots, self.mechanisms = robots, mechanisms
@@ -238,7 +238,7 @@ class _Robots:
         loop = match.world.robots.robots
         self.view = FleetView(self.robots)
         self.shaft_of: dict[int, int] = {}
-        """Row of each mechanism among the shafts of the loop, by its `id`."""
+        """Row of each mechanism among the loop's shafts, by the mechanism's `id`."""
         drives: dict[int, list[tuple[int, int]]] = {}  # by number of shafts
         for robot, first in zip(self.robots, loop["first_shaft"].tolist(), strict=True):
             count = len(robot.drive.shafts)
@@ -246,20 +246,20 @@ class _Robots:
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
         self._drives: list[tuple[IntArray, IntArray]] = []
-        """Numbers of robots with equal numbers of drive shafts, and rows of these."""
+        """Robot numbers and rows of their drive shafts, for each number of drive shafts."""
         for count, some in drives.items():
             numbers, firsts = np.array(some).T
             self._drives.append((numbers, firsts[:, None] + np.arange(count)))
         self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
 
     def values_of(self, channel: Channel, things: list[Any]) -> Callable[[], Iterable[Any]]:
-        """Return the function that gives the values of a channel of robots, mechanisms or their parts."""
+        """Return a function that reads a channel's values from robots, mechanisms or their parts."""
         if channel in MECHANISM:
             return partial(channel.of, _Mechanisms(self, things))
         return partial(channel.of, self) if channel in ROBOT else lambda: list(map(channel.of, things))
 
     def read(self) -> None:
-        """Read the present state of the robots."""
+        """Read the current state of the robots."""
         world = self.match.world
         self.shafts, self.batteries = world.robots.fleet.shafts, world.robots.fleet.batteries
         self.view.look(world.robots.fleet, world.bodies.records)
@@ -267,13 +267,13 @@ class _Robots:
         self.held = [len(slots) for slots in self.slots]
         """Number of pieces in each robot."""
         self.clearance = self.view.heights
-        """Height of the lowest wheel above the ground [m]."""
+        """Height of each robot's lowest wheel above the ground [m]."""
         for number in np.nonzero(~world.are_flat(self.view.places[:, :2], self._reach))[0].tolist():
             self.clearance[number] = ground_clearance(*self.robots[number].chassis.wheel_ground()).height
 
     @property
     def drive_currents(self) -> FloatArray:
-        """Current of all motors of each drive from the battery [A]."""
+        """Battery current of each robot's drive motors [A]."""
         found = np.empty(len(self.robots))
         for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
@@ -281,12 +281,12 @@ class _Robots:
 
     @property
     def sensors(self) -> list[dict[str, bool]]:
-        """States of the programs' sensors, by name."""
+        """Sensor states of each robot's program, by name."""
         return [{telemetry_name(k): value for k, value in robot.sensor_states.items()} for robot in self.robots]
 
 
 class _Kind:
-    """Pieces of one kind, as telemetry shows them."""
+    """Pieces of one kind for telemetry."""
 
     def __init__(self, number: int, name: str) -> None:
         self.number, self.name = number, name
@@ -298,7 +298,7 @@ class _Kind:
 
 
 class _Inside:
-    """Pieces in a robot: slots, and poses in the robot frame."""
+    """Slots and poses (robot frame) of the pieces in a robot."""
 
     slots: Sequence[int] = ()
     rows = np.empty((0, 7))
@@ -311,11 +311,16 @@ class _Pieces:
         self._match = match
         self._inside = [_Inside() for _ in match.robots]
         self._held: tuple[IntArray, IntArray, FloatArray] | None = None
-        """Slots, robots, and poses in them, of all held pieces; None: something has changed."""
+        """Slots, robot numbers and robot-frame poses of all held pieces; None after a change."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
     def read(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
-        """Read the present state of pieces, with robots at poses of shape (n, 7) and their held slots."""
+        """Read the current state of all pieces.
+
+        Args:
+            places: Poses of the robots, field frame, shape (n, 7).
+            slots: Slots of the pieces held by each robot.
+        """
         pieces, flying = self._match.pieces, self._match.record.flying
         held, rows = self._carried(places, slots)
         kinds = pieces.state.kind
@@ -330,7 +335,7 @@ class _Pieces:
                 kind.held_slots, kind.held = _frozen(held[inside]), _rounded(rows[inside], _DECIMALS)
 
     def _carried(self, places: FloatArray, slots: Sequence[list[int]]) -> tuple[IntArray, FloatArray]:
-        """Return slots and poses of the pieces in robots, field frame, shape (n, 7)."""
+        """Return the slots and field-frame poses, shape (n, 7), of the pieces in robots."""
         robots, radii = self._match.robots, self._match.pieces.radius
         for robot, inside, held in zip(robots, self._inside, slots, strict=True):
             if held != inside.slots or (held and robot.is_shifting):
@@ -346,7 +351,10 @@ class _Pieces:
 
 @compiled
 def _put_rounded(values: FloatArray, scales: FloatArray, columns: IntArray, block: FloatArray) -> None:
-    """Write rows into columns of a block, rounded without -0.0, which would be another value; scale 0: as they are."""
+    """Write rounded rows into columns of a block; a scale of 0 leaves values unrounded.
+
+    Adding 0.0 turns -0.0 into 0.0, because a log would record the change of sign.
+    """
     for k in range(len(values)):
         for j in range(values.shape[1]):
             value = values[k, j]
@@ -354,7 +362,7 @@ def _put_rounded(values: FloatArray, scales: FloatArray, columns: IntArray, bloc
 
 
 def _rounded(values: Any, decimals: int | None) -> Any:
-    """Round an array to a number of decimals, without -0.0, which would be another value; None: as it is."""
+    """Round an array to a number of decimals, with 0.0 for -0.0; None returns the array unchanged."""
     return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
 
 

@@ -1,6 +1,6 @@
 """Installed games: entry points of the group `simcore.games`, each a `Game`.
 
-A named game is loaded alone. A list of all leaves out those that do not load.
+Finding a game by name loads only that game; listing all games skips those that fail to load.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ __all__ = [
 ]  # fmt: skip
 
 GROUP = "simcore.games"
-"""Group of the entry points; the name of each is the game's."""
+"""Group of the entry points; an entry point's name is the game's name."""
 
 NO_GAME = "none"
 """Name of the empty field."""
 
-_OWN = "simcore"  # distribution whose games keep their names
+_OWN = "simcore"  # distribution whose games win if another package uses the same name
 _BESIDE = Path(__file__).resolve().parents[2]
 """Folder that contains simcore."""
 
@@ -36,26 +36,26 @@ _log = logging.getLogger(__name__)
 
 
 def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
-    """Return all games that load, by name, the newest year first.
+    """Load all installed games and return them by name, newest year first.
 
     Args:
-        say: Function that is called for each game that does not load, with one line on its file and line.
+        say: Function called for each game that fails to load, with a one-line message that gives the file and line.
     """
     games = {name: game for name in game_names() if (game := known_game(name, say=say)) is not None}
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
 
 
 def game_names() -> list[str]:
-    """Return names of all installed games without loading any."""
+    """Return the names of all installed games without loading them."""
     return sorted(_points())
 
 
 def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game | None:
-    """Load a game by its name; return None if it is not installed or does not load.
+    """Load a game by name; return None if it is not installed or fails to load.
 
     Args:
-        name: Name of the game, from a log or a choice.
-        say: Function that is called if it does not load, with one line on its file and line.
+        name: Name of the game, e.g. from a log.
+        say: Function called if the game fails to load, with a one-line message that gives the file and line.
     """
     points = _points().get(name or "", [])
     try:
@@ -69,7 +69,7 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
 
 def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
-    """Make an empty game: carpet and a wall, without pieces and tags.
+    """Make an empty game: a carpet with a wall around it, without pieces or tags.
 
     Args:
         size: Length and width of the field [m].
@@ -78,15 +78,15 @@ def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
 
 
 def find_game(name: str | None = None, *, say: Callable[[str], object] | None = None) -> Game:
-    """Load a game by its name; None: the newest, which is logged if there are several.
+    """Load a game by name, or the newest game for None.
 
     Args:
         name: Name of the game, or `none` for the empty field.
-        say: Function that reports which game was chosen, if none was named, and which do not load; None: the log.
+        say: Function that reports which game was chosen by default, and which games fail to load; None for the log.
 
     Raises:
-        UnknownNameError: If no game of that name is installed; it lists the nearest names.
-        ConfigError: If no game is installed at all, the named one does not load, or the name is that of an auto.
+        UnknownNameError: If no game of this name is installed; the message suggests similar names.
+        ConfigError: If no game is installed, the named game fails to load, or the name is that of an auto or a year.
     """
     if name == NO_GAME:
         return practice_field()
@@ -114,13 +114,13 @@ def game_point(name: str) -> EntryPoint:
     """Return the entry point of an installed game.
 
     Raises:
-        KeyError: If there is none of that name.
+        KeyError: If no game of this name is installed.
     """
     return _points()[name][0]
 
 
 def _points() -> dict[str, list[EntryPoint]]:
-    """Return entry points by the name of their game, those of simcore's own package first."""
+    """Return the entry points by name of the game, simcore's own package first."""
     found: dict[str, dict[str, EntryPoint]] = {}
     for point in entry_points(group=GROUP):
         found.setdefault(point.name, {}).setdefault(point.value, point)
@@ -128,15 +128,15 @@ def _points() -> dict[str, list[EntryPoint]]:
 
 
 def _package(point: EntryPoint) -> str:
-    """Return the distribution of an entry point, or the entry point's value."""
+    """Return the name of an entry point's distribution, or the entry point's value if there is no distribution."""
     return point.value if point.dist is None else point.dist.name
 
 
 def _load(name: str, points: list[EntryPoint]) -> Game:
-    """Load the game of a name.
+    """Load a game from the first of its entry points.
 
     Raises:
-        ConfigError: If it does not load; the message gives file and line in its package.
+        ConfigError: If the game fails to load; the message names the file and line in its package.
     """
     point = points[0]
     if len(points) > 1 and _package(point) != _OWN:
@@ -171,8 +171,8 @@ def _place_of(point: EntryPoint) -> Path:
 def _imported(point: EntryPoint) -> object:
     """Import an entry point, even if a robot project has its own `games.py` or package `games`.
 
-    The project's one comes first on the path and remains the result of `import games`; modules of the folder next to
-    simcore are then found as well.
+    A project's `games` package stays the result of `import games`; the `games` folder next to simcore is added to the
+    package's path.
     """
     first, dot, _ = point.module.partition(".")
     folder = str(_BESIDE / first)

@@ -1,7 +1,7 @@
 """Record of a run: shots, pieces taken in, placements, distances, a digest of the trajectory, and tick times.
 
-A match writes it. The report, sweep rows and telemetry read it, and through telemetry logs, pages and layouts, so that
-all of them have equal counts.
+A match writes the record. Reports, sweep rows and telemetry (and thus logs, pages and layouts) all read it, so their
+counts agree.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ __all__ = [
 
 
 class TrajectoryDigest:
-    """SHA-256 over a run's state: runs with equal digests were equal to the last bit.
+    """SHA-256 digest of a run's states; equal digests mean that two runs were equal to the last bit.
 
     >>> one, two = TrajectoryDigest(), TrajectoryDigest()
     >>> one.update(np.array([0.0, 1.0]))
@@ -50,10 +50,11 @@ class TrajectoryDigest:
         self._hash = hashlib.sha256()
 
     def update(self, *arrays: npt.NDArray[Any]) -> None:
-        """Add the state of one tick, always the same arrays in the same order.
+        """Add the state of one tick; pass the same arrays in the same order every time.
 
-        Arrays may have any number type, and their shapes are part of the digest. Values count as little-endian float64,
-        so all computers agree; -0.0 counts as 0.0, because the two are equal and the sign of a zero sum is accidental.
+        Arrays may have any number type, and their shapes are part of the digest. Values are hashed as little-endian
+        float64, so that all computers agree. -0.0 is hashed as 0.0, because the two are equal and the sign of a zero
+        sum is accidental.
         """
         for array in arrays:
             # Adding +0.0 turns -0.0 into 0.0, changes nothing else and makes the copy that is hashed.
@@ -62,13 +63,13 @@ class TrajectoryDigest:
             self._hash.update(values.astype("<f8", copy=False).tobytes())
 
     def hexdigest(self) -> str:
-        """Return the digest so far, 64 hexadecimal digits; updating may go on."""
+        """Return the digest so far as 64 hexadecimal digits; further updates are possible."""
         return self._hash.hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TickTimes:
-    """Wall times of ticks [ms]; all 0 without ticks."""
+    """Statistics of wall times per tick [ms]; all 0 if there were no ticks."""
 
     median: float
     p95: float
@@ -77,36 +78,36 @@ class TickTimes:
 
     @classmethod
     def of(cls, seconds: Sequence[float]) -> TickTimes:
-        """Return median, 95th and 99th percentile and worst of the times of ticks [s]."""
+        """Compute the statistics from the wall time of each tick [s]."""
         median, p95, p99, worst = np.percentile(1e3 * np.array(seconds or [0.0]), [50.0, 95.0, 99.0, 100.0]).tolist()
         return cls(median=median, p95=p95, p99=p99, max=worst)
 
 
 _ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
-_DRAWN = 100  # ticks of a shot's path that are kept at least
-_PERSON = -1  # in place of a robot's number
-_LIES = 0.01  # [m]; a piece whose lowest point is this close to the carpet lies on it
-_SHOWN = 1.0  # [s] for which an event is among the newest ones; sinks with longer periods miss some
+_DRAWN = 100  # least number of ticks of a shot's path that are kept
+_PERSON = -1  # robot number of a human player's throw
+_LIES = 0.01  # [m]; a piece whose lowest point is this close to the carpet lies on the carpet
+_SHOWN = 1.0  # [s] for which an event counts as new; sinks with longer periods miss some events
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceCount:
-    """Count of pieces by place; all except `staged` add up to it."""
+    """Number of pieces in each kind of place; the other fields add up to `staged`."""
 
     staged: int
-    """Pieces that have come into the match, preloads included."""
+    """Number of all pieces that have come into the match, including preloads."""
     on_field: int
     in_flight: int
     held: int
     scored: int
     placed: int = 0
-    """Pieces at rest in a place where they count; `on_field` is without them."""
+    """Number of pieces at rest in one of the game's places, not included in `on_field`."""
     off_field: int
-    """Pieces not on the field yet, e.g. with a human player."""
+    """Number of pieces not on the field yet, e.g. with a human player."""
 
     @classmethod
     def of(cls, pieces: GamePieceManager) -> PieceCount:
-        """Count the present pieces of a match."""
+        """Count the pieces of a match."""
         count = pieces.count
         return cls(
             staged=pieces.total,
@@ -130,13 +131,14 @@ class ShotRecord:
     """Record of one shot, from the muzzle until the piece scores, is taken in again or lies on the carpet."""
 
     time: float
-    """End of the tick in which it left [s]."""
+    """End of the tick in which the piece left the muzzle [s]."""
     number: int
     """Number of the shot, from 1; 0 for a throw by a human player."""
     slot: int
     robot: int
     points: list[tuple[float, float, float]]
-    """Path, one point per tick [m]: for 2 s, and until it touches something; last, the place where it scored."""
+    """Path of the piece, field frame [m]: one point per tick for at least 2 s and until the first contact, then the
+    point where it scored."""
     scored: bool = False
 
 
@@ -144,7 +146,7 @@ class Hit(NamedTuple):
     """One shot that scored."""
 
     time: float
-    """Time [s]."""
+    """Time of the score [s]."""
     shot: int
     """Number of the shot."""
 
@@ -154,7 +156,7 @@ class TakenIn:
     """One piece that an intake or a placer took in."""
 
     time: float
-    """Time [s]."""
+    """Time at which the piece was taken in [s]."""
     slot: int
     robot: int
     place: tuple[float, float, float]
@@ -163,14 +165,14 @@ class TakenIn:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Placement of a robot by people or by a reset: it has not driven there."""
+    """Placement of a robot at its start, by people or by a reset."""
 
     time: float
-    """Time [s]."""
+    """Time of the placement [s]."""
     pose: Pose
-    """Pose, field frame [m, m, rad]."""
+    """Pose of the robot after the placement, field frame [m, m, rad]."""
     reason: str
-    """`start`; `carried` by people, its gyro keeps its reading; `reset`, the whole robot starts again."""
+    """`start`, `carried` (by people, the gyro keeps its reading) or `reset` (the whole robot starts again)."""
 
 
 _Event = TypeVar("_Event", bound="ShotRecord | Hit | TakenIn")
@@ -183,7 +185,7 @@ class RobotRecord:
         self._robot = robot
         self._place = robot.chassis.pose[:2]
         self.player = ""
-        """Role and level of its player in a match, e.g. `collector:3`; empty without a role."""
+        """Role and level of the robot's scripted player, e.g. `collector:3`; empty without a role."""
         self.distance = 0.0
         """Distance driven, without moves by people [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
@@ -191,23 +193,23 @@ class RobotRecord:
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """Start counting again what it does with pieces."""
+        """Restart the record of the robot's shots and intakes."""
         self.shortfalls = Shortfalls(self._robot)
-        """Reasons why it took in or shot nothing."""
+        """Reasons why the robot took in or shot nothing."""
 
     @property
     def battery(self) -> Battery:
-        """Battery, with the lowest voltage, brown-outs and resets of the roboRIO since the run began."""
+        """Battery of the robot, with its lowest voltage and the roboRIO's brown-outs and resets since the run began."""
         return self._robot.battery
 
     def put(self, time: float, reason: str) -> None:
-        """Record its placement at the present pose."""
+        """Record a placement of the robot at its current pose."""
         pose = self._robot.chassis.pose
         self._place = pose[:2]
         self.placements.append(Placement(time, pose, reason))
 
     def after_tick(self, time: float) -> None:
-        """Add the distance of a tick that ends now [s]."""
+        """Add the distance driven in the tick that ends at this time [s]."""
         self.shortfalls.after_tick(time)
         x, y, _ = self._robot.chassis.pos
         self.distance += math.hypot(x - self._place[0], y - self._place[1])
@@ -216,22 +218,22 @@ class RobotRecord:
 
 @dataclass(frozen=True, slots=True)
 class RecordColumns:
-    """Newest events in telemetry's form: the rows of the last second, one after the other; read-only."""
+    """Newest events for telemetry: flat, read-only arrays of the rows of the last second."""
 
     shots: IntArray
-    """Number of the shot, slot, robot, and ticks since the run began when it had left, shape (4 n,)."""
+    """Rows of shot number, slot, robot number and number of ticks until the piece had left, shape (4 n,)."""
     hits: IntArray
-    """Number of the hit, and of its shot, shape (2 n,)."""
+    """Rows of hit number and shot number, shape (2 n,)."""
     taken_in: IntArray
-    """Number, and x and y of the piece's position [mm], shape (3 n,)."""
+    """Rows of the number of the event and x and y of the piece's position [mm], shape (3 n,)."""
 
 
 class RunRecord:
-    """Record of one run of a match; `Match.record`.
+    """Record of one run of a match, available as `Match.record`.
 
     Args:
         pieces: Pieces of the match.
-        robots: Robots of the match, at their starts.
+        robots: Robots of the match, at their start poses.
         tick: Length of a tick [s].
     """
 
@@ -243,21 +245,21 @@ class RunRecord:
         self.robots = [RobotRecord(robot) for robot in robots]
         """Records of the robots, by number."""
         self.failure = ""
-        """Reason why a test of this run failed; empty if it did not, or without a test."""
+        """Reason why a test of this run failed; empty without a failure or a test."""
         self.warnings: list[str] = []
-        """Warnings during a test of this run, and shortfalls at its end."""
+        """Warnings during a test of this run, followed by the shortfalls at the end of the run."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """Start counting shots and pieces taken in again, as an auto begins or the field is reset."""
+        """Restart the counts of pieces, at the start of an auto or after a reset of the field."""
         self.shots: list[ShotRecord] = []
-        """Shots in order."""
+        """Shots of all robots, oldest first."""
         self.taken_in: list[TakenIn] = []
-        """Pieces taken in, in order."""
+        """Pieces that robots have taken in, oldest first."""
         self.put_down = 0
         """Number of pieces that placers have released."""
         self.human_points: dict[Alliance, int] = {"blue": 0, "red": 0}
-        """Points of human players' throws, by the alliance that got them."""
+        """Points from human players' throws, by the alliance that received them."""
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
@@ -267,7 +269,7 @@ class RunRecord:
     # --- events -----------------------------------------------------------------------------------------------------
 
     def after_tick(self, time: float) -> None:
-        """Follow robots and shots to the end of a tick [s]."""
+        """Record robots and shots at the end of a tick [s]."""
         self.time = time
         for robot in self.robots:
             robot.after_tick(time)
@@ -288,7 +290,7 @@ class RunRecord:
                 del self._followed[slot]
 
     def note_shot(self, slot: int, robot: int, pos: tuple[float, float, float]) -> None:
-        """Record a robot's shot; the piece is at a place [m] at the end of the tick."""
+        """Record a robot's shot, with the piece's position at the end of the tick, field frame [m]."""
         shot = ShotRecord(self.time, len(self.shots) + 1, slot, robot, [pos])
         self.shots.append(shot)
         self.robots[robot].shortfalls.note_shot()
@@ -296,11 +298,11 @@ class RunRecord:
         self._columns = None
 
     def note_thrown(self, slot: int) -> None:
-        """Follow a piece that a human player throws: it is not a robot's shot."""
+        """Follow a piece thrown by a human player, which does not count as a shot."""
         self._followed[slot] = ShotRecord(self.time, 0, slot, _PERSON, [])
 
     def note_scored(self, event: ScoreEvent) -> None:
-        """Count a piece that has scored for the robot or human player that threw it."""
+        """Credit a scored piece to the robot or human player that threw it."""
         shot = self._followed.pop(event.slot, None)
         if shot is not None and shot.robot == _PERSON:
             self.human_points[event.alliance] += event.points
@@ -308,11 +310,11 @@ class RunRecord:
             shot.scored = True
             self._hits.append(Hit(self.time, shot.number))
             if (place := tuple(self._pieces.state.pos[event.slot].tolist())) != tuple(shot.points[-1]):
-                shot.points.append(place)  # it flew on after the recorded points
+                shot.points.append(place)  # the piece flew on after the recorded points
             self._columns = None
 
     def note_taken_in(self, slots: IntArray, robot: int) -> None:
-        """Record pieces that a robot takes in, at their positions."""
+        """Record pieces that a robot has taken in, with their positions."""
         for slot, (x, y, z) in zip(slots.tolist(), self._pieces.state.pos[slots].tolist(), strict=True):
             self.taken_in.append(TakenIn(self.time, slot, robot, (x, y, z)))
         self._columns = None
@@ -321,7 +323,7 @@ class RunRecord:
 
     @property
     def shortfalls(self) -> list[str]:
-        """Reasons why robots took in or shot nothing, and wrong pose estimates of programs, a sentence each."""
+        """Reasons why robots took in or shot nothing, and wrong pose estimates of robot code, one sentence each."""
         found = []
         for number, robot in enumerate(self.robots):
             taken_in = len([taken for taken in self.taken_in if taken.robot == number])
@@ -330,7 +332,7 @@ class RunRecord:
         return found
 
     def conclude(self) -> bool:
-        """Add shortfalls to the warnings, each once; return whether there was a new one."""
+        """Add new shortfalls to the warnings; return whether there were any."""
         new = [line for line in self.shortfalls if line not in self.warnings]
         self.warnings.extend(new)
         return bool(new)
@@ -349,7 +351,7 @@ class RunRecord:
 
     @property
     def columns(self) -> RecordColumns:
-        """Newest events for telemetry; the object is replaced when something happens."""
+        """Newest events for telemetry; every event creates a new object."""
         if self._columns is None:
             self._columns = RecordColumns(
                 shots=_newest(self.shots, lambda shot: (shot.slot, shot.robot, round(shot.time / self._tick))),
@@ -360,7 +362,7 @@ class RunRecord:
 
 
 def _newest(events: Sequence[_Event], row: Callable[[_Event], tuple[int, ...]]) -> IntArray:
-    """Return rows of the newest event and those up to a second before it, each after its number, as one column."""
+    """Return the number and row of each event of the last second before the newest event, as one flat array."""
     first = len(events)
     while first and events[first - 1].time > events[-1].time - _SHOWN - 1e-6:
         first -= 1

@@ -1,6 +1,6 @@
-"""Headless play of an auto or a match, as fast as the machine can, and its report: JSON for programs, or tables.
+"""Headless runs of autos and matches at full speed, with a report as JSON or as tables.
 
-The wall clock is read here for the report; the simulation never reads it.
+This module reads the wall clock for the report; the simulation itself never does.
 """
 
 from __future__ import annotations
@@ -34,31 +34,31 @@ from simcore.units import TICK
 __all__ = ["NOTHING", "AutoRun", "RunReport", "Spread", "play_auto", "play_robots", "print_report", "split_level"]
 
 NOTHING = ("", "None")
-"""Texts of a match state for an empty value; the score API uses the second."""
+"""Texts for an empty value in the match state; the score API uses the second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Mean and maximum of a count over the ticks."""
+    """Mean and maximum of a count over all ticks."""
 
     mean: float
     max: int
 
     @classmethod
     def of(cls, counts: Sequence[int]) -> Spread:
-        """Compute it from the counts of all ticks; 0 without ticks."""
+        """Compute mean and maximum from the counts of all ticks; both are 0 without ticks."""
         return cls(mean=float(np.mean(counts or [0])), max=max(counts, default=0))
 
 
 class RunReport:
-    """Figures of a run, from its match and record; each attribute is a field of `--json`.
+    """Figures of a run; each attribute is a field of the `--json` output.
 
     Args:
-        match: Match, played to its end and not closed yet.
-        name: Name of the auto, or `match` for a whole one.
-        players: Player of each robot of a whole match, with its alliance.
+        match: Match, played to its end but not closed yet.
+        name: Name of the auto, or `match` for a whole match.
+        players: Alliance and player of each robot of a whole match.
         startup_seconds: Wall time from the start to the first tick, without imports [s].
-        ticks: Wall time [s], engine steps and awake pieces of each tick.
+        ticks: Wall time [s], number of engine steps and number of awake pieces of each tick.
         wall_seconds: Wall time of all ticks [s].
     """
 
@@ -80,54 +80,54 @@ class RunReport:
         self.players = tuple(players)
         self.seed = match.seed
         self.scatter = match.scatter.text
-        """Scatter of the match in the format of `Scatter.parse`; 0 is none."""
+        """Scatter of the match in the format of `Scatter.parse`; `0` without scatter."""
         self.engine = match.world.engine_name
         self.sim_seconds = match.time
         self.startup_seconds = startup_seconds
         self.wall_seconds = wall_seconds
         self.realtime_factor = match.time / max(wall_seconds, 1e-9)
-        """Simulated time over wall time."""
+        """Ratio of simulated time to wall time [-]."""
         self.ticks = match.ticks
         self.score = match.score
         self.match_state = _match_state(match.snapshot())
-        """Match clock, period and the game's state at the end, by the names of the keys `Sim/Match/...`."""
+        """Match clock, period and the game's state at the end; the names are those after `Sim/Match/` in telemetry."""
         self.pieces = match.count
-        """Count of the pieces of all kinds."""
+        """Number of pieces of all kinds in each kind of place."""
         self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
-        """Name of the pieces for people."""
+        """Names of the kinds of pieces, for people."""
         self.breakdown = match.breakdown()
-        """Pieces by zone, points of human players' throws, and the other parts of the score."""
+        """Scored pieces of each zone, points of human players' throws, and other parts of the score."""
         self.placed = dict(match.pieces.places.totals())
-        """Placed pieces by level, in a game with resting places."""
+        """Number of placed pieces by level, in a game with resting places."""
         self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)
-        """Fouls in order, each with its time."""
+        """Fouls with their times, oldest first."""
         self.shots = len(record.shots)
         self.hits = record.hits
         self.taken_in = len(record.taken_in)
-        """Number of pieces that all robots together have taken in."""
+        """Number of pieces taken in by all robots."""
         self.shortfalls = tuple(record.shortfalls)
-        """Reasons why robots took in or shot nothing, a sentence each."""
+        """Reasons why robots took in or shot nothing, one sentence each."""
         self.distance_m = record.robots[0].distance
-        """Distance that the first robot drove, without moves by people [m]."""
+        """Distance driven by the first robot, without moves by people [m]."""
         self.tick_ms = TickTimes.of([seconds for seconds, _, _ in ticks])
         self.substeps = Spread.of([substeps for _, substeps, _ in ticks])
         self.awake = Spread.of([awake for _, _, awake in ticks])
         self.min_battery_v = battery.min_voltage
-        """Lowest battery voltage [V]."""
+        """Lowest battery voltage of the first robot [V]."""
         self.brownouts = battery.brownouts
-        """Number of times that the battery's voltage switched the first robot's motors off."""
+        """Number of brown-outs that switched off the first robot's motors."""
         self.resets = battery.resets
-        """Number of times that it switched that robot's roboRIO off."""
+        """Number of times that low voltage reset the first robot's roboRIO."""
         self.digest = match.digest.hexdigest()
-        """SHA-256 over the state trajectory."""
+        """SHA-256 digest of the state trajectory."""
         self.outputs: Mapping[str, str] = {}
-        """Path of each file written, by kind: log, page."""
+        """Path of each file written, by kind, e.g. `log` or `page`."""
 
     def to_json(self) -> str:
-        """Return one JSON object on one line, in plain types.
+        """Return the report as a JSON object on one line.
 
         Raises:
-            NonFiniteError: If a value is a NaN or an infinity, which JSON lacks; it names the field.
+            NonFiniteError: If a value is NaN or infinite, which JSON cannot represent; the message names the field.
         """
         return json.dumps(_plain("report", vars(self)), allow_nan=False)
 
@@ -147,12 +147,12 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def print_report(report: RunReport, console: Console, *, verbose: bool = False) -> None:
-    """Print the report as tables for 80 columns; plain ASCII where the terminal needs it (Windows cp1252).
+    """Print the report as tables for 80 columns, in ASCII on terminals without UTF-8 (e.g. Windows cp1252).
 
     Args:
         report: Report of the run.
         console: Console to print on.
-        verbose: Whether to add seed, engine, tick times and digest, for comparing runs.
+        verbose: Whether to add seed, engine, tick times and digest, for comparison of runs.
     """
     ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
     style = box.ASCII if ascii_only else box.ROUNDED
@@ -223,14 +223,14 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
         run.add_row("digest", report.digest[:16])
     for kind, path in report.outputs.items():
-        # the path may have letters that this terminal cannot print
+        # the path may contain characters that this terminal cannot print
         shown = path.encode(console.encoding, "replace").decode(console.encoding)
         run.add_row(escape(kind), escape(shown))
     console.print(run)
 
 
 def split_level(name: str) -> tuple[str, str]:
-    """Split the name of a level of resting places into its alliance and the rest.
+    """Split the name of a level of resting places into the alliance and the rest of the name.
 
     >>> split_level("BlueL4"), split_level("Shelf")
     (('blue', 'L4'), ('', 'Shelf'))
@@ -253,7 +253,7 @@ def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
 
 
 def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
-    """Make a table of a whole match's score by alliance; rows that are 0 on both sides are left out."""
+    """Make a table of a whole match's score by alliance, without rows that are 0 for both."""
     table = Table(title="Score sheet", box=style, title_justify="left", width=width)
     table.add_column("")
     for side in ("red", "blue"):
@@ -272,7 +272,7 @@ def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
 
 
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
-    """Return match clock, period and the game's own state as people read them."""
+    """Return rows with match clock, period and the game's own state, worded for people."""
     rest = dict(state)
     for told_elsewhere in ("Game", "LastFoul"):
         rest.pop(told_elsewhere, None)
@@ -292,14 +292,14 @@ def _width(console: Console) -> int:
 
 @dataclass(slots=True)
 class AutoRun:
-    """Result of a play: the report, and the match at its end for pages and queries. Close `match` after use."""
+    """Result of a headless run; close `match` after use."""
 
     report: RunReport
     match: Match
     path: FloatArray
-    """Path of the first robot, one row per tick: x, y, yaw [m, m, rad]."""
+    """Path of the first robot, one row of x, y, yaw per tick, field frame [m, m, rad], shape (n, 3)."""
     pieces_at_start: FloatArray
-    """Positions of all pieces on the field at the start [m], shape (n, 3)."""
+    """Positions of all pieces on the field at the start, field frame [m], shape (n, 3)."""
     was_interrupted: bool
 
 
@@ -312,22 +312,22 @@ def play_auto(
     robot: RobotConfig | None = None,
     **settings: Any,
 ) -> AutoRun:
-    """Play an auto.
+    """Run an auto headless.
 
     Args:
         game: Game of the auto.
-        auto: Auto, or its name; None: the game's first.
-        alliance: Alliance of the robot; a red one does the same under the field's symmetry.
-        seconds: Simulated time to play [s]; None: the game's autonomous period.
-        robot: Config in place of the game's robot.
+        auto: Auto, or the name of an auto; None for the game's first auto.
+        alliance: Alliance of the robot; a red robot plays the auto on the corresponding red side of the field.
+        seconds: Simulated time to play [s]; None for the game's autonomous period.
+        robot: Config of the robot; None for the game's default robot.
         settings: Further arguments of `play_robots` and `Match`, e.g. `seed` and `sinks`.
 
     Returns:
-        Result of the run.
+        Result of the run, with the match still open.
 
     Raises:
         ConfigError: If `seconds` is not a positive finite number or the match is invalid.
-        UnknownNameError: If there is no auto of that name.
+        UnknownNameError: If the game has no auto of this name.
     """
     chosen = auto if isinstance(auto, Auto) else game.auto(auto)
     length = seconds if seconds is not None else auto_seconds(game)
@@ -356,19 +356,22 @@ def play_robots(
     should_stop: Callable[[], bool] = lambda: False,
     **settings: Any,
 ) -> AutoRun:
-    """Play with robots, like `play_auto` with one.
+    """Run a match headless with any number of robots.
 
     Args:
         game: Game to play.
         robots: Robots of the match.
-        set_controllers: Function that sets the robots' controllers, called with the match before its first tick.
-        name: Name of the run in its report.
+        set_controllers: Function that sets the robots' controllers, called with the match before the first tick.
+        name: Name of the run in the report.
         seconds: Simulated time to play [s].
-        players: Player of each robot of a whole match, for the report.
-        sinks: Receivers of telemetry; they are closed if the match is invalid.
-        on_tick: Function that is called after each tick, e.g. for a progress bar.
-        should_stop: Function that is called before each tick; True ends the run early, keeping everything so far.
+        players: Alliance and player of each robot of a whole match, for the report.
+        sinks: Receivers of telemetry, closed if the match is invalid.
+        on_tick: Function called after each tick, e.g. for a progress bar.
+        should_stop: Function called before each tick; True ends the run early, with a report of the ticks so far.
         settings: Further arguments of `Match`.
+
+    Returns:
+        Result of the run, with the match still open.
     """
     start = perf_counter()
     try:
@@ -377,7 +380,7 @@ def play_robots(
         for sink in sinks:
             sink.close()
         raise
-    gc.freeze()  # otherwise each full garbage collection in the run visits the field and all modules: 40 ms
+    gc.freeze()  # otherwise each full garbage collection traverses the field and all modules: 40 ms
     try:
         set_controllers(match)
         pieces_at_start = match.pieces.state.pos[match.pieces.on_field()].copy()
@@ -399,7 +402,7 @@ def play_robots(
             match, name, players=players, startup_seconds=run_start - start, wall_seconds=wall, ticks=ticks
         )
         return AutoRun(report, match, np.array(path).reshape(-1, 3), pieces_at_start, was_interrupted)
-    except BaseException:  # a script's own error passes through, with the log up to it on the disk
+    except BaseException:  # an error in a script passes through, after the log up to that point is written
         match.close()
         raise
     finally:
@@ -415,7 +418,7 @@ def auto_seconds(game: Game) -> float:
 
 
 def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:
-    """Return the values of the keys `Sim/Match/...`, by the rest of their names."""
+    """Return the values of the keys under `Sim/Match/`, by key without this prefix."""
     prefix = "Sim/Match/"
     values: dict[str, float | int | bool | str] = {}
     for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans, snapshot.strings):

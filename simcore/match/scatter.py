@@ -1,8 +1,8 @@
-"""Scatter: differences of robots, pieces, sensors and people from match to match and from shot to shot.
+"""Scatter: random differences of robots, pieces, sensors and people between matches and between shots.
 
-A `Scatter` gives the size of each spread. `ScatterDraws` draws its values for a match, from a separate generator for
-each name, so that a draw depends on the seed of the match alone: not on other spreads, the order of draws, or the
-number of robots. `built_robot` gives the robot as built from a config.
+A `Scatter` holds the size of each spread. `ScatterDraws` draws the values for a match, with a separate random generator
+for each spread and object, so that a draw depends only on the match's seed and not on other spreads, the order of draws
+or the number of robots. `built_robot` draws the as-built robot for a config.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ _RATE = Quantity("rad/s", 0.0, 0.5)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scatter:
-    """Size of each spread. `Scatter()` has the defaults, `Scatter.none()` has none.
+    """Sizes of all spreads: `Scatter()` has the defaults, and `Scatter.none()` has no spread.
 
-    Unless stated otherwise, a spread is the standard deviation of a normal distribution, relative to the value in the
-    config of game or robot. Make variants with `dataclasses.replace`, `scaled` or `parse`.
+    Unless stated otherwise, a spread is the standard deviation of a normal distribution; a dimensionless spread is
+    relative to the value in the config of the game or robot. Make variants with `dataclasses.replace`, `scaled` or
+    `parse`.
 
     Example:
         >>> half = Scatter().scaled(0.5)
@@ -54,69 +55,67 @@ class Scatter:
     exit_speed: float = 0.03
     """Spread of the exit speed, for each shot [-].
 
-    Estimate, 2 to 5 % for foam balls, most of it from the balls: wheels throw balls of another density up to 2 m
-    farther (vexforum.com/t/29718), used ones shorter than new ones (chiefdelphi.com/t/150445, /t/117361)."""
+    Estimate: 2 to 5 % for foam balls, mostly from the balls themselves. Balls of different density land up to 2 m apart
+    (vexforum.com/t/29718), and used balls fall short of new balls (chiefdelphi.com/t/150445, /t/117361)."""
     elevation: float = degrees(1.0)
-    """Spread of the elevation, for each shot [rad]. Estimate: play of the hood, and the point where a piece
-    leaves it."""
+    """Spread of the elevation, for each shot [rad]. Estimate: backlash of the hood, and the point where a piece leaves
+    the hood."""
     azimuth: float = degrees(0.7)
     """Spread of the azimuth, for each shot [rad]. Estimate: lateral position of the piece on the wheels."""
     spin: float = 0.1
-    """Spread of the spin, for each shot [-]. Estimate; it matters where pieces have lift, and after the first
-    bounce."""
+    """Spread of the spin, for each shot [-]. Estimate; spin matters for pieces with lift and after the first bounce."""
     feed_time: float = 0.02
-    """Spread of the time since the previous shot, for each shot [s]. Estimate: gaps between pieces vary."""
+    """Spread of the time from the previous shot, for each shot [s]. Estimate: gaps between pieces vary."""
     piece_mass: float = 0.055
-    """Spread of the mass, for each piece, uniform within plus and minus this [-]. The balls of the 2026 manual weigh
-    0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
+    """Spread of the mass, for each piece, uniform within plus or minus this value [-]. According to the 2026 manual,
+    balls weigh 0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
     piece_diameter: float = 0.01
-    """Spread of the diameter, for each piece, uniform within plus and minus this [-]. Estimate, within a factor of 2:
-    no manual gives a tolerance."""
+    """Spread of the diameter, for each piece, uniform within plus or minus this value [-]. Estimate, within a factor of
+    2: no manual gives a tolerance."""
     restitution: float = 0.05
     """Spread of the coefficient of restitution, for each piece [-]. Estimate."""
     drag: float = 0.05
-    """Spread of the drag coefficient, for each piece [-]. Estimate: skins wear, and a ball that is not round
-    tumbles."""
+    """Spread of the drag coefficient, for each piece [-]. Estimate: skins wear, and balls that are not round tumble."""
     tread_friction: float = 0.08
-    """Spread of the friction of the treads on this carpet, for each robot [-]. Estimate: some fields' carpet grips,
-    others' is slippery (chiefdelphi.com/t/160925)."""
+    """Spread of the treads' coefficient of friction on carpet, for each robot [-]. Estimate: some fields have carpet
+    with good grip, others have slippery carpet (chiefdelphi.com/t/160925)."""
     wheel_wear: float = 0.025
-    """Spread of wear, for each wheel: reduction of its radius below robot code's value, uniform from 0 to this [-]. A
-    tread of 3.75 in loses 0.05 in at an event (chiefdelphi.com/t/406728)."""
+    """Spread of tread wear, for each wheel: reduction of the radius below robot code's value, uniform from 0 to this
+    value [-]. A 3.75 in wheel loses 0.05 in of tread at an event (chiefdelphi.com/t/406728)."""
     battery_charge: float = 0.1
-    """Spread of missing charge at the start, for each battery, uniform from 0 to this [-]. Estimate:
-    time spent waiting in the queue."""
+    """Spread of missing charge at the start, for each battery, uniform from 0 to this value [-]. Estimate: time spent
+    waiting in the queue."""
     battery_resistance: float = 0.12
-    """Spread of the resistances, for each battery [-]. One team's batteries in use have 13 to 21 mohm inside
-    (chiefdelphi.com/t/368572); with 5 mohm of cable that is 22 +- 2.5."""
+    """Spread of the resistances, for each battery [-]. One team's used batteries have internal resistances of 13 to 21
+    mohm (chiefdelphi.com/t/368572); with 5 mohm of cable, the total is 22 +- 2.5 mohm."""
     motor_kt: float = 0.03
-    """Spread of torque per current, and of volts per speed with it, for each motor [-]. Makers guarantee +-10 % (HIWIN,
-    torque motors, "tolerances"); taken as three standard deviations."""
+    """Spread of the torque constant, and equally of the back-EMF constant, for each motor [-]. Makers guarantee +-10 %
+    (HIWIN, torque motors, "tolerances"), taken as three standard deviations."""
     motor_resistance: float = 0.04
-    """Spread of the resistance of winding and leads, for each motor [-]. Source as above, plus 10 K of copper at
-    0.4 %/K."""
+    """Spread of the resistance of winding and leads, for each motor [-]. Source: HIWIN as for `motor_kt`, plus 10 K of
+    copper at 0.4 %/K."""
     encoder: float = degrees(0.5)
-    """Spread of the zero of each absolute encoder on swerve azimuths, hoods and turrets [rad]. Estimate: wheels are
-    zeroed along a bar, hoods at a stop."""
+    """Spread of the zero offset of each absolute encoder on swerve steering, hoods and turrets [rad]. Estimate: teams
+    zero wheels along a straight bar, and hoods at a hard stop."""
     drive_friction: float = 0.47
-    """Spread of kS, for each tank and mecanum drive: a factor of 1.6 either way [-]. Published kS of tank drives run
-    from 0.13 to 1.31 V, around 0.65 V."""
+    """Spread of kS, for each tank and mecanum drive: a factor of 1.6 either way [-]. Published kS values of tank drives
+    range from 0.13 to 1.31 V, around 0.65 V."""
     swerve_friction: float = 0.18
-    """Spread of kS, for each swerve drive: a factor of 1.2 either way [-]. Estimate: one team's values agree between
-    days, but teams differ by more."""
+    """Spread of kS, for each swerve drive: a factor of 1.2 either way [-]. Estimate: one team's values agree from day
+    to day, but values of different teams differ more."""
     drive_sides: float = 0.03
-    """Spread of lost gear efficiency, for each side of a tank drive and each wheel of others: uniform from 0 to this
-    [-]. A kit chassis turned by 0.3 rad over 12 m at equal voltages."""
+    """Spread of lost gear efficiency, for each side of a tank drive and each wheel of other drives, uniform from 0 to
+    this value [-]. A kit chassis turned by 0.3 rad over 12 m at equal voltages."""
     gyro: float = degrees(0.01)
-    """Spread of the yaw rate at rest, for each gyro [rad/s]. Estimate: 0.6 degrees a minute remain after the
-    calibration at power-up, when the robot stands on a cart."""
+    """Spread of the measured yaw rate at rest, for each gyro [rad/s]. Estimate: a drift of 0.6 degrees per minute
+    remains after calibration at power-up, when the robot stands on a cart."""
     start_position: float = 0.015
-    """Spread of the starting position along x and along y, for each robot [m]. Estimate: placed by eye at
-    a mark."""
+    """Spread of the starting position along x and along y, for each robot [m]. Estimate: people place the robot at a
+    mark by eye."""
     start_heading: float = degrees(1.0)
     """Spread of the starting heading, for each robot [rad]. Estimate: 14 mm at the end of a bumper."""
     camera_noise: float = 0.3
-    """Spread of the image noise, for each camera [-]. Estimate: focus, exposure, light."""
+    """Spread of the image noise, for each camera [-]. Estimate: focus, exposure and light vary."""
     human_players: float = 0.2
     """Spread of times and errors, for each human player [-]. Estimate."""
 
@@ -163,14 +162,14 @@ class Scatter:
         """Return a scatter with all spreads multiplied by a factor.
 
         Raises:
-            ConfigError: If it is not a number >= 0 or makes a spread too large.
+            ConfigError: If the factor is not a number >= 0 or makes a spread too large.
         """
         require("Scatter", "factor", factor, FACTOR)
         return Scatter(**{name: factor * getattr(self, name) for name in self.names()})
 
     @classmethod
     def parse(cls, text: str) -> Scatter:
-        """Parse a line: a factor on the default spreads (1 if left out), then single spreads by name.
+        """Parse a scatter: an optional factor on the default spreads, then single spreads by name.
 
         >>> Scatter.parse("0.5") == Scatter().scaled(0.5)
         True
@@ -180,7 +179,7 @@ class Scatter:
 
         Raises:
             ConfigError: If a part is not a number or a spread is too large.
-            UnknownNameError: If there is no such spread.
+            UnknownNameError: If no spread has one of the names.
         """
         first, *rest = text.split(",")
         if "=" in first:
@@ -195,7 +194,7 @@ class Scatter:
 
     @property
     def text(self) -> str:
-        """Text that `parse` converts back to this scatter.
+        """Text form of this scatter, which `parse` reads back.
 
         >>> Scatter.parse(Scatter().text) == Scatter(), Scatter.none().text
         (True, '0')
@@ -215,10 +214,10 @@ def _number(text: str, part: str) -> float:
 
 
 class ScatterDraws:
-    """Scatter draws of one match.
+    """Random draws of one match.
 
     Args:
-        scatter: Sizes of the spreads.
+        scatter: Sizes of all spreads.
         seed: Seed of the match.
     """
 
@@ -227,31 +226,31 @@ class ScatterDraws:
         self._seed = seed
 
     def generator(self, name: str, *numbers: int) -> np.random.Generator:
-        """Return the generator of one spread of one object.
+        """Return the random generator for one spread of one object.
 
         Args:
             name: Name of the spread.
-            numbers: Numbers of the object, e.g. of robot and shooter.
+            numbers: Numbers that identify the object, e.g. those of the robot and the shooter.
         """
         return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
 
     def normal(self, name: str, *numbers: int) -> float:
-        """Draw a normal number times the size of a spread."""
+        """Draw a normal number with the size of a spread as its standard deviation."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).standard_normal()) if size else 0.0
 
     def factor(self, name: str, *numbers: int) -> float:
-        """Draw a factor around 1: e to the power of `normal`, so that it is always positive."""
+        """Draw a positive factor around 1, e to the power of `normal`."""
         return math.exp(self.normal(name, *numbers))
 
     def share(self, name: str, *numbers: int) -> float:
-        """Draw a number uniform from 0 to the size of a spread."""
+        """Draw a uniform number from 0 to the size of a spread."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).random()) if size else 0.0
 
 
 def piece_variation(draws: ScatterDraws, counts: Sequence[int]) -> PieceVariation:
-    """Draw factors for all pieces of a match.
+    """Draw the variation of all pieces of a match.
 
     Args:
         draws: Scatter draws of the match.
@@ -287,11 +286,11 @@ def _normal(rng: np.random.Generator, size: float, count: int) -> FloatArray:
 _DRIVE, _STEER, _MECHANISM = range(3)  # groups of motors
 _AZIMUTH, _HOOD, _TURRET = range(3)  # groups of encoders
 _MAX_COF = 10.0  # largest allowed friction
-_AHEAD = 64  # numbers that a shooter draws at once
+_AHEAD = 64  # random numbers that a shooter draws at once
 
 
 def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRobot:
-    """Draw the robot as built from a config.
+    """Draw an as-built robot for a config.
 
     Args:
         config: Config of the robot.
@@ -319,7 +318,7 @@ def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRo
 
 
 def start_error(draws: ScatterDraws, robot: int) -> Pose:
-    """Draw people's error in placing a robot: ahead, to its left, and rotation [m, m, rad]."""
+    """Draw people's placement error in the robot frame: forward, to the left, and rotation [m, m, rad]."""
     return (
         draws.normal("start_position", robot, 0),
         draws.normal("start_position", robot, 1),
@@ -351,7 +350,10 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
 def _fixed_wheels(
     config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
 ) -> tuple[TankConfig | MecanumConfig, ...]:
-    """Draw the wheels of a mecanum drive or the sides of a tank; a side has its motors' mean factors and one wear."""
+    """Draw the wheels of a mecanum drive or the sides of a tank drive.
+
+    A side gets the mean factors of its motors and one value of wear.
+    """
     tread, drag = draws.factor("tread_friction", robot), draws.factor("drive_friction", robot)
     is_tank = isinstance(config, TankConfig)
     sides: tuple[TankConfig | MecanumConfig, ...] = config.sides if isinstance(config, TankConfig) else (config,) * 4
@@ -376,7 +378,7 @@ def _fixed_wheels(
 
 
 def _motor_factors(draws: ScatterDraws, motors: int, *numbers: int) -> tuple[float, float]:
-    """Draw mean factors of kt and of resistance of motors on one shaft."""
+    """Draw the mean factors of kt and of resistance for the motors on one shaft."""
     kt = [draws.factor("motor_kt", *numbers, motor) for motor in range(motors)]
     resistance = [draws.factor("motor_resistance", *numbers, motor) for motor in range(motors)]
     return math.fsum(kt) / motors, math.fsum(resistance) / motors
@@ -399,7 +401,7 @@ def _mechanism(config: MechanismConfig, draws: ScatterDraws, robot: int, number:
 
 
 def _battery(config: BatteryConfig, draws: ScatterDraws, robot: int) -> BatteryConfig:
-    aged = draws.factor("battery_resistance", robot)  # one cause: slow and fast resistance age together
+    aged = draws.factor("battery_resistance", robot)  # one factor, because both resistances rise with age
     return replace(
         config,
         initial_charge=max(0.0, config.initial_charge - draws.share("battery_charge", robot)),
@@ -435,7 +437,7 @@ def _shot_errors(draws: ScatterDraws, robot: int, shooter: int, *, hood: bool, t
 
 
 def _normals(size: float, rng: np.random.Generator) -> Callable[[], float]:
-    """Return a function that draws normal numbers one by one."""
+    """Return a function that draws one normal number per call."""
     ready: list[float] = []
 
     def next_one() -> float:

@@ -1,4 +1,4 @@
-"""Scores by piece and time: zones that pieces cross, and the resulting events and totals."""
+"""Scoring: zones that pieces enter, and the resulting events and totals."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from simcore.world.zones import Zone
 __all__ = ["Alliance", "FoulEvent", "Score", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
 
 
-_ROUNDING = 1e-9  # [m]; a zone's own test may accept a piece that just touches it
+_ROUNDING = 1e-9  # [m]; margin for pieces that just touch a zone, which the zone's own test may accept
 
 
 def other_alliance(alliance: Alliance) -> Alliance:
-    """Return the opponent alliance."""
+    """Return the opposing alliance."""
     return "red" if alliance == "blue" else "blue"
 
 
@@ -30,18 +30,18 @@ class ScoringZone:
     """Zone in which pieces score."""
 
     name: str
-    """Name, and key in the breakdown."""
+    """Name of the zone, also used as its key in the breakdown."""
     alliance: Alliance
-    """Alliance that gets the points, whoever shot."""
+    """Alliance that receives the points, regardless of who shot."""
     zone: Zone
     points: int = 1
-    """Points of one piece while the zone is active."""
+    """Points for one piece while the zone is active."""
     downward: bool = True
     """Whether only falling pieces count."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that score in it; empty: all."""
+    """Kinds of pieces that score in the zone; empty for all kinds."""
     opening: ShotOpening | None = None
-    """Opening that shots have to fall through; None: no shots are aimed at it."""
+    """Opening that shots must fall through; None if the zone is not a target for shots."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"ScoringZone {self.name!r}", points=Quantity("points", -1000, 1000, is_whole=True))
@@ -49,14 +49,14 @@ class ScoringZone:
 
 @dataclass(frozen=True, slots=True)
 class ScoreEvent:
-    """One piece in one zone."""
+    """Score of one piece in one zone."""
 
     time: float
     """Simulated time at the end of the tick [s]."""
     zone: str
     alliance: Alliance
     points: int
-    """Points; 0 where the zone was inactive at the time."""
+    """Points for the piece; 0 if the zone was inactive."""
     slot: int
     """Slot of the piece."""
 
@@ -71,15 +71,15 @@ class FoulEvent:
     """Number of the rule in the game's manual."""
     robot: int
     alliance: Alliance
-    """Alliance of that robot."""
+    """Alliance of the robot that broke the rule."""
     points: int
-    """Points that the other alliance gets."""
+    """Points for the other alliance."""
     text: str
     """Description of the violation, for people."""
 
     @property
     def gains(self) -> Alliance:
-        """Alliance that gets the points."""
+        """Alliance that receives the points."""
         return other_alliance(self.alliance)
 
     def __str__(self) -> str:
@@ -95,7 +95,7 @@ class Score:
     total: int
 
     def __gt__(self, other: object) -> bool:
-        """Raise an error for a comparison of two numbers with one."""
+        """Raise an error, because a score has two numbers to compare."""
         raise ConfigError(
             f"a score has points of red and of blue, got {other!r}: did you mean score.blue or score.red?"
         )
@@ -104,7 +104,7 @@ class Score:
 
 
 class ScoringTracker:
-    """Counter of pieces through zones; a piece counts once until the caller puts it back on the field."""
+    """Counter of pieces that enter scoring zones; the caller takes each scored piece off the field."""
 
     def __init__(
         self,
@@ -117,8 +117,8 @@ class ScoringTracker:
 
         Args:
             zones: Zones where pieces score; names must differ.
-            worth: Function that gives the points of a piece in a zone now; None: always `zone.points`.
-            kinds: Kind of the piece of each slot; needed if a zone names kinds.
+            worth: Function that returns the current points for a piece in a zone; None for `zone.points`.
+            kinds: Kind of the piece in each slot, required if a zone lists kinds.
         """
         self.zones = tuple(zones)
         names = [zone.name for zone in self.zones]
@@ -132,28 +132,28 @@ class ScoringTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Start at zero."""
+        """Clear all events, fouls and points."""
         self.events: list[ScoreEvent] = []
-        """All scoring events so far, in order."""
+        """All scoring events so far, oldest first."""
         self.fouls: list[FoulEvent] = []
-        """All fouls so far, in order."""
+        """All fouls so far, oldest first."""
         self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
         """Points by alliance."""
         self.pieces: dict[str, int] = dict.fromkeys((zone.name for zone in self.zones), 0)
-        """Pieces by zone, whatever their points."""
+        """Number of pieces scored in each zone, including those without points."""
 
     def add(self, alliance: Alliance, points: int) -> None:
-        """Add points that no piece brings: for a climb, a parked robot."""
+        """Add points that do not come from a piece, e.g. for a climb or a parked robot."""
         self.totals[alliance] += points
 
     def foul(self, event: FoulEvent) -> None:
-        """Record a foul, and give its points to the other alliance."""
+        """Record a foul and add its points to the other alliance's total."""
         self.fouls.append(event)
         self.totals[event.gains] += event.points
 
     @staticmethod
     def _mask(zone: ScoringZone, kinds: Sequence[str]) -> BoolArray | None:
-        """Return which slots may score in a zone, shape (n,); None: all."""
+        """Return a mask of the slots that may score in a zone, shape (n,), or None for all slots."""
         if not zone.kinds:
             return None
         unknown = set(zone.kinds) - set(kinds)
@@ -162,20 +162,20 @@ class ScoringTracker:
         return np.isin(np.array(kinds), zone.kinds)
 
     def update(self, time: float, slots: IntArray, start: FloatArray, end: FloatArray) -> list[ScoreEvent]:
-        """Sweep pieces from their old to their new positions.
+        """Score the pieces that have entered a zone during a tick.
 
         Args:
-            time: End of the tick [s].
+            time: Simulated time at the end of the tick [s].
             slots: Slots of the pieces that moved, shape (n,).
-            start: Old positions, shape (n, 3) [m].
-            end: New positions, shape (n, 3) [m].
+            start: Positions at the start of the tick, field frame [m], shape (n, 3).
+            end: Positions at the end of the tick, field frame [m], shape (n, 3).
 
         Returns:
-            New events; the caller takes those pieces off the field.
+            New events; the caller takes the scored pieces off the field.
         """
         if not len(slots):
             return []
-        high = np.maximum(start[:, 2], end[:, 2]) >= self._bottom  # most pieces roll on the carpet, far below
+        high = np.maximum(start[:, 2], end[:, 2]) >= self._bottom  # most pieces roll on the carpet, below all zones
         if not np.count_nonzero(high):
             return []
         slots, start, end = slots[high], start[high], end[high]

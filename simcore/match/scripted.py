@@ -1,7 +1,7 @@
-"""A robot that follows a script: it drives by chassis speeds, aims by solving the shot, and commands volts.
+"""Robot controller that follows a script, with commands for driving, collecting and shooting.
 
-Scripts are generators that yield once a tick. They play as a blue robot; for a red one, poses are flipped under the
-field's symmetry on input and output.
+Scripts are generators that yield once a tick. They are written for a blue robot; for a red robot, the controller flips
+poses and commands by the field's symmetry.
 """
 
 from __future__ import annotations
@@ -37,30 +37,30 @@ _log = logging.getLogger(__name__)
 Steps: TypeAlias = Generator[None, None, None]
 """Generator that yields once a tick."""
 Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
-"""Function of the robot that makes its steps from the first tick to the last."""
+"""Function of the scripted robot that makes the generator of its steps."""
 
-# Tolerances of a robot that is ready to shoot. Each is worth 40 to 60 mm at the target of a shot of 2.5 m and 1.2 s.
-_WHEEL_TOLERANCE = 0.01  # of the wheels' speed; the range depends on its square
+# Tolerances of a robot that is ready to shoot. Each shifts a shot of 2.5 m and 1.2 s by 40 to 60 mm at the target.
+_WHEEL_TOLERANCE = 0.01  # of the wheel speed; the range of a shot varies with the square of the speed
 _HEADING_TOLERANCE = degrees(1.0)
 _MOST_SPEED = 0.05  # over ground [m/s]
-_AT_TARGET = 0.1  # [m]; zones this near to a target count as its zones
+_AT_TARGET = 0.1  # [m]; zones this close to a target belong to the target
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptSettings:
-    """Settings of how scripts handle a robot."""
+    """Settings for robots driven by scripts."""
 
     acceleration: float = 6.0
-    """Acceleration along the ground [m/s^2]; half of what tires can give, so that wheels do not skid."""
+    """Limit of horizontal acceleration [m/s^2]; half of what the tires allow, so that wheels do not skid."""
     shot_elevation: float = degrees(60.0)
     """Elevation of shots above the horizontal, for shooters with a hood [rad]."""
     feed_volts: Mapping[str, float] = field(default_factory=dict)
-    """Mechanisms that run while pieces are fed to the shooter, with their voltage [V]."""
+    """Voltages of the mechanisms that feed pieces to the shooter, by name [V]."""
     roller_volts: float = 9.0
     """Voltage of the intake's roller while the intake is out [V]."""
     intake_x: float = -0.6
-    """Position of the intake ahead of the robot's center [m]."""
+    """Position of the intake along the robot's x axis [m]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -73,18 +73,18 @@ class ScriptSettings:
         )
 
     def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
-        """Return a function that makes a robot with these settings, for `Auto.controller`."""
+        """Return a function that makes a controller with these settings, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
 
 
 class ScriptedRobot:
-    """Controller that follows a script; for robots with swerve.
+    """Controller that follows a script, for robots with a swerve drive.
 
     Args:
         script: Script to follow.
-        match: Match in which it plays.
+        match: Match in which the robot plays.
         alliance: Alliance of the robot.
-        settings: Settings of how it handles the robot.
+        settings: Settings for the robot; None for the defaults.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class ScriptedRobot:
         self._wheel_goal = 0.0
         self._feed = False
         self._intake = False
-        self._from_below: dict[tuple[float, float, float], bool] = {}  # by target: may a shot reach it rising
+        self._from_below: dict[tuple[float, float, float], bool] = {}  # by target: whether a rising shot may reach it
         self._positions: dict[str, float] = {}
         self._volts: dict[str, float] = {}
         self._position_loop = PositionController(kp=25.0)
@@ -108,15 +108,15 @@ class ScriptedRobot:
         self._wheel_loops: dict[str, VelocityController] = {}
         self._robot: Robot | None = None
         self.pose: Pose = (0.0, 0.0, 0.0)
-        """Pose of the robot in this tick by its odometry since its placement, as a blue one [m, m, rad]."""
+        """Pose of the robot in this tick from odometry since its placement, blue field frame [m, m, rad]."""
         self.is_done = False
         """Whether the script has ended."""
         self.aim_error = (0.0, 0.0)
-        """Aiming error added to the solved shot: to the left [rad], and too fast, as a share of the speed."""
+        """Aiming error added to the solved shot: heading error to the left [rad], and relative speed error [-]."""
 
     @property
     def match(self) -> PlayedMatch:
-        """Match in which it plays."""
+        """Match in which the robot plays."""
         return self._match
 
     @property
@@ -125,7 +125,7 @@ class ScriptedRobot:
         return self._alliance
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of robot code. The script begins with its first robot, and again after `Match.reset`."""
+        """Run one tick of the script, which restarts for a new robot, e.g. after `Match.reset`."""
         if self._robot is not robot:
             self.begin(robot)
         self.pose = self.as_blue(robot.reckoned_pose)
@@ -136,10 +136,10 @@ class ScriptedRobot:
         self._command_mechanisms()
 
     def begin(self, robot: Robot) -> None:
-        """Begin the script with a robot.
+        """Start the script with a robot.
 
         Raises:
-            ConfigError: If the robot has no swerve, which scripts need.
+            ConfigError: If the robot does not have the swerve drive that scripts need.
         """
         if not isinstance(robot.drive, SwerveDrive):
             kind = type(robot.drive).__name__
@@ -161,12 +161,12 @@ class ScriptedRobot:
 
     @property
     def robot(self) -> Robot:
-        """The robot that the script plays."""
+        """Robot that follows the script."""
         assert self._robot is not None, "a script runs inside a tick"
         return self._robot
 
     def as_blue(self, pose: Pose) -> Pose:
-        """Convert a field-frame pose [m, m, rad] to that of a blue robot in the corresponding place."""
+        """Convert a field-frame pose to the blue field frame, in which this robot is blue [m, m, rad]."""
         return pose if self._alliance == "blue" else self._symmetry.flip_pose(*pose)
 
     @property
@@ -175,7 +175,7 @@ class ScriptedRobot:
         return len(self.robot.held)
 
     def piece_positions(self, kind: str | None = None) -> FloatArray:
-        """Return positions of pieces on the field, of one kind or all, blue field frame [m], shape (n, 3)."""
+        """Return the positions of pieces on the field, of one kind or all, blue field frame [m], shape (n, 3)."""
         pieces = self._match.pieces
         positions = pieces.state.pos[pieces.on_field(kind)]
         return positions if self._alliance == "blue" else self._symmetry.flip_points(positions)
@@ -183,11 +183,17 @@ class ScriptedRobot:
     # --- commands of a script -----------------------------------------------------------------------------------
 
     def stop(self) -> None:
-        """Stand still."""
+        """Stop driving."""
         self._velocity = (0.0, 0.0, 0.0)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
-        """Move the commanded velocity toward a goal, blue field frame [m/s]; turn against a heading error [rad]."""
+        """Change the commanded velocity toward a goal within the acceleration limit, and correct the heading.
+
+        Args:
+            vx: Goal of the x velocity, blue field frame [m/s].
+            vy: Goal of the y velocity, blue field frame [m/s].
+            turn: Heading error to correct, counter-clockwise positive [rad].
+        """
         ox, oy, _ = self._velocity
         dx, dy = vx - ox, vy - oy
         size, limit = math.hypot(dx, dy), self.settings.acceleration * TICK
@@ -196,28 +202,37 @@ class ScriptedRobot:
         self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
 
     def intake(self, on: bool) -> None:
-        """Deploy the intake and turn its roller, or retract it."""
+        """Deploy the intake and run the roller, or retract the intake."""
         self._intake = on
 
     def set_position(self, mechanism: str, position: float) -> None:
-        """Move a mechanism to a position [rad] and hold it there from now on."""
+        """Move a mechanism to a position [rad] and hold it there."""
         self._volts.pop(mechanism, None)
         self._positions[mechanism] = position
 
     def set_volts(self, mechanism: str, volts: float) -> None:
-        """Apply a voltage to a mechanism from now on [V]."""
+        """Apply a constant voltage to a mechanism [V]."""
         self._positions.pop(mechanism, None)
         self._volts[mechanism] = volts
 
     def wait(self, seconds: float) -> Steps:
-        """Keep the present commands for a time [s]."""
+        """Keep the current commands for a time [s]."""
         for _ in range(round(seconds / TICK)):
             yield
 
     def drive_to(
         self, x: float, y: float, yaw: float, *, speed: float = 3.0, tolerance: float = 0.06, timeout: float = 6.0
     ) -> Steps:
-        """Drive straight to a pose and stop there [m, m, rad]; give up after `timeout` [s]."""
+        """Drive straight to a pose and stop there.
+
+        Args:
+            x: x coordinate of the goal, blue field frame [m].
+            y: y coordinate of the goal, blue field frame [m].
+            yaw: Heading to hold [rad].
+            speed: Cruising speed [m/s].
+            tolerance: Distance from the goal that counts as reached [m].
+            timeout: Time after which the robot stops anyway [s].
+        """
         yield from self.drive_through([(x, y)], yaw, speed=speed, tolerance=tolerance, timeout=timeout)
 
     def drive_through(
@@ -237,8 +252,8 @@ class ScriptedRobot:
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
             tolerance: Distance from the last point that counts as reached [m].
-            corner: Distance from a corner at which the robot turns to the next one [m].
-            timeout: Time after which it gives up [s].
+            corner: Distance from a corner at which the robot turns toward the next point [m].
+            timeout: Time after which the robot stops anyway [s].
         """
         way = list(points)
         for _ in range(round(timeout / TICK)):
@@ -258,13 +273,13 @@ class ScriptedRobot:
         corner: float = 0.35,
         stop_before: float = 0.0,
     ) -> float:
-        """Command the velocity of this tick along straight lines, so that the robot can stop at the last point.
+        """Command this tick's velocity along a path of straight lines, slowing down to stop at the last point.
 
         Args:
-            way: Corners of the path, blue field frame [m]; reached ones are removed.
+            way: Corners of the path, blue field frame [m]; the function removes corners that the robot has reached.
             yaw: Heading to turn to [rad].
             speed: Cruising speed [m/s].
-            corner: Distance from a corner at which the robot turns to the next one [m].
+            corner: Distance from a corner at which the robot turns toward the next point [m].
             stop_before: Distance before the last point at which to stop [m].
 
         Returns:
@@ -293,17 +308,15 @@ class ScriptedRobot:
         kind: str | None = None,
         yaw: float = 0.0,
     ) -> Steps:
-        """Take in the pieces of a region, the nearest first.
-
-        It ends when no piece is left there or the robot is full.
+        """Take in the pieces in a rectangle, nearest first, until none is left or the robot is full.
 
         Args:
-            low: Smallest corner of the region, blue field frame [m].
-            high: Largest corner [m].
-            aside: Largest distance of the robot from the region's middle line along y [m].
-            timeout: Time after which it gives up [s].
+            low: Corner of the rectangle with the smallest x and y, blue field frame [m].
+            high: Corner of the rectangle with the largest x and y, blue field frame [m].
+            aside: Largest distance of the robot along y from the rectangle's center [m].
+            timeout: Time after which the robot stops anyway [s].
             speed: Speed of the approach [m/s].
-            kind: Kind of pieces; None: any.
+            kind: Kind of pieces to take in; None for any kind.
             yaw: Heading to hold, 0 or pi [rad].
         """
         back = -self.settings.intake_x * math.cos(yaw)
@@ -327,10 +340,14 @@ class ScriptedRobot:
         yield
 
     def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
-        """Aim at a place, blue field frame [m], and shoot all pieces; give up after `timeout` [s].
+        """Aim at a target and shoot all pieces.
 
-        Where there is no shot, the log gives the reason once. If the target's zone also counts rising pieces
-        (`downward=False`), a shot may reach it on its way up.
+        If no shot is possible, the log gives the reason once. If the target's zone also counts rising pieces
+        (`downward=False`), a shot may enter the zone on the way up.
+
+        Args:
+            target: Point to aim at, blue field frame [m].
+            timeout: Time after which the robot stops shooting [s].
         """
         patience, has_logged = round(timeout / TICK), False
         robot = self.robot
@@ -355,7 +372,7 @@ class ScriptedRobot:
 
     @property
     def is_feeding(self) -> bool:
-        """Whether it feeds pieces to the shooter."""
+        """Whether the robot feeds pieces to the shooter."""
         return self._feed
 
     def hold_fire(self) -> None:
@@ -363,7 +380,10 @@ class ScriptedRobot:
         self._feed = False
 
     def spin_up(self, target: tuple[float, float, float]) -> None:
-        """Spin the shooter wheels up for a shot from here at a place [m], if there is one."""
+        """Spin the shooter wheels up for a shot from the current pose at a target, blue field frame [m].
+
+        Do nothing if no shot is possible.
+        """
         try:
             self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target).speed)
         except NoShotError:
@@ -404,7 +424,7 @@ class ScriptedRobot:
         return abs(turn) < _HEADING_TOLERANCE and aimed and still and up
 
     def _braking_speed(self, distance: float) -> float:
-        """Compute the speed from which half of the acceleration stops the robot within a distance [m]; [m/s]."""
+        """Compute the speed [m/s] from which half of the acceleration limit stops the robot within a distance [m]."""
         return math.sqrt(2.0 * 0.5 * self.settings.acceleration * max(0.0, distance))
 
     def _drive(self) -> None:

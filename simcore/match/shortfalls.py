@@ -1,4 +1,4 @@
-"""Reasons why a robot took in or shot nothing, as far as a run shows them: one line per part that fell short."""
+"""Reasons why a robot took in or shot nothing, one line per part that fell short."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from simcore.robot.shooter import Shooter
 
 __all__ = ["Shortfalls"]
 
-_REQUEST = 0.02  # volts or share of the battery; smaller requests count as none
-_PERIOD = 5  # ticks from check to check
-_ENOUGH = 8  # checks with requests in one direction; a part with fewer may not have had the time
-_UNMOVED = 0.05  # of the travel between the stops
-_ELSEWHERE = 0.5  # [m] between pose estimate and true pose
+_REQUEST = 0.02  # volts or duty cycle; smaller requests count as zero
+_PERIOD = 5  # ticks between checks
+_ENOUGH = 8  # checks with requests in one direction; a part with fewer may not have had enough time
+_UNMOVED = 0.05  # of the travel between the stops; a smaller movement counts as none
+_ELSEWHERE = 0.5  # [m]; tolerated distance between pose estimate and true pose
 
 
 class Shortfalls:
-    """Monitor of the intakes and shooters of one robot, ten times a second.
+    """Monitor that checks the intakes and shooters of one robot ten times a second.
 
-    A part is checked until it has worked once, so a robot that plays well costs nothing.
+    A part is checked only until it has worked once, so a robot that works well takes no time.
 
     Args:
         robot: Robot to monitor.
@@ -31,15 +31,15 @@ class Shortfalls:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._ranges: dict[str, tuple[float, float]] = {}  # of positions, or of speeds for rollers and wheels
-        self._requested: dict[str, int] = {}  # checks with positive requests minus those with negative ones
-        self._idle = list(enumerate(robot.intakes, 1))  # that have not worked yet
-        self._silent = list(enumerate(robot.shooters, 1))  # whose gate has not been open yet
-        self._empty_at: dict[int, float] = {}  # time of the first opening without pieces [s], by number
-        self._coasting: dict[str, int] = {}  # shots while a feeder was coasting, by its name
+        self._requested: dict[str, int] = {}  # number of checks with positive requests minus negative requests
+        self._idle = list(enumerate(robot.intakes, 1))  # intakes that have not worked yet
+        self._silent = list(enumerate(robot.shooters, 1))  # shooters whose gate has not been open yet
+        self._empty_at: dict[int, float] = {}  # time of the first opening without pieces [s], by shooter number
+        self._coasting: dict[str, int] = {}  # number of shots while a feeder was coasting, by name of the feeder
         self._shots = self._ticks = 0
 
     def after_tick(self, time: float) -> None:
-        """Check the parts at the end of a tick [s], before pieces are shot in it."""
+        """Check the parts at the end of a tick [s], before the tick's shots."""
         self._ticks += 1
         if self._ticks % _PERIOD:
             return
@@ -59,14 +59,14 @@ class Shortfalls:
                     self._empty_at[number] = time
 
     def note_shot(self) -> None:
-        """Record a shot."""
+        """Record a shot of the robot."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
             if self._mechanism(name).record["request"]["value"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
-        """Yield the shortfalls, a sentence each; parts that robot code never commanded are left out.
+        """Yield one sentence per shortfall, without parts that robot code never commanded.
 
         Args:
             taken_in: Number of pieces that the robot has taken in.
@@ -147,7 +147,15 @@ class Shortfalls:
 
 
 def _too_slow(whose: str, name: str, best: float, other: float, least: float) -> str:
-    """Return the sentence that a turning part never reached its speed [rad/s]."""
+    """Return the sentence for a roller or wheel that never reached its required speed.
+
+    Args:
+        whose: Name of the part in the sentence.
+        name: Name of the mechanism.
+        best: Largest speed in the required direction [rad/s].
+        other: Largest speed in the opposite direction [rad/s].
+        least: Required speed [rad/s].
+    """
     reached = max(0.0, best) / math.tau
     text = f"{whose}: {name!r} reached {reached:.1f} of the {least / math.tau:.1f} turns/s from which it works"
     if other > least:

@@ -1,4 +1,4 @@
-"""Checks of players and starting places before the first tick."""
+"""Checks of a match's settings, robots and start poses before the first tick and at the start of an auto."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ Flip: TypeAlias = Callable[[float, float, float], Pose]
 
 _log = logging.getLogger(__name__)
 
-_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower reaches no goal from this far off
-_MOVES = 0.05  # [m/s]; a faster robot is on its way
-_BEGINNING = 0.5  # [s] of autonomous in which robot code sets its pose
-_SPARE = 0.02  # [m]; allowed overlap at a start, which is then pushed out
-_RING, _RINGS = 0.1, 20  # [m], [-]; spacing and number of the rings that are searched for a free place
+_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower misses its goal with a larger pose error
+_MOVES = 0.05  # [m/s]; a faster robot has begun to drive
+_BEGINNING = 0.5  # [s]; time in autonomous for robot code to set its pose
+_SPARE = 0.02  # [m]; allowed overlap at a start, which contact then pushes apart
+_RING, _RINGS = 0.1, 20  # [m], [-]; spacing and number of the rings searched for a free pose
 
 
 def require_playable(
@@ -54,7 +54,7 @@ def require_playable(
 
     Raises:
         ConfigError: If the seed is not a whole number >= 0, or there are too many robots, controllers or preloads.
-        UnknownNameError: If the game has no such option.
+        UnknownNameError: If the game does not have one of the options.
     """
     if not hasattr(game, "robots"):
         raise ConfigError(f"want a Game, as find_game(name) gives it, got {shown(game)}")
@@ -76,10 +76,10 @@ def require_playable(
 
 
 def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] = (), engine: object = None) -> None:
-    """Raise an error for settings that a match would otherwise fail on later.
+    """Raise an error for settings of the wrong type, which would otherwise fail during the match.
 
     Raises:
-        ConfigError: If one is not a bool, a sink or an engine.
+        ConfigError: If `practice` is not a bool, or `sinks` or `engine` has the wrong type.
     """
     if not isinstance(practice, bool):
         raise ConfigError(f"practice must be True or False, got {shown(practice)}")
@@ -91,12 +91,12 @@ def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] =
 
 
 class StartError(ConfigError):
-    """Error for a robot that cannot stand at its start.
+    """Error for a robot that cannot stand at its start pose.
 
     Args:
         number: Number of the robot.
-        problem: Description of the mistake, to follow "robot 0" in the message.
-        hint: Description of what would work; empty: another start.
+        problem: Description of the mistake, worded to follow "robot 0" in the message.
+        hint: Suggestion for a solution; empty to suggest another start.
     """
 
     def __init__(self, number: int, problem: str, hint: str = "") -> None:
@@ -109,16 +109,16 @@ class StartError(ConfigError):
 def require_free_starts(
     world: PhysicsWorld, robots: Sequence[Robot], field: FieldDefinition, alliances: Sequence[Alliance]
 ) -> None:
-    """Raise an error for robots that start outside the field, or inside one another or a solid element.
+    """Raise an error if a robot starts outside the field, or inside another robot or a solid element.
 
     Args:
-        world: World with the field and the robots.
-        robots: Robots at their starts.
+        world: Physics world with the field and the robots.
+        robots: Robots at their start poses.
         field: Field of the match.
-        alliances: Alliance of each robot; for a red one the message also gives blue places, as its entry has them.
+        alliances: Alliance of each robot; for red robots, the message also gives the blue position as in the entry.
 
     Raises:
-        StartError: If one does.
+        StartError: If a start pose is not free.
     """
     for robot, alliance in zip(robots, alliances, strict=True):
         pose, as_blue = robot.chassis.pose, field.symmetry.flip_pose if alliance == "red" else None
@@ -134,18 +134,18 @@ def require_free_place(
     others: Sequence[Robot] = (),
     as_blue: Flip | None = None,
 ) -> None:
-    """Raise an error for a start outside the field or inside a solid; the message names a free place nearby.
+    """Raise an error for a pose outside the field or inside a solid; the message suggests a free position nearby.
 
     Args:
-        world: World with the field and the robots.
-        robot: Robot that would start there.
-        pose: Start, field frame [m, m, rad].
+        world: Physics world with the field and the robots.
+        robot: Robot to place.
+        pose: Intended pose, field frame [m, m, rad].
         field_size: Length and width of the field [m].
-        others: Robots that are on the field.
-        as_blue: Function that converts a place to that of a blue robot, for starts given so; None: not needed.
+        others: Other robots on the field.
+        as_blue: Function that converts a red pose to the blue pose of the robot's entry; None for a blue robot.
 
     Raises:
-        StartError: If the start is not free.
+        StartError: If the pose is not free.
     """
     (x, y, _), (length, width) = pose, field_size
     if not (0.0 <= x <= length and 0.0 <= y <= width):
@@ -162,9 +162,14 @@ def require_free_place(
 def free_place(
     world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, others: Sequence[Robot] = ()
 ) -> Pose | None:
-    """Return the place nearest to a pose where a robot can stand, within two meters; None if there is none.
+    """Return the free pose nearest to an intended pose, or None if there is none within two meters.
 
-    The arguments are those of `require_free_place`.
+    Args:
+        world: Physics world with the field and the robots.
+        robot: Robot to place.
+        pose: Intended pose, field frame [m, m, rad].
+        field_size: Length and width of the field [m].
+        others: Other robots on the field.
     """
     if not _obstacle(world, robot, pose, others):
         return pose
@@ -186,9 +191,9 @@ def free_place(
 
 
 class BeliefCheck:
-    """Warning for robots that begin an auto away from their estimated pose; once per auto.
+    """Check that warns, once per auto, about a robot that starts the auto away from its estimated pose.
 
-    It checks as the robot begins to move, and again when the auto is half a second old or over.
+    The check runs when the robot begins to move, and again half a second into the auto or at its end.
 
     Args:
         robots: Robots of the match.
@@ -199,7 +204,7 @@ class BeliefCheck:
         self._open: list[Robot] = []
         self._since: float | None = None
         self.reasons: dict[int, str] = {}
-        """Reasons why robots could not be placed at the start of their auto, by number, until reported."""
+        """Unreported reasons why robots could not be placed at the start of their auto, by robot number."""
 
     def after_tick(self, time: float, timer: MatchTimer) -> None:
         """Check the robots at the end of a tick [s]."""
@@ -214,7 +219,7 @@ class BeliefCheck:
             self._since = None
 
     def _warn(self, robot: Robot, *, is_last: bool) -> bool:
-        """Warn if a robot is away from its estimated pose; return whether it warned."""
+        """Warn if a robot is away from its estimated pose; return whether a warning was logged."""
         true, believed, reason = robot.chassis.pose, robot.believed_pose, self.reasons.get(robot.number, "")
         if not (is_last or reason) and robot.chassis.speed < _MOVES:
             return False
@@ -237,13 +242,16 @@ def pose_text(pose: Pose) -> str:
 
 
 def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> Pose:
-    """Return where people put a robot by mistake: mirrored if it would be in a wall, else exactly at the pose.
+    """Return the pose at which people place a robot, with their placement error.
+
+    If the error would put the robot into an obstacle, the position error is reversed; if that also fails, the intended
+    pose is returned.
 
     Args:
-        world: World with the field and the robots.
-        robot: Robot that is placed.
+        world: Physics world with the field and the robots.
+        robot: Robot to place.
         pose: Intended pose, field frame [m, m, rad].
-        error: Error ahead, to its left and in rotation [m, m, rad].
+        error: Error in the robot frame: forward, to the left and in rotation [m, m, rad].
     """
     (x, y, yaw), (ahead, left, turn) = pose, error
     c, s = math.cos(yaw), math.sin(yaw)
@@ -258,7 +266,7 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
 
 
 def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> tuple[bool, bool]:
-    """Return whether a robot standing there would overlap a wall or a robot, and whether a ramp."""
+    """Return whether a robot at a pose would overlap a wall or a robot, and whether it would overlap a ramp."""
     c, (x, y, yaw) = robot.chassis.config, pose
     half_length, half_width = 0.5 * c.bumper_length, 0.5 * c.bumper_width
     return world.obstacles(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)
@@ -273,7 +281,10 @@ def _place(x: float, y: float, as_blue: Flip | None) -> str:
 
 
 def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Robot] = ()) -> str:
-    """Return what a robot standing there would overlap by more than people can squeeze it; empty if free."""
+    """Return the obstacle that a robot at a pose would overlap by more than `_SPARE`, worded for a message.
+
+    The text is empty if the pose is free.
+    """
     c, (x, y, yaw) = robot.chassis.config, pose
     z = robot.chassis.standing(pose)[0][2]
     half = 0.5 * c.bumper_length - _SPARE, 0.5 * c.bumper_width - _SPARE
@@ -292,12 +303,12 @@ def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Ro
 
 
 def _outlines(robot: Robot, pos: Vector, quat: Quaternion, *, spare: float = 0.0) -> list[FloatArray]:
-    """Return lower and upper edge of the bumpers from above: a tilted robot leans over its surroundings.
+    """Return the outlines of the bumpers' lower and upper edges seen from above, which differ for a tilted robot.
 
     Args:
         robot: Robot with the bumpers.
-        pos: Position of its origin, field frame [m].
-        quat: Attitude of the robot.
+        pos: Position of the robot's origin, field frame [m].
+        quat: Attitude of the robot, unit quaternion x, y, z, w.
         spare: Reduction of the bumpers on each side [m].
     """
     body = robot.chassis.config

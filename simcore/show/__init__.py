@@ -1,1 +1,1 @@
-"""Pictures, pages, the browser view and replays of runs."""
+"""HTML pages, charts, the live browser view, and layouts for dashboards."""

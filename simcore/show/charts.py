@@ -1,4 +1,4 @@
-"""The curves of a run: which telemetry becomes which chart."""
+"""Charts of a run, made from its telemetry."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from simcore.typing import FloatArray
 
 __all__ = ["Chart", "Curve", "charts_of", "thinned", "value_at"]
 
-_POSE_ERROR = "/PoseError"  # instead of a key, of how far a robot was from where it believed to be
+_POSE_ERROR = "/PoseError"  # stands for a key: distance of a robot from its estimated pose, which is not published
 _TICK_BUDGET = 20.0  # [ms]
 _SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
 _QUANTITIES = (
     ("HeightM", "height", "m"), ("AngleDeg", "angle", "deg"), ("ExtendedPct", "extended", "%"),
     ("VelocityRPS", "velocity", "turns/s"),
 )  # fmt: skip
-"""Quantities of a mechanism, the most important first: end of the key, name and unit."""
+"""Quantities of a mechanism, most important first: end of the telemetry key, name and unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,15 +35,15 @@ class Curve:
 
     label: str
     times: FloatArray
-    """[s], shape (n,)."""
+    """Times of the points [s], shape (n,)."""
     values: FloatArray
-    """Shape (n,)."""
+    """Values of the points, shape (n,)."""
     is_stepped: bool = False
-    """Whether it is a count, which keeps its value until it jumps."""
+    """Whether the curve is drawn in steps, for a count that jumps from value to value."""
     key: str = ""
-    """Snapshot key of its values; empty: they are computed from several keys."""
+    """Telemetry key of the values; empty if they are computed from several keys."""
     color: str = ""
-    """Name of its color; empty: the chart's next one."""
+    """Color of the curve as a CSS value; empty for the chart's next color."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,15 +54,15 @@ class Chart:
     unit: str
     curves: Sequence[Curve]
     limit: float | None = None
-    """A level that matters, drawn where the values come near it."""
+    """Critical value, drawn as a line if the curves come near it; None without a limit."""
     limit_label: str = ""
     from_zero: bool = True
     group: str = ""
-    """Heading under which a page folds the chart up; empty: none."""
+    """Heading of a collapsed section with this chart; empty if the chart is always visible."""
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
-    """Return the charts of a run, the most important first; leave out what was not published."""
+    """Return the charts of a run, most important first, without those whose telemetry was not published."""
     recording, scene = track.recording, track.scene
     robots = list(enumerate(scene.robots))
     several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
@@ -81,9 +81,9 @@ def charts_of(track: RunTrack) -> list[Chart]:
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
     volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))
     volts = [_with_extremes(recording, curve, robot.prefix) for curve, (_, robot) in zip(volts, robots, strict=False)]
-    volts = volts or _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))  # logs of old versions
+    volts = volts or _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))  # for logs of old versions
     slips = _curves(recording, each("Robot/WheelSlip", "fastest"))
-    many = "battery" if len(robots) > 2 else ""  # curves of so many robots are no picture
+    many = "battery" if len(robots) > 2 else ""  # too many curves for one visible chart
     charts = [
         Chart(title="Score", unit="points", curves=score),
         Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brown-out",
@@ -100,7 +100,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
         Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True),
               group="computer"),
     ]  # fmt: skip
-    inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # of two runs
+    inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # on a page of two runs
     return [
         replace(chart, curves=[replace(curve, color=inks.get(curve.label, curve.color)) for curve in chart.curves])
         for chart in charts
@@ -109,7 +109,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
 
 
 def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:
-    """Return a curve for each label and key that was recorded."""
+    """Return a curve for each pair of a label and a key, if the key was recorded."""
     return [
         Curve(label=label, times=times, values=values, is_stepped=is_stepped, key=key)
         for label, key in wanted
@@ -120,7 +120,7 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
 
 
 def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
-    """Add the minima between rows to a curve of battery voltage."""
+    """Add the minima between recorded rows to a curve of battery voltage."""
     if not recording.has(f"{prefix}/Debug/BatteryVoltageLowest"):
         return curve
     lowest = recording.series(f"{prefix}/Debug/BatteryVoltageLowest")[1]
@@ -129,7 +129,7 @@ def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
 
 
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """Return the distance of each robot from its estimated pose, since it was placed before it first drove."""
+    """Return the distance of each robot from its estimated pose over time, after its last placement before driving."""
     curves = []
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
         if not (len(times) and len(at)):
@@ -144,7 +144,7 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
 
 
 def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable[Chart]:
-    """Yield charts of closed loops with their set-points, of other motion, and of all mechanisms' currents."""
+    """Yield charts of closed loops with their set-points, of other moving mechanisms, and of all mechanism currents."""
     head = f"{prefix}/Debug/"
     known = set()
     for key in recording.keys:
@@ -168,7 +168,7 @@ def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable
 
 
 def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> Chart:
-    """Chart a closed loop's quantity and its set-point; positions are heights or angles."""
+    """Make a chart of a closed loop's measured value and set-point, with positions as heights or angles if possible."""
     if kind == "VelocityRPS":
         curves = _curves(recording, [("is", stem + kind), ("set-point", wanted)])
         return Chart(title=f"{_name(stem)} velocity", unit="turns/s", curves=curves)
@@ -177,7 +177,7 @@ def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> 
         if recording.has(stem + suffix) and len(curves) == 2 and np.ptp(curves[0].values) > 1e-6:
             at, values = recording.series(stem + suffix)
             turns = curves[0].values[newest_rows(curves[0].times, at)]
-            slope, zero = np.polyfit(turns, values, 1).tolist()  # of a linear relation, which it is
+            slope, zero = np.polyfit(turns, values, 1).tolist()  # the relation is linear
             is_so = _curves(recording, [("is", stem + suffix)])[0]
             want = replace(curves[1], values=slope * curves[1].values + zero, key="")
             return Chart(title=f"{_name(stem)} {quantity}", unit=unit, curves=[is_so, want], from_zero=False)
@@ -185,12 +185,12 @@ def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> 
 
 
 def _name(stem: str) -> str:
-    """Return a mechanism's name from the beginning of its keys."""
+    """Return the name of a mechanism for people, from the common stem of its telemetry keys."""
     return key_in_words(stem.rpartition("/")[2]).capitalize()
 
 
 def value_at(snapshot: Snapshot, key: str) -> float | None:
-    """Return the value of a curve, by its key, at a snapshot; None where it has none."""
+    """Return a curve's value in a snapshot, or None if the snapshot does not have the curve's key."""
     if key.endswith(_POSE_ERROR):
         prefix = key.removesuffix(_POSE_ERROR)
         true, believed = (snapshot.poses.get(f"{prefix}/Robot/{name}") for name in ("Pose3d", "EstimatedPose"))
@@ -200,7 +200,7 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
 
 
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
-    """Reduce a curve to the lowest and highest point of each of `buckets` parts, which looks the same."""
+    """Reduce a curve to the lowest and highest point of each of `buckets` parts, with hardly any visible change."""
     n = len(curve.times)
     if n <= 2 * buckets:
         return curve

@@ -1,7 +1,8 @@
-"""A layout for the dashboard Elastic: the field, score and clock, battery and mechanisms of what a game publishes.
+"""Layout for the Elastic dashboard: field, score, match clock, battery, sensors and mechanisms.
 
-Source: layouts that teams publish for Elastic 2025 and 2026, and the kinds and properties of its widgets in
-https://github.com/Gold872/elastic-dashboard (`lib/widgets/nt_widgets`). What a file leaves out takes Elastic's default.
+Sources: layouts that teams publish for Elastic 2025 and 2026, and the widget types and their properties in
+https://github.com/Gold872/elastic-dashboard (`lib/widgets/nt_widgets`). Elastic uses its defaults for properties that a
+layout file omits.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ from simcore.telemetry.snapshot import Snapshot
 
 __all__ = ["elastic_layout"]
 
-_CELL = 128  # pixels of Elastic's grid
-_WIDTH = 11  # cells of a tab on a laptop's screen of 1,440 pixels
-_PERIOD = 0.06  # [s] between two values, Elastic's default
+_CELL = 128  # [px]; size of a cell in Elastic's grid
+_WIDTH = 11  # cells across a tab on a laptop screen 1,440 pixels wide
+_PERIOD = 0.06  # [s]; update period of a widget, Elastic's default
 
 
 def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
     """Return the content of the layout file.
 
     Args:
-        snapshot: Snapshot whose keys are shown; a key that it lacks gets no widget.
+        snapshot: Snapshot of the run; only keys in the snapshot get a widget.
     """
     drive = [
         _widget("Field", "SmartDashboard/Field", "Field", (0, 0, 6, 4)),
@@ -59,7 +60,13 @@ def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
 def _rows(
     widgets: list[tuple[str, str, str]], area: tuple[int, int, int], size: tuple[int, int]
 ) -> list[dict[str, Any]]:
-    """Lay out widgets of one size [cells], row by row, in an area: first column, first row, last column."""
+    """Lay out widgets of equal size row by row.
+
+    Args:
+        widgets: Key, widget type and data type of each widget.
+        area: First column, first row and end column of the area [cells].
+        size: Width and height of each widget [cells].
+    """
     (left, top, right), (width, height) = area, size
     columns = (right - left) // width
     return [
@@ -73,7 +80,7 @@ def _rows(
 
 
 def _title(key: str) -> str:
-    """Turn a key into a title: `Sim/Debug/BatteryVoltage` is `Battery Voltage`."""
+    """Convert a telemetry key to a title, e.g. `Sim/Debug/BatteryVoltage` to `Battery Voltage`."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", key.rpartition("/")[2])
 
 

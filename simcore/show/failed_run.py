@@ -1,4 +1,4 @@
-"""Files of a failed test: log and page of the run, and a sentence with their places."""
+"""Log and page of a failed test's run, and a sentence with their paths."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ __all__ = ["FailedRunFiles", "save_failed_run", "write_log"]
 
 _RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")
 _OTHERS = re.compile(r"^Sim/Robots/(\d+)/Robot/Pose3d$")
-_BUMPERS = (0.8, 0.8)  # [m]; telemetry does not say how large robots are
-_LONGEST = 100  # letters of a file name
+_BUMPERS = (0.8, 0.8)  # [m]; assumed, because telemetry has no robot sizes
+_LONGEST = 100  # [characters]; longest file name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailedRunFiles:
-    """The files that were written; printed as one sentence."""
+    """Files written for a failed test; `str` gives a sentence with their paths."""
 
     page: Path | None = None
     log: Path | None = None
     problems: tuple[str, ...] = ()
-    """Reasons why files are missing, a sentence each."""
+    """Reasons why files are missing, one sentence each."""
 
     def __str__(self) -> str:
         found = {"page": self.page, "log": self.log}
@@ -46,25 +46,25 @@ def save_failed_run(
     title: str = "",
     note: str = "",
 ) -> FailedRunFiles:
-    """Write log and page of a run, also one that ended badly or is still running; raises nothing.
+    """Write the log and the page of a run, even after an error or before its end; this function never raises.
 
     Args:
-        recording: The run, kept by `game.sinks.append(recording)` before its first tick.
-        folder: Made if missing; files of the same name are overwritten.
-        name: Name of the files, without suffix; characters that a file system forbids are replaced.
-        scene: Scene from `game.scene()`, also after the game was closed; None: an empty field as large as the run.
-        title: Title in large letters; None: the name.
-        note: Under it, e.g. what the test expected.
+        recording: Recording of the run, added by `game.sinks.append(recording)` before the first tick.
+        folder: Folder for the files, created if missing; existing files are overwritten.
+        name: File name without suffix; characters that file systems forbid are replaced.
+        scene: Scene of the run, from `game.scene()`; None for an empty field that covers all motion.
+        title: Heading of the page; empty for the name.
+        note: Text under the heading, e.g. the test's expectation.
 
     Returns:
-        Where everything is; what could not be written is a sentence in `problems`.
+        Paths of the files, with a sentence in `problems` for each file that could not be written.
     """
     stem = Path(folder) / safe_name(name)
     if not len(recording):
         return FailedRunFiles(problems=("no tick was recorded before the end",))
     title = title or name
     problems: list[str] = []
-    # Each file is written even if another fails: the log first, for it needs nothing but a disk.
+    # Each file is written even if the other fails. The log comes first, because it needs only a disk.
     files: dict[str, tuple[Path, Callable[[Path], None]]] = {
         "log": (stem.with_name(stem.name + ".wpilog"), lambda path: write_log(recording, path)),
         "page": (
@@ -77,17 +77,17 @@ def save_failed_run(
         try:
             write(path)
             written[kind] = path
-        except Exception as error:  # the test's own failure is what matters, whatever happens here
+        except Exception as error:  # an error here must not hide the test's own failure
             discard_empty(path)
             problems.append(f"no {kind}: {error}")
     return FailedRunFiles(**written, problems=tuple(problems))
 
 
 def write_log(recording: Recording, path: str | Path) -> None:
-    """Write what was recorded as a `.wpilog`, as a `WpilogSink` of the same `bulk_period` would have done.
+    """Write a recording as the `.wpilog` that a `WpilogSink` with the same `bulk_period` would have written.
 
     Raises:
-        OutputError: The file cannot be written.
+        OutputError: If the file cannot be written.
     """
     with WpilogSink(path, bulk_period=recording.bulk_period) as sink:
         for snapshot in recording.snapshots():
@@ -95,7 +95,7 @@ def write_log(recording: Recording, path: str | Path) -> None:
 
 
 def empty_scene(recording: Recording) -> Scene:
-    """Return a bare field that covers all motion, with the recorded robots, for a game without a scene."""
+    """Return a scene with the recorded robots on a bare field that covers all their motion."""
     robots = recorded_robots(recording)
     places = [recording.path(robot.pose_key)[:, :2] for robot in robots]
     farthest = [rows.max(axis=0) for rows in places if len(rows)]
@@ -104,7 +104,7 @@ def empty_scene(recording: Recording) -> Scene:
 
 
 def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
-    """Return the robots of a recording by number; the first is included even if it was not recorded."""
+    """Return the robots of a recording in order of number; robot 0 is included even if it was not recorded."""
     others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
     robots = []
     for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
@@ -117,7 +117,7 @@ def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
 
 
 def safe_name(name: str) -> str:
-    """Turn any text into a file name that is valid on every system.
+    """Convert any text to a file name that is valid on every operating system.
 
     >>> safe_name("test_auto[red/3] äöü?")
     'test_auto_red_3_äöü'

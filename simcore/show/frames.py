@@ -1,15 +1,15 @@
-"""A run as rows of 16-bit numbers: what the player draws, offline by the hundred and live one by one.
+"""Frames: rows of 16-bit numbers that the player draws, all at once for a recording or one by one for a live run.
 
-A frame has four groups of columns, and each group times of its own:
+A frame has four groups of columns, each with its own times:
 
-- `robots`: of each robot `x, y, z` [mm] and a quaternion `w, x, y, z` [1/32767]; where it believes to be, `x, y` [mm]
-  and yaw [0.1 mrad]; and 1 while its intake takes pieces. A place that nobody knows is `AWAY`.
-- `parts`: of each part of each robot a pose in the robot's frame; the quaternion of one that is not there is zero.
-- `pieces`: of each piece `x, y, z` [mm] and where it is: 0 nowhere, 1 on the field, 2 in flight, 3 + k in robot k, in
-  whose frame it is then; of kinds that are no balls also a quaternion.
-- `lines`: corners of what cameras see, `x, y, z` [mm].
+- `robots`: for each robot, position `x, y, z` [mm] and quaternion `w, x, y, z` [1/32767], estimated position `x, y`
+  [mm] and yaw [0.1 mrad], and 1 while the intake takes pieces in. An unknown position is `AWAY`.
+- `parts`: for each moving part of each robot, a pose in the robot frame; the quaternion of a missing part is zero.
+- `pieces`: for each piece, position `x, y, z` [mm] and state: 0 absent, 1 on the field, 2 in flight, 3 + k in robot k.
+  Positions of pieces in a robot are in the robot frame. Kinds that are not balls also have a quaternion.
+- `lines`: corners of camera lines, `x, y, z` [mm].
 
-`simcore/show/player/data.js` is the reader.
+`simcore/show/player/data.js` reads the frames.
 """
 
 from __future__ import annotations
@@ -46,64 +46,64 @@ Rows = npt.NDArray[np.int16]
 
 AWAY = -32768
 IN_FLIGHT, HELD = 2, 3
-"""States of pieces: in flight, and held by robot n as HELD + n."""
+"""States of pieces: in flight; HELD + k for a piece held by robot k."""
 _UNIT = 32767.0
 _ROBOT, _PART = 11, 7
 _LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
-_MOST_CORNERS = 12  # of a line
+_MOST_CORNERS = 12  # of a camera line
 _FIELD, _HELD, _HANGING = "Sim/GamePieces/", "Sim/Held/", "Sim/Hanging"
 _MOST_ROBOTS, _MOST_PIECES = 4000, 1400  # frames
 _OTHERS = ("parts", "pieces", "lines")  # groups
-_PERIODS = (0.02, 0.04)  # [s] between frames of robots, and of all else, at least
+_PERIODS = (0.02, 0.04)  # [s]; least time between frames of robots, and between frames of the other groups
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PieceKind:
-    """Pieces of one type."""
+    """All pieces of one kind."""
 
     name: str
     ids: IntArray
-    """Ids of its pieces, rising, shape (n,)."""
+    """Ids of the pieces, in rising order, shape (n,)."""
     is_round: bool
     key: str = ""
-    """Key of the poses on the field, of which `ids` are rows; empty: `Sim/GamePieces/<name>`."""
+    """Telemetry key of the poses, in which `ids` are row numbers; empty for `Sim/GamePieces/<name>`."""
 
 
 def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
-    """Return the kinds of pieces of a recorded run, each with all pieces that appear in it."""
+    """Return the kinds of pieces in a recording, each with all pieces that appear during the run."""
     kinds = []
     for key in recording.keys:
         if key.startswith(_FIELD):
             name = key.removeprefix(_FIELD)
             lists = (recording.integers(f"Sim/{where}/{name}") for where in ("PieceIds", "HeldIds"))
-            ids = {id(found): found for entries in lists for _, found in entries}  # most are those of the tick before
-            # an old log says how many there are, not which
+            ids = {id(found): found for entries in lists for _, found in entries}  # most ticks share one array
+            # logs of old versions have no ids, only the number of pieces
             known = np.unique(np.concatenate([*ids.values()])) if ids else np.arange(recording.most_poses(key))
             kinds.append(PieceKind(name, known, scene.look(name).size is None))
     return kinds + hanging_kinds(scene, recording.most_poses(_HANGING))
 
 
 def hanging_kinds(scene: Scene, count: int) -> list[PieceKind]:
-    """Return each hanging body of a run as a kind of its own."""
+    """Return a separate kind of piece for each of `count` hanging bodies."""
     is_round = [look.size is None for look in [*scene.hanging, *[PLAIN_PIECE] * count][:count]]
     return [PieceKind(f"Hanging {k}", np.array([k]), flag, _HANGING) for k, flag in enumerate(is_round)]
 
 
 def kind_look(scene: Scene, kind: PieceKind) -> PieceLook:
-    """Return the look of a kind of pieces, or of a hanging body."""
+    """Return the look of a kind of piece or of a hanging body."""
     if not kind.key:
         return scene.look(kind.name)
     return scene.hanging[kind.ids[0]] if kind.ids[0] < len(scene.hanging) else PLAIN_PIECE
 
 
 class FrameLayout:
-    """Makes frames of a recording, or of snapshots one by one.
+    """Layout of the columns of frames, for recordings and for single snapshots.
 
     Args:
-        scene: With the robots.
+        scene: Scene with the robots.
         solids: Solids of each robot.
-        kinds: Kinds of the pieces.
-        lines: Keys of what cameras see, in the order of their columns.
+        kinds: Kinds of pieces.
+        lines: Telemetry keys of the camera lines, in the order of their columns.
     """
 
     def __init__(
@@ -121,11 +121,11 @@ class FrameLayout:
             "pieces": int(np.sum([len(kind.ids) * (4 if kind.is_round else 8) for kind in kinds])),
             "lines": 3 * _MOST_CORNERS * len(self._lines),
         }
-        """Columns of each group."""
+        """Number of columns of each group."""
         self._before = np.zeros(self.widths["pieces"], dtype=np.int16)
 
     def frame(self, snapshot: Snapshot) -> dict[str, Rows]:
-        """Return the frame of a snapshot by group, shape (width,) each."""
+        """Return the frame of a snapshot, one row of shape (width,) per group."""
         poses, intakes = (
             self._tables[field].row(getattr(snapshot, field))[: len(keys)] for field, keys in self._keys.items()
         )
@@ -137,7 +137,11 @@ class FrameLayout:
         }
 
     def frames(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
-        """Return times [s], shape (n,), and frames of a run by group, shape (n, width), as many as a page needs."""
+        """Return the frames of a recording for a page.
+
+        Returns:
+            Times [s], shape (n,), and frames, shape (n, width), of each group.
+        """
         times = recording.times
         at = _picked(times, _PERIODS[0], _MOST_ROBOTS)
         poses, intakes = (recording.columns(field, keys) for field, keys in self._keys.items())
@@ -161,7 +165,7 @@ class FrameLayout:
         return _short(rows).ravel()
 
     def _piece_row(self, snapshot: Snapshot, stands: FloatArray) -> Rows:
-        """Return the frame of pieces, with robots at poses of shape (robots, 7)."""
+        """Return the row of the group `pieces`, with the robots at poses of shape (robots, 7)."""
         row, first = self._before.copy(), 0
         for kind in self.kinds:
             width = 4 if kind.is_round else 8
@@ -197,7 +201,7 @@ class FrameLayout:
 
 
 def _picked(times: FloatArray, period: float, most: int) -> list[int]:
-    """Return the rows that become frames: some period [s] apart, not many more than `most`, and the last one."""
+    """Return the rows that become frames: at least a period [s] apart, about `most` of them, including the last row."""
     rows: list[int] = []
     for row, time in enumerate(times.tolist()):
         due = times[0] + max(period, (times[-1] - times[0]) / most) * len(rows) - 1e-6
@@ -207,11 +211,11 @@ def _picked(times: FloatArray, period: float, most: int) -> list[int]:
 
 
 def _robot_rows(poses: FloatArray, intakes: npt.NDArray[np.uint8]) -> Rows:
-    """Return frames of robots, shape (n, width).
+    """Return frames of the group `robots`, shape (n, width).
 
     Args:
-        poses: True ones of all robots, then believed ones, with gaps, shape (n, 2 robots, 7).
-        intakes: 1 for those that take pieces, shape (n, robots).
+        poses: True poses of all robots, then their estimated poses, NaN where unknown, shape (n, 2 * robots, 7).
+        intakes: 1 for each robot whose intake takes pieces in, shape (n, robots).
     """
     count = intakes.shape[1]
     true, believed = poses[:, :count], poses[:, count:]
@@ -229,7 +233,7 @@ _NONE, _NONE_HELD = np.empty((0, 7)), np.empty(0, dtype=np.int64)
 
 
 def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -> None:
-    """Write poses into the columns of some pieces; what is not finite, or has no row, is left out."""
+    """Write poses and states into the columns of pieces, without poses that are not finite or have no row."""
     rows, poses = rows[: len(poses)], poses[: len(rows)]
     is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
     rows, poses = rows[is_there], poses[is_there]
@@ -240,13 +244,13 @@ def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -
 
 
 def _put_held(mine: Rows, kind: PieceKind, snapshot: Snapshot, stands: FloatArray) -> None:
-    """Write the pieces in robots, each in the frame of the nearest one: two of them cannot be at one place.
+    """Write the pieces held by robots, each in the frame of the nearest robot.
 
     Args:
         mine: Columns of the pieces of this kind.
-        kind: With their ids.
-        snapshot: With the pieces.
-        stands: Poses of the robots, with gaps, shape (robots, 7).
+        kind: Kind of the pieces.
+        snapshot: Snapshot with the poses of the pieces.
+        stands: Poses of the robots, NaN where unknown, shape (robots, 7).
     """
     poses = snapshot.pose_arrays.get(_HELD + kind.name, _NONE)
     ids = snapshot.integer_arrays.get(f"Sim/HeldIds/{kind.name}", _NONE_HELD)
@@ -268,7 +272,7 @@ def _short(values: FloatArray) -> Rows:
 
 
 def pack(rows: Rows) -> bytes:
-    """Pack 16-bit numbers into compressible bytes: differences down each column, all low bytes before all high ones.
+    """Pack 16-bit numbers into compressible bytes: differences along each column, low bytes first, then high bytes.
 
     >>> pack(np.array([[1, 256], [2, 256]], dtype=np.int16)).hex(" ")
     '01 01 00 00 00 00 01 00'

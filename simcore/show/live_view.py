@@ -1,4 +1,4 @@
-"""The view of a run as it happens: frames to the page, its pace, and what the page asks for."""
+"""Live view of a run: sends frames to web pages, paces the run and carries out the pages' commands."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["LiveView"]
 
-_FRAMES, _STATES = 60.0, 10.0  # a second of the wall clock at most
-_PREVIEW_TIME = 0.004  # [s] of a tick's spare time that previews of shots may take
-_PREVIEW_TICKS = 5  # a run that is late spares a little time each so many ticks
+_FRAMES, _STATES = 60.0, 10.0  # [1/s]; largest rates by the wall clock
+_PREVIEW_TIME = 0.004  # [s]; largest share of a tick's spare time for shot previews
+_PREVIEW_TICKS = 5  # a late run still spends some time on previews every this many ticks
 _MARK = 0.15 * np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))])
 
 
 class LiveView:
-    """Watch one run after another on the same page, and act on it.
+    """Live view of one run after another on the same web page, with controls.
 
     Args:
-        host: Address to listen at; `0.0.0.0` lets other computers look.
-        port: 0 takes a free one.
+        host: Address to listen on; `0.0.0.0` also allows other computers to connect.
+        port: TCP port; 0 for any free port.
         title: Title of the page.
-        seed: Shown at first.
-        driving: The persons at the pages, if there are robots to drive.
-        models: Folder with the user's own models; None: the game's.
+        seed: Seed of the first run, shown on the page.
+        driving: Input of the drivers at the pages; None if no robot can be driven.
+        models: Folder with the user's own models; None for the game's models.
 
     Raises:
-        OutputError: The extra `view` is not installed, or the port is taken.
-        ConfigError: No such port.
+        OutputError: If the extra `view` is not installed or the port is in use.
+        ConfigError: If the port number is invalid.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class LiveView:
 
     @property
     def has_viewers(self) -> bool:
-        """Whether somebody looks."""
+        """Whether any page is connected."""
         return self._server.has_viewers
 
     def sink(self) -> TelemetrySink:
@@ -87,18 +87,18 @@ class LiveView:
         return _ViewSink(self)
 
     def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Return when somebody looks, or `should_stop` returns true."""
+        """Wait until a page connects or `should_stop` returns True."""
         while not (self.has_viewers or should_stop()):
             time.sleep(0.05)
 
     def after_tick(self, match: Match, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Wait until the next tick is due, by the speed or the pause chosen on the page."""
+        """Carry out the pages' commands, and wait until the next tick is due at the selected speed."""
         if match is not self._match:
             self._begin(match)
         self._work_on_preview(match)
         while True:
             has_acted = self._act(match)
-            if has_acted and self.pacer.paused:  # what a page asks for is seen at once
+            if has_acted and self.pacer.paused:  # show the effect of a command at once
                 match.control.before_tick()
                 self.show(match.snapshot(), now=True)
             self.pacer.wait(
@@ -109,16 +109,20 @@ class LiveView:
 
     @property
     def wants_restart(self) -> bool:
-        """Whether the run should end for another one."""
+        """Whether the run should end because a restart was requested."""
         return self._restart is not None
 
     def restart(self, seed: int) -> None:
-        """Request another run."""
+        """Request a new run with this seed."""
         self.pacer.paused = False
         self._restart = max(0, seed)
 
     def next_seed(self, recording: Recording, *, should_stop: Callable[[], bool] = lambda: False) -> int | None:
-        """Show how a run ended and wait for a restart; its seed, or None when `should_stop` returns true first."""
+        """Show the result of a run and wait for a restart.
+
+        Returns:
+            Seed of the next run, or None if `should_stop` returns True first.
+        """
         match, self._match, self._preview = self._match, None, None
         if not self.wants_restart and match is not None and self._scene is not None:
             block = Block()
@@ -133,7 +137,7 @@ class LiveView:
         return self._seed
 
     def show(self, snapshot: Snapshot, *, now: bool = False) -> None:
-        """Send a snapshot to the pages, and some times a second what their boards and charts show."""
+        """Send a snapshot to all pages, and several times a second the values for their score boards and charts."""
         if self._layout is None or self._scene is None:
             return
         groups = self._layout.frame(snapshot).values()
@@ -144,7 +148,7 @@ class LiveView:
             self._say(self._state(snapshot, self._scene))
 
     def close(self) -> None:
-        """Stop serving."""
+        """Stop the server."""
         self._match = self._preview = None
         self._server.close()
 
@@ -180,7 +184,7 @@ class LiveView:
         self._say({"type": "run", "meta": meta, "data": packed(block.data)}, keep=True)
 
     def _say(self, message: dict[str, Any], *, keep: bool = False) -> None:
-        """Send to all pages; what is kept, to those too that come later."""
+        """Send a message to all pages; with `keep`, also to pages that connect later."""
         text = json.dumps(message, separators=(",", ":"), allow_nan=False)
         if keep:
             self._greeting = [*self._greeting, text]
@@ -196,7 +200,7 @@ class LiveView:
         wants = None if self._driving is None else self._driving.input()
         says += [] if wants is None else [f"driving: {wants.device}"]
         lines = [np.zeros((0, 2, 3))]
-        for path in paths:  # a whole line and a cross at its end for a shot that would score, a dashed one for a miss
+        for path in paths:  # solid with a cross at the end for a shot that would score, dashed for a miss
             segments = np.stack((path.points[:-1], path.points[1:]), axis=1)
             lines += [segments, path.landing + _MARK] if path.zone else [segments[::2]]
         left = snapshot.doubles.get("Sim/Match/TimeLeft")
@@ -229,10 +233,10 @@ class LiveView:
         if spare > _PREVIEW_TIME or match.ticks % _PREVIEW_TICKS == 0:
             self._preview.work(min(_PREVIEW_TIME, max(0.0, 0.5 * spare)))
 
-    # --- what pages ask for -------------------------------------------------------------------------------------
+    # --- commands of pages --------------------------------------------------------------------------------------
 
     def _take(self, page: int, message: dict[str, Any] | None) -> None:
-        """Take a message in the server's thread: apply driving at once, all else between two ticks."""
+        """Receive a message in the server's thread: apply driving input at once, and queue commands for later."""
         if message is None or "drive" in message:
             if self._driving is not None:
                 self._driving.take(page, None if message is None else message["drive"])
@@ -240,7 +244,7 @@ class LiveView:
             self._asked.put(message)
 
     def _act(self, match: Match | None) -> bool:
-        """Do what pages have asked for; whether the field has been acted on. What cannot be done is passed over."""
+        """Carry out the queued commands, ignoring invalid ones; return whether any of them acted on the field."""
         has_acted = False
         while not self._asked.empty():
             message = self._asked.get()
@@ -267,22 +271,22 @@ class LiveView:
 
 
 class _ViewSink:
-    """Hands snapshots of one run to the page, some sixty a second of the wall clock."""
+    """Telemetry sink that sends up to sixty snapshots of a run per second of wall time to the pages."""
 
     def __init__(self, view: LiveView) -> None:
         self._view = view
         self._closed = False
 
     def due(self, time: float) -> bool:
-        """Return whether the page wants a frame, by the wall clock."""
+        """Return whether a page is connected and a frame is due by the wall clock."""
         return not self._closed and self._view.has_viewers and self._view._frames.due()
 
     def write(self, snapshot: Snapshot) -> None:
-        """Show it."""
+        """Send a snapshot to the pages, if a frame is due."""
         if self.due(snapshot.time):
             self._view._frames.take()
             self._view.show(snapshot)
 
     def close(self) -> None:
-        """End the run."""
+        """Stop sending frames of this run."""
         self._closed = True

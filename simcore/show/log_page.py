@@ -1,4 +1,4 @@
-"""The page of a run of which only the log is left."""
+"""Page of a run, made from its log."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ _OURS = re.compile(r"^(Sim|Robot)/")
 def write_log_page(
     path: Path, *, page: Path | None = None, game: str | None = None, models: Path | None = None
 ) -> Path:
-    """Write the page of a log; say which game that is, and what of the log is not shown.
+    """Write the page of a log; print the game, and any part of the log that the page does not show.
 
     Args:
         path: Path of the log.
-        page: Path of the page; None: next to the log.
-        game: Game whose field is drawn; None: that of the game that the log names, else of the newest.
-        models: Folder with the user's own models; None: the game's.
+        page: Path of the page; None for a page next to the log.
+        game: Game whose field is drawn; None for the game named in the log, or else the newest installed game.
+        models: Folder with the user's own models; None for the game's models.
 
     Returns:
-        Where the page is.
+        Path of the page.
 
     Raises:
-        LogError: The log cannot be read, or there is no run in it.
-        ModelError: The models cannot be used.
-        OutputError: The page cannot be written.
-        UnknownNameError: No game of that name is installed.
+        LogError: If the log cannot be read or contains no run of a simulation.
+        ModelError: If the models cannot be used.
+        OutputError: If the page cannot be written.
+        UnknownNameError: If no game of this name is installed.
     """
     page = page or path.with_suffix(".html")
     require_writable("page", page)
@@ -62,17 +62,17 @@ def write_log_page(
     print(f"{'game':9}  {name or 'none'}")
     scene = scene_of_log(recording, name)
     if models is not None:
-        load_models(models)  # what is wrong with them is said, not drawn as boxes
+        load_models(models)  # raises an error for invalid models, which would otherwise be drawn as boxes
         scene = scene.with_models(models)
     write_page(page, recording, scene, title=f"{name.upper()}, {path.stem}" if name else path.stem)
     return page
 
 
 def recording_of(log: TelemetryLog) -> Recording:
-    """Read the `Sim/` and `Robot/` columns of a log at 50 Hz; leave out all else that robot code logged.
+    """Resample the `Sim/` and `Robot/` columns of a log at 50 Hz; robot code's other columns are left out.
 
     Raises:
-        LogError: The log has neither a robot nor pieces of a simulation.
+        LogError: If the log has neither a simulated robot nor simulated pieces.
     """
     columns = {key: column for key, column in log.columns.items() if _OURS.match(key)}
     if not any(key.startswith(("Sim/Robot/Pose3d", "Sim/GamePieces/")) for key in columns):
@@ -89,7 +89,7 @@ def recording_of(log: TelemetryLog) -> Recording:
         times,
         [
             (column.field, key, list(map(column.value, range(len(column)))), column.rows_at(times + 1e-6))
-            for key, column in columns.items()  # a microsecond is what a log's times are rounded to
+            for key, column in columns.items()  # logs round times to a microsecond
             if column.field is not None
         ],
     )
@@ -97,7 +97,7 @@ def recording_of(log: TelemetryLog) -> Recording:
 
 
 def _longest_part(log: TelemetryLog) -> tuple[float, float]:
-    """Return begin and end of a log's run [s]: all of it, or its longest part between gaps of stamps and pauses."""
+    """Return the start and end of a log's longest part without a gap of more than `_LONGEST_GAP` [s]."""
     start, end = log.span
     times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
     times = times[(times >= start) & (times <= end)]
@@ -114,11 +114,11 @@ def _longest_part(log: TelemetryLog) -> tuple[float, float]:
 
 
 def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
-    """Return the field of the game that was played, with the recorded robots.
+    """Return the scene of a recording: the field of its game, with the recorded robots.
 
     Args:
-        recording: The run.
-        game: Name of the game; None: the one that the log names. The field of a game that is not installed is bare.
+        recording: Recording of the run.
+        game: Name of the game; None for the game named in the recording. The field of an unknown game is bare.
     """
     known = known_game(game or recorded_game(recording))
     scene = empty_scene(recording) if known is None else bare_scene(known)
@@ -127,14 +127,14 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
 
 
 def game_of_log(log: TelemetryLog) -> str | None:
-    """Return the game that a log names, if it is installed."""
+    """Return the name of the game in a log, or None if no such game is installed."""
     column = log.columns.get("Sim/Match/Game")
     name = str(column.value(len(column) - 1)) if column is not None and len(column) else None
     return None if known_game(name) is None else name
 
 
 def recorded_game(recording: Recording) -> str | None:
-    """Return the name of the game that was played, if the recording has it."""
+    """Return the name of the game in a recording, or None if the recording does not contain it."""
     if "Sim/Match/Game" not in recording.keys:
         return None
     return recording.strings("Sim/Match/Game")[1][-1]

@@ -1,4 +1,4 @@
-"""Tables of a match: its score sheet, and for each robot its cycles and how it spent its time."""
+"""Tables of a match: the score sheet, and the cycles and time use of each robot."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ __all__ = [
 ]  # fmt: skip
 
 USES = ("shooting", "collecting", "driving", "standing", "disabled")
-"""Uses of a robot's time; the first that is true counts."""
+"""Uses of a robot's time; if several apply, the first counts, except that `disabled` overrides all."""
 
-_BURST = 3.0  # [s]; shots that are farther apart belong to different cycles
-_AIMING = 0.5  # [s] before and after a shot that count as shooting
-_MOVING = 0.2  # [m/s]
+_BURST = 3.0  # [s]; shots farther apart in time belong to different cycles
+_AIMING = 0.5  # [s]; time before and after a shot that counts as shooting
+_MOVING = 0.2  # [m/s]; a slower robot counts as standing
 
 Cell: TypeAlias = "str | list[float | str]"
-"""A text, or a time [s] and a text that goes there."""
+"""Text of a cell, or a time [s] and the text of a link to that time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of a page."""
+    """Table on a page."""
 
     title: str
     head: list[str]
@@ -41,7 +41,7 @@ class Table:
     is_wide: bool = False
 
     def data(self) -> dict[str, object]:
-        """Return the table as the player takes it."""
+        """Return the table in the player's format."""
         return {"title": self.title, "head": self.head, "rows": self.rows, "open": self.is_open, "wide": self.is_wide}
 
 
@@ -54,13 +54,13 @@ class RobotRow:
     shots: int
     hits: int
     cycles: tuple[tuple[float, int, int], ...]
-    """First shot [s], hits and shots of each; shots without a pause of 3 s are one cycle."""
+    """Time of the first shot [s], number of hits and number of shots of each cycle; a pause of 3 s ends a cycle."""
     seconds: dict[str, float]
-    """Time by `USES` [s]; together the whole run."""
+    """Time spent on each of `USES` [s]; the times add up to the whole run."""
 
 
 def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
-    """Return a row of statistics for each robot of a run."""
+    """Return the statistics of each robot of a run."""
     recording, sides = track.recording, _alliances(track)
     times = recording.times
     enabled = np.ones(len(times), dtype=bool)
@@ -91,14 +91,14 @@ def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
 
 
 def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
-    """Return cycles of each robot and what it did with its time, as rows of a table: a name, and a value a robot."""
+    """Return table rows of the robots' cycles and time use: a name, and a value for each robot."""
     rows = [("cycles", [str(len(robot.cycles)) for robot in robots])]
     rows += [("pieces a cycle", [f"{robot.shots / max(1, len(robot.cycles)):.1f}" for robot in robots])]
     return rows + [(use, [f"{robot.seconds[use]:.1f} s" for robot in robots]) for use in USES]
 
 
 def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
-    """Return the tables of a page: score sheet, robots and cycles of a match; shots of a single robot."""
+    """Return the tables of a page: score sheet, robots and cycles for a match, or the shots of a single robot."""
     scene = track.scene
     several = len(scene.robots) > 1
     tables = []
@@ -113,7 +113,7 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
         line_up += [("plays", [look.role for look in scene.robots])] if any(look.role for look in scene.robots) else []
         heads = ["", *(look.name or f"robot {number}" for number, look in enumerate(scene.robots))]
         cells: list[list[Cell]] = [[name, *values] for name, values in [*line_up, *rows, *use_rows(robots)]]
-        title = f"Robots, {len(shots)} shots" if shots and is_match else "Robots"  # shots of two runs have no sum
+        title = f"Robots, {len(shots)} shots" if shots and is_match else "Robots"  # no sum over two runs
         tables.append(Table(title, heads, cells, is_open=True, is_wide=True))
     elif rows:
         cells = [[name, *values] for name, values in rows]
@@ -129,7 +129,7 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
 
 
 def score_sheet(recording: Recording) -> list[list[Cell]]:
-    """Return the final score by item, one row each for blue and red; leave out items where both are zero."""
+    """Return rows of the final score by item, with values of blue and red, without items that are zero for both."""
     rows: dict[str, list[Cell]] = {}
     for column, alliance in enumerate(("Blue", "Red"), 1):
         head = f"Sim/Score/{alliance}/"
@@ -142,7 +142,7 @@ def score_sheet(recording: Recording) -> list[list[Cell]]:
 
 
 def verdict(track: RunTrack) -> str:
-    """Return the winner in a few words; for robots of one alliance, their points."""
+    """Return the winner and the score in words, or only the points if all robots are of one alliance."""
     blue, red = (int(_final(track.recording, alliance)) for alliance in ("Blue", "Red"))
     sides = {robot.alliance for robot in track.scene.robots}
     if len(sides) == 1:
@@ -155,14 +155,14 @@ def verdict(track: RunTrack) -> str:
 
 
 def _alliances(track: RunTrack) -> list[str]:
-    """Return the last alliance of each robot; empty where the log has none."""
+    """Return the last alliance of each robot; empty if the recording has none."""
     recording = track.recording
     keys = [f"{robot.prefix}/Robot/IsRed" for robot in track.scene.robots]
     return [("red" if recording.series(key)[1][-1] else "blue") if recording.has(key) else "" for key in keys]
 
 
 def _words(key: str) -> str:
-    """Turn a key of the score sheet into words: `goalScore/auto1Points` is `goal score: auto 1 points`."""
+    """Convert a key of the score sheet to words, e.g. `goalScore/auto1Points` to `goal score: auto 1 points`."""
     return ": ".join(map(key_in_words, key.split("/")))
 
 
@@ -185,7 +185,7 @@ def _near(times: FloatArray, shots: Sequence[float]) -> BoolArray:
 
 
 def _seconds(times: FloatArray, enabled: BoolArray, *uses: BoolArray) -> dict[str, float]:
-    """Share a run's seconds between `USES`: each counts for the first use that is true, disabled before all."""
+    """Divide the time of a run among `USES`; each moment counts for the first use that applies, `disabled` first."""
     steps = np.diff(times, prepend=times[0] - TICK) if len(times) else np.zeros(0)
     left, found = enabled.copy(), dict.fromkeys(USES, 0.0)
     for name, is_so in zip(USES, uses, strict=False):
@@ -193,4 +193,4 @@ def _seconds(times: FloatArray, enabled: BoolArray, *uses: BoolArray) -> dict[st
         left &= ~is_so
     found["standing"] = float(steps[left].sum())
     found["disabled"] = float(steps[~enabled].sum())
-    return {name: round(seconds, 6) for name, seconds in found.items()}  # 3.45 s of a log, too, is shown as of the run
+    return {name: round(seconds, 6) for name, seconds in found.items()}  # a log and its run show equal values

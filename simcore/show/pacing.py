@@ -1,4 +1,4 @@
-"""Keep simulated time in step with the wall clock: at any speed, or paused."""
+"""Pacing of simulated time by the wall clock, at any speed or paused."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from collections.abc import Callable
 
 __all__ = ["FrameRate", "Pacer"]
 
-_NAP = 0.02  # [s]; the longest sleep, so that pause, speed and Ctrl-C act at once
-_BEHIND = 0.25  # [s]; what is lost beyond this is not caught up with
-_MEASURED = 1.0  # [s] of wall time over which the reached speed is a mean
+_NAP = 0.02  # [s]; longest sleep, so that pause, speed and Ctrl-C act at once
+_BEHIND = 0.25  # [s]; a run that is later than this does not catch up
+_MEASURED = 1.0  # [s]; wall time over which the reached speed is averaged
 
 
 class Pacer:
-    """Waits until a simulated time is due.
+    """Pacer that waits until a simulated time is due by the wall clock.
 
     Args:
-        speed: Simulated seconds a second.
-        clock: Seconds that only go forward.
-        sleep: Waits so many seconds.
+        speed: Simulated seconds per second of wall time [-].
+        clock: Function that returns a monotonic time [s].
+        sleep: Function that waits for a time [s].
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Pacer:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds a second; may be changed at any time, from any thread."""
+        """Simulated seconds per second of wall time [-]; any thread may change it at any time."""
         return self._speed
 
     @speed.setter
@@ -50,14 +50,14 @@ class Pacer:
 
     @property
     def reached(self) -> float | None:
-        """Simulated seconds a second, as they really went by in the last second; None while that is not known."""
+        """Simulated seconds per second of wall time, measured over the last second [-]; None before a measurement."""
         if len(self._passed) < 2:
             return None
         (start, first), (end, last) = self._passed[0], self._passed[-1]
         return (last - first) / (end - start) if end > start + 0.2 * _MEASURED else None
 
     def spare(self, simulated: float) -> float:
-        """Return the time until a simulated time [s] is due [s]; 0 if it is, 1 while paused."""
+        """Return the wall time until a simulated time [s] is due [s]; 0 if it is already due, 1 while paused."""
         if self.paused:
             return 1.0
         if self._anchor is None:
@@ -65,7 +65,7 @@ class Pacer:
         return max(0.0, self._anchor[0] + (simulated - self._anchor[1]) / self._speed - self._clock())
 
     def wait(self, simulated: float, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Return when the simulated time [s] is due; at once if `should_stop` returns true."""
+        """Wait until a simulated time [s] is due or `should_stop` returns True."""
         self._measure(simulated)
         while not should_stop():
             if self.paused:
@@ -87,7 +87,7 @@ class Pacer:
 
     def _measure(self, simulated: float) -> None:
         now = self._clock()
-        if self._passed and simulated < self._passed[-1][1]:  # another run
+        if self._passed and simulated < self._passed[-1][1]:  # a new run has begun
             self._passed.clear()
         self._passed.append((now, simulated))
         while self._passed[0][0] < now - _MEASURED and len(self._passed) > 2:
@@ -95,11 +95,11 @@ class Pacer:
 
 
 class FrameRate:
-    """Limit of frames a second by the wall clock, evenly spaced.
+    """Rate limiter for evenly spaced frames by the wall clock.
 
     Args:
-        rate: Frames a second.
-        clock: Seconds that only go forward.
+        rate: Largest number of frames per second [1/s].
+        clock: Function that returns a monotonic time [s].
     """
 
     def __init__(self, rate: float = 30.0, *, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -107,9 +107,9 @@ class FrameRate:
         self._next = -math.inf
 
     def due(self) -> bool:
-        """Return whether it is time for a frame."""
+        """Return whether a frame is due."""
         return self._clock() >= self._next
 
     def take(self) -> None:
-        """Record that a frame is drawn now."""
+        """Record that a frame has been drawn."""
         self._next = max(self._next + self._period, self._clock())

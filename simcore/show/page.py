@@ -1,6 +1,7 @@
-"""A run as one HTML file that plays it, in two and three dimensions, and needs nothing but a browser.
+"""Page of a run: a single HTML file that replays the run in two and three dimensions in any browser.
 
-Nothing is loaded from anywhere, and the page forbids itself to. Its script is that of `simcore/show/player/`.
+The page loads nothing from the network, which its content security policy also forbids. The page's script is in
+`simcore/show/player/`.
 """
 
 from __future__ import annotations
@@ -29,30 +30,30 @@ _MODULES = (
     "dom", "charts", "data", "key", "top", "solid", "timeline", "picture", "panels",
     "sound", "player", "live", "robot_model", "report", "main",
 )  # fmt: skip
-"""Modules in an order in which each follows those that it imports."""
+"""Modules of the player's script; each comes after the modules that it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)
 
 
 def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = "") -> None:
-    """Write the page; missing folders are made.
+    """Write the page of a run, creating missing folders.
 
     Args:
-        path: Path of the file, by custom `.html`.
-        recording: The run.
+        path: Path of the file, usually with the suffix `.html`.
+        recording: Recording of the run.
         scene: Scene of the run.
-        title: Title in large letters, and of the browser's tab.
-        subtitle: Text next to the title; line breaks are kept.
+        title: Heading, and title of the browser tab.
+        subtitle: Text next to the heading; line breaks are kept.
 
     Raises:
-        OutputError: The file cannot be written.
+        OutputError: If the file cannot be written.
     """
     meta, data = run_data(recording, scene, title=title, subtitle=subtitle)
     write_text("page", Path(path), page_html(title, meta, data))
 
 
 def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"") -> str:
-    """Return the HTML page of a run, or of one that will come over a socket."""
+    """Return the HTML page of a run; without `meta`, the page receives a live run over a WebSocket."""
     blocks = {}
     if meta is not None:
         text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode()
@@ -61,12 +62,12 @@ def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"")
 
 
 def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
-    """Return a page around a body, with the player's script; without blocks it may connect to who serves it.
+    """Return a page around a body, with the player's script; a page without blocks may connect to its server.
 
     Args:
-        title: Heading, and the title of the browser's tab.
+        title: Heading, and title of the browser tab.
         body: HTML below the heading.
-        blocks: Data for the script by the id under which it finds them.
+        blocks: Data for the script, by element id.
     """
     data = "\n".join(
         f'<script type="text/plain" id="{name}">{packed(content)}</script>' for name, content in blocks.items()
@@ -78,25 +79,25 @@ def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
 
 
 def packed(content: bytes) -> str:
-    """Return bytes as text that `inflate` of the player reads; the same for the same bytes."""
+    """Compress bytes reproducibly to text that the player's `inflate` reads."""
     return base64.b64encode(gzip.compress(content, 7, mtime=0)).decode("ascii")
 
 
 def page_style() -> str:
-    """Return the style sheet of all pages, with light and dark colors."""
+    """Return the style sheet for all pages, with light and dark colors."""
     return css_variables() + _PLAYER.joinpath("player.css").read_text(encoding="utf-8")
 
 
 @functools.cache
 def _script() -> str:
-    """Return Three.js and the player's modules as one packed script in its own scope."""
+    """Return Three.js and the player's modules as one compressed script in its own scope."""
     three = _PLAYER.joinpath("vendor", "three.min.js").read_text(encoding="utf-8")
     own = "".join(_bundled(name, _PLAYER.joinpath(f"{name}.js").read_text(encoding="utf-8")) for name in _MODULES)
     return packed(f"{three}\n(() => {{\n'use strict';\n{own}}})();\n".encode())
 
 
 def _bundled(name: str, text: str) -> str:
-    r"""Wrap a module in a function that returns its exports, because a page may import no file.
+    r"""Wrap a module in a function that returns its exports, because a page must not import files.
 
     >>> print(_bundled("top", 'import { b } from "./data.js";\nexport const a = b;\n'))
     const top_ = (() => {

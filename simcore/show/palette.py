@@ -1,4 +1,4 @@
-"""Colors of all pages by name, for light and dark; data names them as CSS variables."""
+"""Colors of all pages by name, for light and dark mode; pages use them as CSS variables."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ COLORS: dict[str, tuple[str, str]] = {
     "neutral": ("#666e78", "#a0a7b1"),
     "neutral-fill": ("#b4b9c0", "#474e58"),
 }
-"""Colors on light and on dark paper. `tests/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
-graphics 3 : 1) and how far hits and misses, blue and red are apart for readers who see no red or no green."""
+"""Color of each name in light and in dark mode. `tests/show/test_palette.py` checks contrast (WCAG 2.2: text 4.5 : 1,
+graphics 3 : 1), and that color-blind readers can tell hits from misses and blue from red."""
 
 
 def color(name: str) -> str:
-    """Return a color as a drawing writes it.
+    """Return the CSS value of a color.
 
     >>> color("hit")
     'var(--hit)'
@@ -51,7 +51,7 @@ def color(name: str) -> str:
 
 
 def css_variables() -> str:
-    """Return the head of the style sheet: all colors, light or dark as the reader's system prefers."""
+    """Return CSS that defines all colors, light or dark by the reader's system setting."""
     light, dark = ("".join(f"--{name}:{pair[k]};" for name, pair in COLORS.items()) for k in (0, 1))
     return (
         f":root{{color-scheme:light dark;{light}}}\n"
@@ -61,7 +61,7 @@ def css_variables() -> str:
 
 
 def tint(name: str) -> tuple[str, str]:
-    """Fill and edge of what belongs to an alliance, by its name or by one that begins so.
+    """Return the fill and edge colors of the alliance that a name begins with, or neutral colors.
 
     >>> tint("blue_tower")
     ('var(--blue-fill)', 'var(--blue)')
@@ -71,7 +71,7 @@ def tint(name: str) -> tuple[str, str]:
 
 
 def rgb(hexadecimal: str) -> tuple[int, int, int]:
-    """Return a color as whole numbers of 0 to 255.
+    """Return red, green and blue of a color as whole numbers from 0 to 255.
 
     >>> rgb("#0e8a43")
     (14, 138, 67)
@@ -89,7 +89,7 @@ def shade(hexadecimal: str, part: float) -> str:
 
 
 def screen_color(linear: Sequence[float]) -> str:
-    """Return a color that is linear in light, 0 to 1, as on a screen. Source: IEC 61966-2-1 (sRGB).
+    """Convert a linear-light color, 0 to 1, to a hexadecimal sRGB color. Source: IEC 61966-2-1.
 
     >>> screen_color((1.0, 0.21586, 0.0))
     '#ff8000'

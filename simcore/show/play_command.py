@@ -1,4 +1,4 @@
-"""`simcore play [GAME]`: play an auto, or a whole match, and see what comes of it."""
+"""`simcore play [GAME]`: play an auto or a whole match, and report the result."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
-"""Name of the auto in which the robot stands until somebody drives it from the page."""
-_FREE = 3600.0  # [s] for which a person may drive
+"""Name of the auto in which the robot stands still until a person drives it from the page."""
+_FREE = 3600.0  # [s]; longest time that a person may drive
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command, for every game."""
+    """Add the command's options that are common to all games."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
@@ -78,14 +78,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Add the played game's own options, each a flag, where the command line needs them.
+    """Add a flag for each option of the played game, if the command line uses any or asks for help.
 
     Args:
         parser: Parser of the command.
         words: Arguments typed after the command.
 
     Raises:
-        SimcoreError: There is no such game, or it does not load.
+        SimcoreError: If the game is not installed or fails to load.
     """
     asked = [word for word in words if word not in ("-h", "--help")]
     known, further = parser.parse_known_args(asked)
@@ -94,17 +94,17 @@ def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str])
             game = find_game(known.game, say=str)
         except UnknownNameError as error:
             if further and not error.nearest:
-                return  # it may be the value of an option that nobody knows, which is said
+                return  # the name may be the value of an unknown option, which the parser reports
             raise
         for option in game.options:
             parser.add_argument("--" + option.name.replace("_", "-"), action="store_true", help=option.help)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Play; returns the exit status: 0 played, 130 interrupted.
+    """Run the command and return the exit status: 0 after a run, 2 if printing fails, 130 if interrupted.
 
     Raises:
-        SimcoreError: The command cannot do what was asked for.
+        SimcoreError: If the command cannot be carried out.
     """
     try:
         status = _list(options.game) if options.list else _play(options)
@@ -139,8 +139,8 @@ def _play(options: argparse.Namespace) -> int:
     plan = _plan(options, game)
     outputs = _outputs(options, plan)
     if options.field is not None:
-        game.field.load(options.field)  # a broken mesh must not cost the last run's log
-    watch = Watch(options, game, plan.driving)  # nor must a taken port
+        game.field.load(options.field)  # before the last run's log is overwritten, in case the mesh is invalid
+    watch = Watch(options, game, plan.driving)  # also before, in case the port is in use
     seed: int | None = options.seed
     try:
         sinks = outputs.sinks()
@@ -150,7 +150,7 @@ def _play(options: argparse.Namespace) -> int:
                 return 130
             while seed is not None:
                 played = _run(options, plan, seed, [*sinks, *watch.sinks()], watch, interrupted)
-                played.match.close()  # the log is whole from here on
+                played.match.close()  # completes the log
                 if not watch.wants_restart:
                     _report(options, played, outputs)
                 seed = None if interrupted() else watch.next_seed(outputs.recording, interrupted)
@@ -164,14 +164,14 @@ def _play(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """Auto or match to play; `play_auto` and `play_match` each take their part of it."""
+    """Auto or match to play, with its duration."""
 
     game: Game
     name: str
     seconds: float
     play: Callable[..., AutoRun]
     driving: ViewDriving | None
-    """The persons at the pages, where there are some and a robot to drive."""
+    """Input of the drivers at the pages; None if there is no page or no robot that a person can drive."""
 
 
 def _plan(options: argparse.Namespace, game: Game) -> _Plan:
@@ -223,12 +223,12 @@ def _auto(options: argparse.Namespace, game: Game) -> Auto:
 
 
 def _is_free(options: argparse.Namespace, game: Game) -> bool:
-    """Return whether a person drives for as long as they like: no match, no clock."""
+    """Return whether a person drives freely, without a match or a clock."""
     return options.auto == _DRIVE and _DRIVE not in game.autos and not options.match
 
 
 def _freely(match: PlayedMatch, alliance: Alliance) -> Controller:
-    """Enable the robots in teleop until somebody ends the run; this one stands while nobody drives it."""
+    """Enable the robots in teleop for the whole run; the controller itself does nothing."""
     match.timer.follow_driver_station()
     if any(phase.mode == "teleop" for phase in match.timer.clock.phases):
         match.timer.start("teleop")
@@ -271,7 +271,7 @@ def _run(
     watch: Watch,
     interrupted: Callable[[], bool],
 ) -> AutoRun:
-    """Play with a progress bar on stderr, so that stdout stays clean."""
+    """Play one run with a progress bar on stderr, so that stdout contains only the report."""
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -304,13 +304,13 @@ def _run(
 
 
 class InterruptFlag:
-    """Ctrl-C ends the run between two ticks, so that nothing is half done; a second one ends the program at once."""
+    """Flag set by Ctrl-C, so that the run ends between two ticks; a second Ctrl-C ends the program at once."""
 
     def __init__(self) -> None:
         self._is_set = False
 
     def __call__(self) -> bool:
-        """Whether Ctrl-C was pressed."""
+        """Return whether Ctrl-C was pressed."""
         return self._is_set
 
     def __enter__(self) -> InterruptFlag:

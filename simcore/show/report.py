@@ -1,7 +1,7 @@
-"""A report as one HTML file: blocks of text, tables and drawings, in the frame of a run's page and drawn by its script.
+"""Reports: single HTML files with blocks of text, tables and charts.
 
-A block is a JSON object, made and checked by the functions below; `simcore/show/player/report.js` shows them in order.
-Numbers that are not finite become null: an empty cell, a gap in a curve.
+A block is a JSON object, made and checked by the functions of this module; `simcore/show/player/report.js` shows the
+blocks in order. Numbers that are not finite become null, shown as an empty cell or a gap in a curve.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _Values = Sequence[float | None] | np.ndarray[Any, Any]
 
 
 def report_page(title: str, blocks: Sequence[Mapping[str, object]], *, subtitle: str = "") -> str:
-    """Return the page that shows blocks in their order, which needs nothing but a browser.
+    """Return a self-contained HTML page that shows blocks in order.
 
     Args:
-        title: Heading, and the title of the browser's tab.
-        blocks: Made by the functions of this module.
+        title: Heading, and title of the browser tab.
+        blocks: Blocks made by the functions of this module.
         subtitle: Text under the heading; line breaks are kept.
     """
     note = f'<p class="note">{escape(subtitle)}</p>\n' if subtitle else ""
@@ -40,7 +40,7 @@ def report_page(title: str, blocks: Sequence[Mapping[str, object]], *, subtitle:
 
 
 def headline(text: str, detail: str = "") -> dict[str, object]:
-    """Make a line in large letters, with details in small ones below."""
+    """Make a line in large type, with details in small type below."""
     return {"kind": "headline", "text": text, "detail": detail}
 
 
@@ -50,10 +50,10 @@ def paragraph(text: str) -> dict[str, object]:
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[object]], caption: str = "") -> dict[str, object]:
-    """Make a table of texts, numbers and None; columns of numbers stand to the right.
+    """Make a table of texts, numbers and None (an empty cell); columns of numbers are aligned to the right.
 
     Raises:
-        ConfigError: A row has another length than the head.
+        ConfigError: If the length of a row differs from the number of columns.
     """
     for number, row in enumerate(rows):
         if len(row) != len(columns):
@@ -67,15 +67,15 @@ def series(
     """Make one series of a chart.
 
     Args:
-        name: Name in the legend; empty for the only one.
-        x: Positions, rising, shape (n,).
-        y: Values, shape (n,); None and NaN are gaps.
-        low: Lower ends of a band (of lines) or of whiskers (of dots and bars), shape (n,).
-        high: Upper ends, shape (n,).
+        name: Name in the legend; may be empty for the only series.
+        x: x values in rising order, shape (n,).
+        y: y values, shape (n,); None and NaN are gaps.
+        low: Lower ends of a band (for lines) or of whiskers (for dots and bars), shape (n,).
+        high: Upper ends of the band or the whiskers, shape (n,).
         kind: `line`, `dots`, `bars` or `steps`.
 
     Raises:
-        ConfigError: Lengths differ, or there is no such kind.
+        ConfigError: If the lengths differ, only one of `low` and `high` is given, or the kind does not exist.
     """
     parts = {"x": x, "y": y} | ({} if low is None else {"low": low}) | ({} if high is None else {"high": high})
     sizes = {key: len(part) for key, part in parts.items()}
@@ -95,12 +95,12 @@ def chart(
     """Make a chart of several `series`.
 
     Args:
-        title: Above it.
-        curves: Made by `series`.
+        title: Title above the chart.
+        curves: Series made by `series`.
         x_label: Quantity and unit of the x axis.
         y_label: Quantity and unit of the y axis.
-        marks: Vertical lines: x and label.
-        x_names: Names in place of the numbers 0, 1, 2, ... on the x axis.
+        marks: x value and label of each vertical line.
+        x_names: Labels for x = 0, 1, 2, ... on the x axis, instead of numbers.
         from_zero: Whether the y axis includes 0.
     """
     return {
@@ -111,17 +111,18 @@ def chart(
 
 
 def share(value: float, low: float, high: float, text: str) -> dict[str, object]:
-    """Make a bar of a share of 1 with the interval around it, and a text below."""
+    """Make a bar for a fraction from 0 to 1 with its interval, and a text below."""
     return {"kind": "share", "value": value, "low": low, "high": high, "text": text}
 
 
 def robot_model(title: str, bumpers: tuple[float, float], solids: Sequence[tuple[str, Solid]]) -> dict[str, object]:
-    """Make a robot in three dimensions with its measures.
+    """Make a three-dimensional drawing of a robot, labeled with its dimensions.
 
     Args:
-        title: Above it.
+        title: Title above the drawing.
         bumpers: Length and width over the bumpers [m].
-        solids: Names and solids in the robot frame; those without a name are the robot itself, whose height is told.
+        solids: Names and solids in the robot frame; solids without a name belong to the robot itself, whose height is
+            shown.
     """
     shapes = [
         {
@@ -134,7 +135,7 @@ def robot_model(title: str, bumpers: tuple[float, float], solids: Sequence[tuple
 
 
 def _plain(value: object) -> object:
-    """Return what JSON can say of a block: arrays as lists, numbers that are not finite as None."""
+    """Convert a block to plain JSON types: arrays to lists, and numbers that are not finite to None."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):

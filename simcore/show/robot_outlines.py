@@ -1,4 +1,4 @@
-"""Places of what a robot's mechanisms carry, for what draws robots."""
+"""Positions of deployed intakes and their zones, for drawings of robots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Posed", "deployed", "intake_outlines", "zone_corners"]
 
 
 class Posed:
-    """A mechanism that stands somewhere."""
+    """Mechanism at a fixed position, for drawings."""
 
     velocity = 0.0
 
@@ -30,7 +30,7 @@ class Posed:
 
 
 def deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> dict[str, Posed]:
-    """Return the mechanism that puts an intake out, where it is out; nothing of an intake that is always out."""
+    """Return an intake's deploy mechanism at its deployed stop, by name; empty if the intake is always deployed."""
     if intake.deploy is None:
         return {}
     stops = mechanisms[intake.deploy].stops
@@ -38,12 +38,12 @@ def deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -
 
 
 def zone_corners(zone: IntakeZone) -> FloatArray:
-    """Return the corners of a zone in the frame of what carries it [m], shape (8, 3)."""
+    """Return the corners of a zone in the frame of its carrier [m], shape (8, 3)."""
     return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
 
 
 def intake_outlines(config: RobotConfig) -> list[FloatArray]:
-    """Return the outline from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
+    """Return the outline of each deployed intake's zone seen from above, robot frame [m], shape (n, 2)."""
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     zones = []
     for intake in config.intakes:

@@ -43,11 +43,11 @@ from simcore.world.shapes import Box
 __all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data"]
 
 _log = logging.getLogger(__name__)
-_FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m] of whole numbers of vertices
-_FINE, _COARSE = 400, 150  # parts of a curve, of one robot and of several
-_CHASSIS = (0.05, 0.17)  # [m]; heights of the bumpers of a robot of which nothing is known
+_FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m]; smallest resolution of vertices
+_FINE, _COARSE = 400, 150  # parts of a curve in runs with one robot and with several robots
+_CHASSIS = (0.05, 0.17)  # [m]; lower and upper edge of the bumpers of an unknown robot
 _PAINT = {"blue": "#1e54b7", "red": "#c42828"}
-_FRAMES = ("", "#2f3640", "#d9a441", "#5aa69a")  # frames of an alliance's robots; empty: as the model has it
+_FRAMES = ("", "#2f3640", "#d9a441", "#5aa69a")  # frame colors of an alliance's robots; empty for the model's own color
 
 
 class Block:
@@ -58,7 +58,7 @@ class Block:
         self._size = 0
 
     def add(self, rows: Rows) -> list[int]:
-        """Append an array of shape (n, m); return its offset in the block [bytes], n and m."""
+        """Append an array of shape (n, m); return the array's offset in the block [bytes], n and m."""
         packed, place = pack(rows), [self._size, *rows.shape]
         self._parts.append(packed)
         self._size += len(packed)
@@ -73,13 +73,13 @@ class Block:
 def run_data(
     recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = ""
 ) -> tuple[dict[str, Any], bytes]:
-    """Return all data that the page of a run needs: its JSON object and its binary block.
+    """Return the data for the page of a run: a JSON object and a binary block.
 
     Args:
-        recording: The run.
+        recording: Recording of the run.
         scene: Scene of the run.
         title: Heading of the page.
-        subtitle: First note of the page; empty: none.
+        subtitle: First note on the page; empty for no note.
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
@@ -109,7 +109,7 @@ def layout_of(
     Args:
         scene: Scene of the run.
         kinds: Kinds of pieces in the run.
-        source: The run or one snapshot of it, from which the published keys are read.
+        source: Recording or snapshot of the run, from which the published keys are read.
     """
     solids = []
     for robot in scene.robots:
@@ -124,7 +124,7 @@ def layout_of(
 
 
 def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotSolids], block: Block) -> dict[str, Any]:
-    """Return the static data of the drawing: field, robots and kinds of pieces."""
+    """Return the static data of a drawing: field, robots and kinds of pieces."""
     length, width = scene.field_size
     field = _models(scene.models).field
     tags = tag_layout(scene.tags, scene.field_size)
@@ -163,7 +163,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
 def report_data(
     recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], title: str, subtitle: str = ""
 ) -> dict[str, Any]:
-    """Return the report of a run: title, notes, facts, events, tables, charts, shots and counted places."""
+    """Return the report of a run: title, notes, facts, events, tables, charts, shots and scoring places."""
     track = RunTrack(recording, scene)
     shots = shots_of(recording, scene)
     start, end = track.span
@@ -194,7 +194,7 @@ def report_data(
 
 @functools.lru_cache(maxsize=8)
 def _models(folder: Path | None) -> ViewModels:
-    """Return the models of a folder; none if they cannot be read, so that the page draws outlines and boxes."""
+    """Load the models of a folder; if they cannot be read, return no models, so that the page draws simple shapes."""
     try:
         return ViewModels() if folder is None else load_models(folder)
     except ModelError as error:
@@ -203,7 +203,7 @@ def _models(folder: Path | None) -> ViewModels:
 
 
 def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
-    """Return the solids of a model; none if it is None or cannot be read."""
+    """Return the solids of a model; empty if there is no model or it cannot be read."""
     try:
         return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:
@@ -261,14 +261,14 @@ def _robot_data(scene: Scene, number: int, one: RobotSolids, model: int) -> dict
 
 
 def _path_ink(scene: Scene, robot: RobotLook) -> str:
-    """Return the color of a robot's path: the robot's own, else the default for a lone robot, else its alliance's."""
+    """Return the color of a robot's path: its own color, or the default for a single robot, or the alliance's color."""
     if robot.ink:
         return color(robot.ink)
     return color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
 
 
 def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, list[list[float]]]:
-    """Return a field element in plan view: name, alliance (or `neutral`) and corners [m]."""
+    """Return the name, alliance (or `neutral`) and corners [m] of a field element seen from above."""
     return name, alliance_in(name) or "neutral", np.round(corners, 3).tolist()
 
 
@@ -284,7 +284,7 @@ def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, bloc
 
 
 def _stations(field: FieldModels | None, size: tuple[float, float]) -> Sequence[tuple[float, float]]:
-    """Return the places of driver stations blue 1 to 3, then red 1 to 3, field frame [m]."""
+    """Return the positions of the driver stations, blue 1 to 3, then red 1 to 3, field frame [m]."""
     if field is not None and field.stations:
         return field.stations
     offsets = (1.75, 0.0, -1.75)
@@ -301,7 +301,7 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
 
 
 def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
-    """Return the totals of the run as pairs of label and text."""
+    """Return the totals of a run as pairs of label and text."""
     recording, scene = track.recording, track.scene
 
     def last(key: str) -> float | None:
@@ -343,7 +343,7 @@ def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
 
 
 def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
-    """Return the scoring places of a level: labels, number and positions."""
+    """Return the data of a level of scoring places: labels, names, number of places and position."""
     return {
         "name": level.name, "alliance": level.alliance, "label": level.label, "places": level.places,
         "count": len(recording.integers_at(level.key, recording.times[0])), "single": level.is_single,
@@ -352,13 +352,13 @@ def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
 
 
 def _taken(recording: Recording) -> list[list[float]]:
-    """Return when and where each piece was taken in [s, m, m]."""
+    """Return the time and position at which each piece was taken in [s, m, m]."""
     events = recording.events("Sim/NewestTakenIn")
     return [[round(time, 2), round(1e-3 * x, 3), round(1e-3 * y, 3)] for time, (_, x, y) in events]
 
 
 def _row_of(kinds: Sequence[PieceKind], piece: int) -> int:
-    """Return the row of the piece with this id, counted over all kinds; 0 for an unknown piece."""
+    """Return the row of a piece among all kinds by its id; 0 for an unknown piece."""
     first = 0
     for kind in kinds:
         row = int(np.searchsorted(kind.ids, piece))
@@ -377,7 +377,7 @@ def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[
 
 
 def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
-    """Return a curve with its values quantized to 16-bit integers: `low` and `scale` convert them back."""
+    """Return the data of a curve, with values as 16-bit integers that `low` and `scale` convert back."""
     look: Mapping[str, Any] = {
         "label": curve.label, "color": curve.color, "stepped": curve.is_stepped, "key": curve.key,
     }  # fmt: skip
@@ -394,7 +394,7 @@ def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[
 
 
 def _steps(times: FloatArray, start: float | None = None) -> Rows:
-    """Convert times [s] to increments [ms]; the first is relative to `start`, or 0 without one. Shape (n, 1)."""
+    """Convert times [s] to increments [ms], shape (n, 1); the first is relative to `start`, or 0 if `start` is None."""
     milliseconds = np.rint(1e3 * times)
     first = milliseconds[:1] if start is None else [round(1e3 * start)]
     steps = np.diff(milliseconds, prepend=first)

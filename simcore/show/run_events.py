@@ -1,4 +1,4 @@
-"""Events of a run and the lines of its score board, read from its telemetry."""
+"""Events and score board of a run, read from its telemetry."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ EventKind = Literal[
 
 _Value = TypeVar("_Value")
 
-_SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
-_BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
-_MOST_LIGHTS = 24  # squares of a strip
+_SLIP = 0.5  # [m/s]; sliding speed of a tire from which a slip is reported
+_BUMP = 0.6  # [m/s] in a tick, i.e. 30 m/s^2: twice the acceleration that tires allow
+_MOST_LIGHTS = 24  # squares of a displayed LED strip
 _TOLD = frozenset(f"Sim/Match/{name}" for name in ("Time", "TimeLeft", "Period", "Enabled", "Game", "LastFoul"))
 _LIGHTS = re.compile(r"^Sim/(?:Robots/\d+/)?Lights/([^/]+)/Colors$")
 _LAMP = re.compile(r"^Sim/Match/((?:Blue|Red)\w+)(Active|Light)$")
 _OBJECT = re.compile(r"<(?:\w+\.)*(\w+) object at 0x[0-9a-f]+>")
 _WANTED = re.compile(r"assert ([^<>=!]+) (>=|<=|==|>|<) ([^<>=!]+)")
 _SIGNS = {">=": "at least", "<=": "at most", "==": "exactly", ">": "more than", "<": "less than"}
-_TOGETHER = 0.5  # [s]; what happens again within this time is one event
+_TOGETHER = 0.5  # [s]; repetitions within this time are one event
 BROWNOUT = 6.75
-"""Voltage at which a roboRIO 2 holds outputs off, for logs that do not say whether it did [V]."""
+"""Battery voltage below which a roboRIO 2 turns outputs off, for logs without `BrownedOut` [V]."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunEvent:
-    """Something at a time [s]."""
+    """Event of a run at a time [s]."""
 
     time: float
     kind: EventKind
@@ -54,7 +54,7 @@ class RunEvent:
 
 
 def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) -> list[RunEvent]:
-    """Return modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
+    """Return changes of mode, shots, scores, fouls, placements, slips, bumps and brown-outs in order of time."""
     events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
     for shot in shots:
         whose = f"{scene.label(shot.robot)}: " if len(scene.robots) > 1 else ""
@@ -79,7 +79,7 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
 
 
 def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
-    """Return the score board's lines at a snapshot, label and text; lights are `led:` with colors `ff0000,...`."""
+    """Return the lines of the score board in a snapshot: label and text, or `led:ff0000,...` for lights."""
     items = []
     match, scores = snapshot.strings, snapshot.integers
     if "Sim/Match/Period" in match or "Sim/Match/Enabled" in snapshot.booleans:
@@ -112,7 +112,7 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
 
 
 def changing_rows(recording: Recording, scene: Scene) -> IntArray:
-    """Return the snapshots, by number, in which something changes that `board_now`, `lamps_now`, `counts_now` show."""
+    """Return the row numbers of snapshots in which `board_now`, `lamps_now` or `counts_now` may change."""
     levels = {level.key for level in scene.levels}
     shown = {key for _, key in score_keys(scene)} | {"Sim/Shots", "Sim/Hits"}
     shown |= {f"{robot.prefix}/Intake/HeldCount" for robot in scene.robots}
@@ -128,14 +128,14 @@ def changing_rows(recording: Recording, scene: Scene) -> IntArray:
 
 
 class ChangeRecord:
-    """Values that change now and then in a run, each with the time from which it held; None: it is gone."""
+    """Record of values that change only now and then during a run; None marks the end of a value."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
-        """`times` [s] and `values` by name."""
+        """Lists `times` [s] and `values` of the changes, by name of the value."""
 
     def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
-        """Note all that is so at a time [s]."""
+        """Record the changes among all current values at a time [s]."""
         for name, value in (dict.fromkeys(self.found) | dict(items)).items():
             changes = self.found.setdefault(name, {"times": [], "values": []})
             if not changes["values"] or changes["values"][-1] != value:
@@ -144,7 +144,7 @@ class ChangeRecord:
 
 
 def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
-    """Return how many pieces are in each place, `<level>/<number>`, and on each level, `<level>`."""
+    """Return the number of pieces in each place (`<level>/<number>`) and on each level (`<level>`)."""
     found: dict[str, int] = {}
     for level in scene.levels:
         counts = snapshot.integer_arrays.get(level.key, ())
@@ -154,17 +154,17 @@ def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
 
 
 def score_keys(scene: Scene) -> list[tuple[str, str]]:
-    """Return label and key of each score: of alliances, or of two runs on one page by the names of their robots."""
+    """Return the label and key of each score: one per alliance, or one per robot on a page of two runs."""
     names = [robot.name for robot in scene.robots if robot.score_key]
     keys = [robot.score_key for robot in scene.robots if robot.score_key]
     return list(zip(names, keys, strict=True)) or [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")]
 
 
 def lamps_now(snapshot: Snapshot) -> dict[str, str]:
-    """Return the state of each element that counts or not, by the beginning of its name in the field's model.
+    """Return the states of lit field elements, by the beginning of the element's name in the field model.
 
-    `Sim/Match/BlueGoalActive` is `on` or `off` of `blue_goal...`; `Sim/Match/BlueGoalLight` says it in the game's
-    words, of which pages show `pulsing` and `purple`, too.
+    `Sim/Match/BlueGoalActive` gives `on` or `off` for `blue_goal...`. `Sim/Match/BlueGoalLight` gives the state in the
+    game's words; pages also show `pulsing` and `purple`.
     """
     states = {key: "on" if is_on else "off" for key, is_on in snapshot.booleans.items()} | dict(snapshot.strings)
     return {
@@ -173,7 +173,7 @@ def lamps_now(snapshot: Snapshot) -> dict[str, str]:
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
-    """Return each change of the match period or of whether robots are enabled: time, in words, time left [s]."""
+    """Return the time [s], text and time left [s] of changes of the match period and of robots being enabled."""
     if not recording.has("Sim/Match/TimeLeft"):
         return []
     at, left = recording.series("Sim/Match/TimeLeft")
@@ -182,13 +182,13 @@ def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
 
 
 def ending_of(recording: Recording) -> list[str]:
-    """Return what a test of the run failed of, and what was warned of meanwhile; none of a run without a test."""
+    """Return the failure of a run's test and the warnings during the run, if there are any."""
     texts = [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
     return [_OBJECT.sub(r"\1", text) for text in texts]
 
 
 def failure_of(recording: Recording) -> str:
-    """Return in one sentence what a test of the run failed of, and when; empty: it did not."""
+    """Return one sentence with the failure and the time of a run's test; empty if no test failed."""
     if not recording.has("Sim/Failure"):
         return ""
     said = recording.strings("Sim/Failure")[1][-1].partition("\n")[0].removeprefix("AssertionError: ")
@@ -202,13 +202,13 @@ def failure_of(recording: Recording) -> str:
 
 
 def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
-    """Return a count of each robot, of several with their names."""
+    """Return the known counts of all robots as texts, with labels if there are several robots."""
     known = [(number, count) for number, count in enumerate(counts) if count is not None]
     return [str(count) if len(counts) == 1 else f"{scene.label(number)} {count}" for number, count in known]
 
 
 def _modes(recording: Recording) -> tuple[list[float], list[str]]:
-    """Return the times [s] and names of changes of the match period, and of whether robots are enabled."""
+    """Return the times [s] and names of changes of the match period, and of robots being enabled or disabled."""
     times, names = recording.times, [""] * len(recording)
     if recording.has("Sim/Match/Period"):
         at, periods = recording.strings("Sim/Match/Period")
@@ -225,7 +225,7 @@ def _modes(recording: Recording) -> tuple[list[float], list[str]]:
 
 
 def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[object]]:
-    """Return times [s] and values of a number or text; the match clock is in whole seconds."""
+    """Return the times [s] and values of a number or text, with the match clock rounded up to whole seconds."""
     try:
         times, values = recording.series(key)
     except UnknownNameError:
@@ -240,7 +240,7 @@ def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple
 
 
 def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
-    """Return the times and sizes of changes of a count; changes within half a second are one."""
+    """Return the times [s] and sizes of changes of a count, with changes within half a second merged."""
     if not recording.has(key):
         return []
     times, counts = recording.series(key)
@@ -282,7 +282,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
     if recording.has(f"{prefix}/Debug/BrownedOut"):
         times, flags = recording.series(f"{prefix}/Debug/BrownedOut")
         low = flags > 0.5
-        if recording.has(f"{prefix}/Debug/Brownouts"):  # also those between two rows
+        if recording.has(f"{prefix}/Debug/Brownouts"):  # also brown-outs between two rows
             low |= np.diff(recording.series(f"{prefix}/Debug/Brownouts")[1], prepend=0.0) > 0.0
     elif recording.has(f"{prefix}/Debug/BatteryVoltage"):
         times, volts = recording.series(f"{prefix}/Debug/BatteryVoltage")
@@ -295,7 +295,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
 
 
 def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]:
-    """Return first and last time of each stretch in which something is so, with pauses of less than half a second."""
+    """Return the first and last time [s] of each interval in which a condition holds, ignoring gaps below 0.5 s."""
     found: list[tuple[float, float]] = []
     for time in times[is_so].tolist():
         if found and time - found[-1][1] < _TOGETHER:

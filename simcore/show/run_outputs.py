@@ -1,4 +1,4 @@
-"""The files that a run leaves: where they go, and what happens when they cannot."""
+"""Output files of a run: their paths, and the handling of files that cannot be written."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from simcore.telemetry.wpilog import WpilogSink
 __all__ = ["RunOutputs"]
 
 _log = logging.getLogger(__name__)
-_BULK_FRAMES = 4000  # of pieces kept in memory: 21 MB; a longer run keeps them less often
+_BULK_FRAMES = 4000  # rows of pieces kept in memory, 21 MB; longer runs record pieces less often
 
 
 @dataclass(slots=True, kw_only=True)
 class RunOutputs:
     """Log and page of one run.
 
-    A file that was asked for by name must be possible, or the run does not start. Of those that nobody asked for, and
-    when a disk fails later, one sentence is said and the run goes on.
+    If a file that the user named cannot be written, the run does not start. If a default file cannot be written, or the
+    disk fails later, the run goes on after a message.
     """
 
     log: Path | None
     page: Path | None
     say: Callable[[str], None]
-    """Function that prints what is missing, in one sentence."""
+    """Function that prints a one-sentence message about a missing file."""
     seconds: float
     """Planned simulated duration [s]."""
     recording: Recording = field(init=False)
@@ -53,19 +53,19 @@ class RunOutputs:
         seconds: float,
         say: Callable[[str], None],
     ) -> RunOutputs:
-        """Decide where everything goes, before the first tick.
+        """Choose the paths of all files and check that they can be written, before the first tick.
 
         Args:
-            folder: Folder of files that were not asked for by name.
-            name: Name of those files, without suffix.
-            log: Path of the log, or None for the usual place.
-            page: Path of the page, or None for the usual place.
+            folder: Folder for files at default paths.
+            name: Name of files at default paths, without suffix.
+            log: Path of the log; None for the default path.
+            page: Path of the page; None for the default path.
             seconds: Planned simulated duration [s].
-            say: Told what goes missing.
+            say: Function that prints a one-sentence message about a missing file.
 
         Raises:
-            OutputError: A file that was asked for cannot be written.
-            ConfigError: Two of them are the same file.
+            OutputError: If a file that the user named cannot be written.
+            ConfigError: If log and page are the same file.
         """
         asked = {"log": log, "page": page}
         usual = {"log": folder / f"{name}.wpilog", "page": folder / f"{name}.html"}
@@ -89,7 +89,7 @@ class RunOutputs:
         return cls(**where, seconds=seconds, say=say)
 
     def sinks(self) -> list[TelemetrySink]:
-        """Create the log, and return the sinks of the run."""
+        """Create the log and return the telemetry sinks for the run."""
         sinks: list[TelemetrySink] = [self.recording]
         if self.log is not None:
             self._guard = GuardedSink(WpilogSink(self.log), lambda why: self.say(f"{why}. The run goes on"))
@@ -97,7 +97,7 @@ class RunOutputs:
         return sinks
 
     def write(self, run: AutoRun) -> dict[str, str]:
-        """Write the page, after the run; returns what was written, by kind."""
+        """Write the page after the run; return the paths of all written files by kind (`log`, `page`)."""
         written: dict[str, str] = {}
         if self.log is not None and self._guard is not None and not self._guard.failure:
             written["log"] = str(self.log)

@@ -12,27 +12,27 @@ from simcore.typing import FloatArray
 
 __all__ = ["RunTrack"]
 
-_DRIVES = 0.01  # [m]; a robot that has come so far has driven
+_DRIVES = 0.01  # [m]; a robot that has moved farther has driven
 
 
 class RunTrack:
-    """Reads ways from a recording.
+    """True and estimated paths of all robots of a run.
 
     Args:
-        recording: The run.
+        recording: Recording of the run.
         scene: Scene of the run.
     """
 
     def __init__(self, recording: Recording, scene: Scene) -> None:
         self.recording, self.scene = recording, scene
         self.robots = [self._path(robot.pose_key) for robot in scene.robots]
-        """Times [s] and `x, y, yaw` [m, m, rad] of each robot, shapes (n,) and (n, 3)."""
+        """Times [s] and true `x, y, yaw` [m, m, rad] of each robot, shapes (n,) and (n, 3)."""
         self.estimates = [self._path(f"{robot.prefix}/Robot/EstimatedPose") for robot in scene.robots]
         """Times [s] and estimated `x, y, yaw` [m, m, rad] of each robot, shapes (n,) and (n, 3)."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time [s]."""
+        """First and last time of the recording [s]."""
         times = self.recording.times
         return (float(times[0]), float(times[-1])) if len(times) else (0.0, 0.0)
 
@@ -43,7 +43,7 @@ class RunTrack:
         return jumps
 
     def began(self, number: int) -> float:
-        """Return when a robot was last placed before it drove [s]; -inf: it began where it stood."""
+        """Return the time of a robot's last placement before driving [s], or -inf if there was none after the start."""
         times, driven = self._numbers(f"{self.scene.robots[number].prefix}/Robot/DistanceDriven")
         drives = times[driven - driven[:1] > _DRIVES]
         placed = self.placed_times(number)

@@ -1,6 +1,6 @@
-"""Parts of a drawn run that are in no telemetry key: the field, its goals, and the looks of robots and pieces.
+"""Scene of a run: everything drawn that telemetry does not contain, such as the field, its goals and robots' looks.
 
-Motion is in the telemetry: `simcore.show.run_track` reads it from a recording.
+Motion comes from telemetry; `simcore.show.run_track` reads it from a recording.
 """
 
 from __future__ import annotations
@@ -50,20 +50,21 @@ _STEEL, _HANGING = "#9ea5ae", {"blue": "#4a6db0", "red": "#b0564f"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceLook:
-    """Look of pieces of one type from above: a disk, or a rectangle turned by the piece's attitude."""
+    """Look of one kind of piece from above: a disk, or a rectangle turned by the piece's attitude."""
 
     color: str
-    """Color of a piece on the floor, `#rrggbb`."""
+    """Color of a piece on the carpet, `#rrggbb`."""
     radius: float | None = None
     """Radius of a ball, or of a standing cylinder [m]; None for a box."""
     size: tuple[float, float, float] | None = None
-    """Size of a box, or of a cylinder that may lie, along the piece's x, y and z [m]; None for a disk."""
+    """Size along the piece's x, y and z axes of a box, or of a cylinder that may lie on its side [m]; None for a
+    disk."""
     air_color: str = ""
-    """Color of a piece in the air; empty: a darker `color`."""
+    """Color of a piece in the air; empty for a darker shade of `color`."""
     edge_color: str = ""
-    """Color of its outline; empty: half as bright as `color`."""
+    """Color of the piece's outline; empty for half the brightness of `color`."""
     shape: Shape | None = None
-    """Shape that is drawn in three dimensions; None: a ball or a box."""
+    """Shape drawn in three dimensions; None for a ball or box of the given size."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=FIELD_LENGTH, size=(FIELD_LENGTH,) * 3)
@@ -74,12 +75,12 @@ class PieceLook:
 
     @property
     def reach(self) -> float:
-        """Largest distance of the outline from its middle [m]."""
+        """Largest distance from the center to the outline [m]."""
         return self.radius if self.radius is not None else 0.5 * math.hypot(*(self.size or ()))
 
     @property
     def hole(self) -> float | None:
-        """Radius of the hole of a body of revolution around its z axis [m], 0 without one; None of other bodies."""
+        """Radius of the hole in a body of revolution around its z axis [m], 0 without a hole; None for other bodies."""
         if self.shape is None:
             return None
         turn = np.arange(24) * math.tau / 24
@@ -89,102 +90,103 @@ class PieceLook:
         return float(np.hypot(*outline_points(self.shape)[:, :2].T).min()) if isinstance(self.shape, Compound) else 0.0
 
 
-_ROUND = 0.05  # part of a body's reach that may differ around its axis: rings are made of segments
+_ROUND = 0.05  # relative variation of the radius allowed for a round body, because rings consist of segments
 
 PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
-"""Look of a piece whose type the scene does not know."""
+"""Look of a piece of an unknown kind."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLook:
-    """Look of one robot, and the keys of its telemetry."""
+    """Look of one robot, and the prefix of its telemetry keys."""
 
     bumpers: tuple[float, float]
     """Length and width over the bumpers [m]."""
     alliance: str = "blue"
     prefix: str = "Sim"
-    """Beginning of its keys: `<prefix>/Robot/Pose3d`, `<prefix>/Debug/BatteryVoltage`."""
+    """Beginning of the robot's telemetry keys, e.g. `<prefix>/Robot/Pose3d`."""
     intakes: Sequence[FloatArray] = ()
-    """Corners from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
+    """Outline of each deployed intake's zone seen from above, robot frame [m], shape (n, 2)."""
     config: RobotConfig | None = None
-    """Config of the robot; None where only its telemetry is left."""
+    """Config of the robot; None if only telemetry is available."""
     models: Path | None = None
-    """Folder whose first robot model has its body and components; None: it is drawn as boxes."""
+    """Folder whose first robot model shows the body and components; None for a robot drawn as boxes."""
     name: str = ""
-    """Name on a page; empty: its number."""
+    """Name on the page; empty for the robot's number."""
     team: str = ""
-    """Number on its bumpers; empty: its number in the match."""
+    """Team number on the bumpers; empty for the robot's number in the match."""
     role: str = ""
-    """Player that drives it in a match, e.g. `collector:3`."""
+    """Player that drives the robot in a match, e.g. `collector:3`."""
     ink: str = ""
-    """Name of its color; empty: that of its alliance."""
+    """Name of the robot's color; empty for the alliance's color."""
     score_key: str = ""
-    """Key of its own score, where it stands for a separate run."""
+    """Telemetry key of the robot's own score, on a page of two runs; otherwise empty."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
 
     @property
     def pose_key(self) -> str:
-        """Key of its true pose."""
+        """Telemetry key of the robot's true pose."""
         return f"{self.prefix}/Robot/Pose3d"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """A place where pieces score."""
+    """Goal where pieces score."""
 
     alliance: str
     center: tuple[float, float, float]
-    """Middle of its opening, field frame [m]."""
+    """Center of the goal's opening, field frame [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelLook:
-    """Places where pieces stay, and which are counted together."""
+    """Level of scoring places, whose pieces are counted together."""
 
     name: str
-    """Name as in `Sim/Places/<name>`."""
+    """Name of the level, as in `Sim/Places/<name>`."""
     alliance: str = ""
-    """Alliance that owns them; empty: none."""
+    """Alliance that owns the level; empty for none."""
     label: str
-    """The rest of the name."""
+    """Name of the level without the alliance."""
     places: tuple[str, ...] = ()
     """Name of each place without the alliance and the label."""
     is_single: bool = False
-    """Whether one piece at most counts in each."""
+    """Whether at most one piece counts in each place."""
     middle: tuple[float, float] | None = None
-    """Middle of all places, from above [m]; None for zones of another shape than those of simcore."""
+    """Center of all places, field frame [m]; None if the zones have shapes unknown to simcore."""
 
     @property
     def key(self) -> str:
-        """Key of the number of pieces in each place."""
+        """Telemetry key of the number of pieces in each place."""
         return f"Sim/Places/{self.name}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """Everything that is drawn and is in no telemetry key."""
+    """Everything drawn for a run that telemetry does not contain."""
 
     field_size: tuple[float, float]
     """Length and width of the field [m]."""
     field_outlines: Sequence[tuple[str, FloatArray]] = ()
-    """Name and corners of each element from above [m], shape (n, 2); `blue...` and `red...` are tinted so."""
+    """Name and outline of each field element seen from above [m], shape (n, 2); names that begin with `blue` or `red`
+    give the color."""
     field_elements: Sequence[FieldElement] = ()
-    """Elements in three dimensions, drawn where there is no model of the field."""
+    """Field elements in three dimensions, drawn if there is no model of the field."""
     hanging: Sequence[PieceLook] = ()
-    """Bodies on chains and hinges, in the order of `Sim/Hanging`."""
+    """Looks of the bodies that hang from the field, in the order of `Sim/Hanging`."""
     robots: Sequence[RobotLook] = ()
     pieces: Mapping[str, PieceLook] = field(default_factory=dict)
-    """Looks by type name, as in `Sim/GamePieces/<Type>`."""
+    """Looks of pieces by name of the kind, as in `Sim/GamePieces/<Type>`."""
     goals: Sequence[Goal] = ()
-    """Goals at which robots aim their shots."""
+    """Goals that robots aim shots at."""
     levels: Sequence[LevelLook] = ()
-    """Levels of the places where pieces stay, as the game lists them."""
+    """Levels of scoring places, in the game's order."""
     models: Path | None = None
-    """Folder with the model of the field; None: its outlines are drawn."""
+    """Folder with the model of the field; None to draw the field's elements."""
     tags: str | Path = ""
-    """Layout of the AprilTags, as `FieldDefinition.tags`; empty: none."""
+    """Layout of the AprilTags, as in `FieldDefinition.tags`; empty for no tags."""
 
     def __post_init__(self) -> None:
         require_fields(self, field_size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -194,7 +196,7 @@ class Scene:
 
     @property
     def piece_names(self) -> str:
-        """Names of the pieces in texts.
+        """Names of all kinds of pieces, for texts.
 
         >>> Scene(field_size=(1.0, 1.0), pieces={"Ball": PLAIN_PIECE, "Crate": PLAIN_PIECE}).piece_names
         'ball, crate'
@@ -202,28 +204,28 @@ class Scene:
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
 
     def label(self, number: int) -> str:
-        """Return a robot's label in texts: its name, its team, or its number."""
+        """Return a robot's label for texts: the name, else the team number, else the robot number."""
         robot = self.robots[number] if number < len(self.robots) else None
         return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
     def with_models(self, folder: Path) -> Scene:
-        """Return the scene with the models of a folder of `Field3d_...` and `Robot_...` ones, as far as it has any."""
+        """Return a copy with the models of a folder's `Field3d_...` and `Robot_...` folders, if there are any."""
         models = list(folder.glob("Robot_*")) and folder
         robots = [replace(look, models=models or look.models) for look in self.robots]
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)
 
     def look(self, name: str) -> PieceLook:
-        """Return the look of a type of piece; a plain one for a type that the scene does not know."""
+        """Return the look of a kind of piece by name, or a plain look for an unknown kind."""
         return self.pieces.get(name, PLAIN_PIECE)
 
 
 def piece_look(kind: GamePieceConfig) -> PieceLook:
-    """Return the look of pieces of a kind."""
+    """Return the look of a kind of piece."""
     return shape_look(kind.shape, kind.color)
 
 
 def shape_look(shape: Shape, color: str) -> PieceLook:
-    """Return the look of a body of a shape."""
+    """Return the look of a body by its shape and color."""
     if isinstance(shape, Sphere):
         return PieceLook(radius=shape.radius, color=color)
     low, high = bounding_box(shape)
@@ -232,13 +234,13 @@ def shape_look(shape: Shape, color: str) -> PieceLook:
 
 
 def bare_scene(game: Game) -> Scene:
-    """Return the field alone, for a run of which only the log is left."""
+    """Return a scene with the field but no robots, for a run known only from its log."""
     return _scene(game, game.field.load(), ())
 
 
 def scene_of(match: Match) -> Scene:
-    """Return the scene of a match, also after it was closed."""
-    from simcore.show.robot_outlines import intake_outlines  # brings all of a robot: a page of a log needs none
+    """Return the scene of a match, which may already be closed."""
+    from simcore.show.robot_outlines import intake_outlines  # not needed for logs: imports all robot modules
 
     robots, parts = [], [component.name for component in match.game.robot().components]
     for robot in match.robots:
@@ -296,7 +298,7 @@ def _level(name: str, places: Sequence[RestingPlace]) -> LevelLook:
 
 
 def _middle(zone: Zone) -> tuple[float, float] | None:
-    """Return the middle of a zone from above [m]."""
+    """Return the center of a zone seen from above [m]; None for a zone of unknown shape."""
     if isinstance(zone, CylinderZone):
         return zone.center
     if isinstance(zone, BoxZone):
@@ -307,7 +309,7 @@ def _middle(zone: Zone) -> tuple[float, float] | None:
 
 
 def _goals(scoring: ScoringZone) -> list[Goal]:
-    """Return the opening of a zone for falling pieces; none for a zone of another shape than those of simcore."""
+    """Return a goal at the top of a scoring zone; empty for a zone of any other shape than box or cylinder."""
     zone, middle = scoring.zone, _middle(scoring.zone)
     if middle is None or not isinstance(zone, BoxZone | CylinderZone):
         return []

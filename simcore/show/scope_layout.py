@@ -1,8 +1,8 @@
-"""`simcore layout`: a layout for AdvantageScope, or for Elastic, with all that a game, or a log, publishes.
+"""`simcore layout`: layout for AdvantageScope or Elastic, with all telemetry of a game or a log.
 
-What is not published gets no row: AdvantageScope strikes such rows out.
+The layout has no rows for keys that are not published, because AdvantageScope would strike them through.
 
-Source: the file that AdvantageScope 26.0.2 exports, and the names of kinds, options and colors in its source code,
+Source: a file exported by AdvantageScope 26.0.2, and the names of types, options and colors in its source code,
 https://github.com/Mechanical-Advantage/AdvantageScope (`*Controller_Config.ts`, `Colors.ts`).
 """
 
@@ -29,26 +29,26 @@ from simcore.typing import alliance_in
 __all__ = ["HANGING", "RED", "add_arguments", "game_snapshot", "run", "scope_layout"]
 
 HANGING = "Hanging"
-"""Name of the model of what hangs from the field and swings, `Sim/Hanging`, if the field has one."""
+"""Name of the field's model for swinging bodies (`Sim/Hanging`), if the field has any."""
 RED = " (red)"
-"""Suffix of the name of a robot's model with red bumpers, if there is one."""
+"""Name suffix of a robot model with red bumpers, if there is one."""
 
 _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
-"""AdvantageScope's own for graphs."""
+"""AdvantageScope's default colors for graphs."""
 _BLUE, _RED, _GOLD, _GRAY = "#2b66a2", "#af2437", "#e5b31b", "#858584"
 _GHOST = "#00ff00"
-_LINE = "#00ffff"  # cyan, of AdvantageScope's for the field
+_LINE = "#00ffff"  # cyan, one of AdvantageScope's colors for the field
 _TAB_GRAPH, _TAB_FIELD, _TAB_TABLE, _TAB_SWERVE = 1, 3, 4, 9
 _SWERVE = {"Sim/Robot/SwerveStates": "#0000ff", "Sim/Robot/SwerveSetpoints": "#ff0000"}
 
 
 def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[str, Any]:  # noqa: B008  # frozen
-    """Return the content of the layout file.
+    """Return the content of the layout file for AdvantageScope.
 
     Args:
-        snapshot: Snapshot whose keys are shown.
-        models: Names of the field and the robots; without them, AdvantageScope's own models.
+        snapshot: Snapshot of the run; the layout shows its keys.
+        models: Models of the field and the robots; by default AdvantageScope's own models.
     """
     debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}
     volts = _in_order(key for key in snapshot.doubles if key.endswith("/Debug/BatteryVoltage"))
@@ -75,7 +75,7 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
         _graph(
             "Mechanisms",
             _colored(turning),
-            _colored(angles, start=len(turning)),  # an axis has one unit
+            _colored(angles, start=len(turning)),  # each axis has one unit
             discrete={key: ("Boolean", color) for key, color in _colored(flags).items()},
         ),
         *([_graph("Heights", _colored(heights), _colored(shares, start=len(heights)))] if heights or shares else []),
@@ -90,10 +90,14 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
 
 
 def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
-    """Return a snapshot of a game's match with its first `robots` robots; the first half is blue, as in whole matches.
+    """Return a snapshot of a game's match after one tick; the first half of the robots is blue.
+
+    Args:
+        game: Game of the match.
+        robots: Number of robots.
 
     Raises:
-        ConfigError: The game has fewer robots.
+        ConfigError: If the game does not allow this number of robots.
     """
     if not 1 <= robots <= game.robots:
         raise ConfigError(f"--robots: a match of {game.name} has 1 to {game.robots} robots, got {robots}")
@@ -105,7 +109,7 @@ def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the command's options."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
@@ -115,10 +119,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the file; returns 0.
+    """Write the layout file and return 0.
 
     Raises:
-        SimcoreError: The command cannot do what was asked for.
+        SimcoreError: If the command cannot be carried out.
     """
     log = None if options.log is None else read_log(options.log)
     game = find_game(options.game or (game_of_log(log) if log else None))
@@ -150,7 +154,7 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
         prefix = key.removesuffix("/Robot/Pose3d")
         is_red = snapshot.booleans.get(f"{prefix}/Robot/IsRed", False)
         things.append(_thing("robot", key, "Pose3d", model=_robot_name(models, is_red)))
-        if len(snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", ())):  # a child of the robot before it
+        if len(snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", ())):  # a child of the robot above
             things.append(_thing("component", f"{prefix}/Robot/ComponentPoses", "Pose3d[]"))
         believed = f"{prefix}/Robot/EstimatedPose"
         if believed in snapshot.poses:
@@ -158,7 +162,7 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
     known = models.field.pieces if models.field is not None else {}
     for key in snapshot.pose_arrays:
         where, _, kind = key.removeprefix("Sim/").partition("/")
-        if where in ("GamePieces", "Held"):  # those in flight are among them, and are drawn once
+        if where in ("GamePieces", "Held"):  # these include pieces in flight
             things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind))
         elif key == f"Sim/{HANGING}" and HANGING in known:
             things.append(_thing("gamePiece", key, "Pose3d[]", variant=HANGING))
@@ -170,7 +174,7 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
 
 
 def _swerve_tab() -> dict[str, Any]:
-    """Return the swerve tab of the first robot, its modules in CTRE's order, which is AdvantageScope's default."""
+    """Return the swerve tab of the first robot, with modules in CTRE's order (AdvantageScope's default)."""
     order = "0,1,2,3"
     rows = [_thing("states", key, "SwerveModuleState[]", color=c, arrangement=order) for key, c in _SWERVE.items()]
     return _tab(_TAB_SWERVE, "Swerve", {"sources": rows, "maxSpeed": 5, "sizeX": 0.65, "sizeY": 0.65, "orientation": 1})
@@ -191,7 +195,14 @@ def _graph(
     *,
     discrete: Mapping[str, tuple[str, str]] | None = None,
 ) -> dict[str, Any]:
-    """Return a line graph with two auto-scaled axes; `discrete` has type and color of stripes."""
+    """Return a line graph with two auto-scaled axes.
+
+    Args:
+        title: Title of the tab.
+        left: Color of each key on the left axis.
+        right: Color of each key on the right axis.
+        discrete: Type and color of each key shown as stripes.
+    """
     plain = {"autoTarget": None, "preset": None}
     stripes = [_thing("stripes", key, kind, color=color) for key, (kind, color) in (discrete or {}).items()]
     controller = {
@@ -209,7 +220,7 @@ def _graph(
 
 
 def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
-    """Return the keys of the period, of whether robots may move, and of what the game adds."""
+    """Return type and color of the match period and of all booleans of the match, by key."""
     keys = [key for key in snapshot.booleans if key.startswith("Sim/Match/")]
     states = {"Sim/Match/Period": ("String", _GOLD)}
     return states | {key: ("Boolean", _alliance_color(key)) for key in keys}
@@ -248,12 +259,12 @@ def _tab(kind: int, title: str, controller: Any, *, height: int = 200, renderer:
 
 
 def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any]:
-    """Return an entry of a list of sources."""
+    """Return an entry for a tab's list of sources."""
     return {"type": kind, "logKey": _key(name), "logType": log_type, "visible": True, "options": options}
 
 
 def _key(name: str) -> str:
-    """Return AdvantageScope's name of a key, live and in our logs."""
+    """Return AdvantageScope's name for a key, which is the same for live data and for simcore's logs."""
     return f"NT:/{name}"
 
 
@@ -262,7 +273,7 @@ def _present(values: Mapping[str, Any], *names: str) -> list[str]:
 
 
 def _in_order(keys: Iterable[str]) -> list[str]:
-    """Return the keys of the first robot, then those of the others by number."""
+    """Sort keys by robot number."""
     return sorted(keys, key=lambda key: int((re.findall(r"Sim/Robots/(\d+)/", key) or [0])[0]))
 
 

@@ -1,7 +1,7 @@
-"""Preview of a shot: where a piece would land if it left a shooter now, and whether it would score.
+"""Preview of a shot: landing point and score of a piece if it left a shooter now.
 
-The piece flies by the loop that moves the balls of the match, off all that stands on the field, until it scores or
-cannot any more. Robots and other pieces are not in its way.
+The preview uses the loop that moves the match's balls, with contacts with the static field but not with robots and
+other pieces. It ends when the piece scores or can no longer score.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from simcore.units import TICK
 
 __all__ = ["ShotPath", "ShotPreview"]
 
-_AT_ONCE = 40  # steps of a flight that are done in one step of work
+_AT_ONCE = 40  # flight steps computed in one go
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,13 +35,13 @@ class ShotPath:
     robot: int
     """Number of the robot."""
     points: FloatArray
-    """Centers of the piece from the muzzle to its first touch, or to where it scores, field frame [m], (n, 3)."""
+    """Path of the piece's center from the muzzle to the first contact or the score, field frame [m], shape (n, 3)."""
     landing: FloatArray
-    """The last of them [m], shape (3,)."""
+    """Last point of the path, field frame [m], shape (3,)."""
     zone: str = ""
-    """Name of the zone in which it scores; empty: it misses."""
+    """Name of the zone in which the piece scores; empty for a miss."""
     worth: int = 0
-    """Points that this brings now."""
+    """Points that the piece would score now."""
 
     def __str__(self) -> str:
         """Return the outcome in one line."""
@@ -52,10 +52,10 @@ class ShotPath:
 
 
 class ShotPreview:
-    """Previews of all shooters of a match, worked out bit by bit beside the run.
+    """Previews of all shooters of a match, computed in small steps during the run.
 
     Args:
-        match: Match that is played; the preview only reads it.
+        match: Match in progress, which the previews only read.
     """
 
     def __init__(self, match: Match) -> None:
@@ -65,18 +65,18 @@ class ShotPreview:
 
     @property
     def paths(self) -> list[ShotPath]:
-        """The newest of each shooter whose wheels turn fast enough to shoot."""
+        """Latest preview of each shooter whose wheels turn fast enough to shoot."""
         return list(self._found.values())
 
     def work(self, seconds: float) -> None:
-        """Go on for some wall time [s], at least by one step; the previews are renewed one after the other."""
+        """Update the previews in turn for a wall time [s], but by at least one step."""
         end = perf_counter() + seconds
         for _ in self._steps:
             if perf_counter() >= end:
                 break
 
     def complete(self) -> list[ShotPath]:
-        """Work out all previews for this very moment."""
+        """Compute and return all previews for the current state."""
         for _ in self._once():
             pass
         self._steps = self._all()

@@ -1,4 +1,4 @@
-"""The shots of a run: where each flew, whether it scored, and on which side of its goal it missed."""
+"""Shots of a run: their flights, their results, and the side of the goal on which they missed."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ __all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "shot_rows", "sh
 MissSide = Literal["short", "long", "left", "right"]
 ShotResult = Literal["hit", "miss", "pass", "flying"]
 MISS_SIDES: tuple[MissSide, ...] = ("short", "long", "left", "right")
-_BEYOND = 0.3  # [m]
+_BEYOND = 0.3  # [m]; a shot from this far beyond the goal that does not score is a pass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTrace:
-    """Shot of one piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
+    """Shot of one piece, with the recorded part of its flight up to the first contact."""
 
     time: float
-    """Time at which it left [s]."""
+    """Time at which the piece left the robot [s]."""
     times: FloatArray
-    """Times of the kept part of its flight [s], shape (n,), not empty."""
+    """Times of the recorded part of the flight [s], shape (n,), not empty."""
     points: FloatArray
-    """Center of the piece at these times, field frame [m], shape (n, 3)."""
+    """Center of the piece at `times`, field frame [m], shape (n, 3)."""
     scored: bool
     is_over: bool = True
-    """Whether the flight ended before the run did."""
+    """Whether the flight ended before the run."""
     robot: int = 0
-    """Number of the robot that shot it."""
+    """Number of the robot that shot the piece."""
     piece: int = 0
     """Id of the piece."""
     is_pass: bool = False
-    """Whether it left beyond the own goal, as seen from the own wall, and did not score: for another robot to take."""
+    """Whether the shot was a pass to another robot, from beyond the robot's own goal and without a score."""
     side: MissSide | None = None
-    """Side of a miss, as its robot sees the goal; None without a goal."""
+    """Side of the goal on which the shot missed, as seen from the robot; None for other shots or without a goal."""
     distance: float = math.nan
-    """Distance from its start to the goal along the ground [m]; to its first touch where the goal is unknown."""
+    """Horizontal distance from the launch to the goal, or to the first contact if the goal is unknown [m]."""
 
     @property
     def result(self) -> ShotResult:
@@ -55,12 +55,12 @@ class ShotTrace:
 
     @property
     def seconds(self) -> float:
-        """Time of flight until the first touch [s]."""
+        """Time of flight until the first contact [s]."""
         return float(self.times[-1] - self.time)
 
     @property
     def speed(self) -> float:
-        """Launch speed relative to the ground [m/s]: mean of its first tick, corrected for gravity."""
+        """Launch speed relative to the ground, averaged over the first tick and corrected for gravity [m/s]."""
         if len(self.times) < 2:
             return math.nan
         dt = float(self.times[1] - self.times[0])
@@ -75,7 +75,7 @@ class _Flight:
 
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
-    """Return all recorded shots of a run, oldest first, each with the part of its flight that was kept."""
+    """Return all shots of a recording, oldest first."""
     hits = {shot for _, (_, shot) in recording.events("Sim/NewestHits")}
     flights = _flights(recording)
     shots: list[ShotTrace] = []
@@ -84,13 +84,13 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
     for at, (number, piece, robot, tick) in reversed(left):
         hit, row = number in hits, int(np.searchsorted(times, at))
         before = times[row - 1] if row else -math.inf
-        # A log by another clock than the match's says no more than between which rows it was
+        # With a log by another clock than the match's, only the rows before and after the shot are known
         time = tick * TICK if before < tick * TICK <= at + 1e-6 else at
         mine = flights[piece]
         flight = mine.pop() if mine and mine[-1].times[0] > time - 1e-6 else _Flight()
         while mine and mine[-1].times[0] > time - 1e-6:
             flight = mine.pop()
-        if not flight.times:  # it came and went between two rows: its robot was not far
+        if not flight.times:  # the whole flight was between two rows, near the robot
             flight.times.append(time)
             flight.points.append(_place_of(recording, robot, time))
         is_over = hit or flight.times[-1] < times[-1] - 1e-6
@@ -99,14 +99,14 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
 
 
 def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
-    """Return the place of a robot at a time [s], field frame [m], shape (3,)."""
+    """Return the position of a robot at a time [s], field frame [m], shape (3,)."""
     times, rows = recording.poses(f"{robot_prefix(robot)}/Robot/Pose3d")
     place: FloatArray = rows[max(int(np.searchsorted(times, time + 1e-9)) - 1, 0), :3]
     return place
 
 
 def _flights(recording: Recording) -> dict[int, list[_Flight]]:
-    """Return the flights of each piece by its id, in order: the piece is in the air during a flight, not between."""
+    """Return the flights of each piece in order of time, by id of the piece."""
     found: dict[int, list[_Flight]] = defaultdict(list)
     for key in recording.keys:
         if not key.startswith("Sim/InFlightIds/"):
@@ -149,7 +149,10 @@ def _trace(
 
 
 def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
-    """Return the goal of the robot's alliance nearest to the shot's direction, or nearest to a shot without one."""
+    """Return the goal nearest to the direction of a shot, preferably of the robot's alliance.
+
+    For a shot without a direction, it is the goal nearest to the start of the shot.
+    """
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
     ahead = points[-1, :2] - points[0, :2]
@@ -163,14 +166,14 @@ def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
 
 
 def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
-    """Return whether a place is farther from the own wall than the own goal."""
+    """Return whether a robot's x coordinate [m] is beyond its own goal, as seen from its alliance wall."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     way = {"blue": x - goal.center[0], "red": goal.center[0] - x}.get(alliance, -1.0)
     return goal.alliance == alliance and way > _BEYOND
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
-    """Return the side of the goal's middle where a miss fell through its height, or touched something before."""
+    """Return the side of the goal's center on which a miss fell below the goal's height or first made contact."""
     ahead = goal[:2] - points[0, :2]
     ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
     place = points[-1, :2]
@@ -186,7 +189,7 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:
-    """Return the table of a run's shots: the label of each row, and its value for each robot."""
+    """Return table rows of a run's shots: a label, and a value for each robot."""
     of_each = [[shot for shot in shots if shot.robot == number] for number in range(robots)]
 
     def span(values: list[float], unit: str, digits: int) -> str:
@@ -217,7 +220,7 @@ def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[s
 
 
 def _tried(shots: Sequence[ShotTrace]) -> list[ShotTrace]:
-    """Return the shots that were meant to score."""
+    """Return the shots at a goal, without passes."""
     return [shot for shot in shots if shot.result != "pass"]
 
 

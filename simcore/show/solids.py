@@ -1,6 +1,6 @@
-"""Triangle meshes for the 3D view of a page, from GLB models or built from shapes and robot configs.
+"""Triangle meshes for a page's 3D view, read from GLB models or built from shapes and robot configs.
 
-Meshes of one color that move together are merged into one solid, since drawing time in a browser grows with the
+Meshes of equal color that move together are merged into one solid, because a browser's drawing time grows with the
 number of solids.
 """
 
@@ -43,20 +43,20 @@ __all__ = [
 ]  # fmt: skip
 
 BUMPER = "bumper"
-"""Name of solids that take the color of the robot's alliance."""
+"""Name of solids drawn in the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
-_RAIL = 0.12  # [m]; from an elevator's middle to its rails
-_SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; of drawn shots and of what cameras see
+_RAIL = 0.12  # [m]; distance of an elevator's rails from its center
+_SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; lengths of drawn shots and camera cones
 _PLAIN = "#ffce14"
 _BLUE, _WHITE, _BLACK, _STEEL, _DARK = "#1e54b7", "#ebecee", "#1c1e22", "#9ea5ae", "#3a3f47"
 _GLASS = "#cddeee"
 _FIELD_COLORS = {"blue": "#3f66ad", "red": "#b3403b", "": _STEEL}
-_BOARD = 0.94  # [m]; height of the boards of driver stations under their glass
+_BOARD = 0.94  # [m]; height of the driver stations' boards below the glass
 _HALF_TIRE = 0.019  # [m]; half the width of a drawn wheel
-_MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
+_MOST_VERTICES = 65_000  # per solid, because vertex indices are 16-bit numbers
 
 PartPose = Callable[[Snapshot], "FloatArray | None"]
-"""Function of a snapshot that returns a part's pose, robot frame, `x, y, z, qw, qx, qy, qz`; None: part not shown."""
+"""Function of a snapshot that returns a part's robot-frame pose `x, y, z, qw, qx, qy, qz`, or None to hide the part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,11 +64,11 @@ class Solid:
     """Triangle mesh of one color."""
 
     name: str
-    """`BUMPER`, one of the requested name prefixes, or empty."""
+    """Name of the solid: `BUMPER`, one of the requested name prefixes, or empty."""
     color: str
     opacity: float
     vertices: FloatArray
-    """Vertices in the frame of the owner [m], shape (n, 3)."""
+    """Vertices in the frame of the solid's owner [m], shape (n, 3)."""
     faces: IntArray
     """Indices into `vertices`, three per triangle, shape (m, 3)."""
 
@@ -83,21 +83,21 @@ class RobotSolids:
 
 @functools.lru_cache(maxsize=128)
 def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
-    """Read the solids of a GLB file, cached per file; a texture becomes its mean color.
+    """Read the solids of a GLB file, with the mean color of each texture; results are cached.
 
     Args:
-        model: The file, with the transform into the frame of the model's owner.
-        names: Prefixes: a mesh whose name begins with one is named after it. Bumpers are named `BUMPER`; all other
+        model: File and transform to the frame of the model's owner.
+        names: Name prefixes; a solid gets the prefix of its mesh as its name. Bumpers are named `BUMPER`, and all other
             solids have no name.
 
     Raises:
-        ModelError: The file cannot be read.
+        ModelError: If the file cannot be read.
     """
     return tuple(_joined([_solid(name, mesh, whole, names) for name, mesh, whole in _placed_meshes(model)]))
 
 
 def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterable[str] = ()) -> Solid:
-    """Convert a trimesh mesh to a solid of one color; see `model_solids`."""
+    """Convert a trimesh mesh to a solid of one color, named as in `model_solids`."""
     known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
     material = getattr(mesh.visual, "material", None)
     color, opacity = _PLAIN, 1.0
@@ -111,12 +111,12 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """Return the solids of a robot, from its own models or else built from its config.
+    """Return the solids of a robot, from its models or else built from its config.
 
     Args:
-        look: The robot.
-        models: Models for the robot. They are used only if they have as many parts as `parts`; if their length differs
-            from the robot's, only the parts are used.
+        look: Look of the robot.
+        models: Models for the robot, used only if they have `parts` parts; if the length of the body differs from the
+            robot's, only the parts are used.
         parts: Number of component poses in the robot's telemetry.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
@@ -126,7 +126,7 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
         if models is not None and len(models.parts) == parts:
             body = model_solids(models.body)
             moving = [(model_solids(part), _component(key, k)) for k, part in enumerate(models.parts)]
-    except ModelError:  # boxes will do
+    except ModelError:  # draw boxes instead
         body, moving = [], []
     reach = max((float(one.vertices[:, 0].max()) for one in body), default=0.0)
     if abs(2.0 * reach - look.bumpers[0]) > 0.02:
@@ -138,9 +138,9 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
 
 
 def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
-    """Return named solids of a robot built from its config, robot frame: intakes deployed, all else at its start.
+    """Return named solids of a robot built from its config, robot frame: intakes deployed, other parts at their start.
 
-    They include what the config describes besides the robot itself: intake and claw zones, shots, storages, cameras.
+    The solids include zones of intakes and claws, directions of shots, storages and cones of cameras.
     """
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     stands = {name: Posed(one.position, one.stops) for name, one in mechanisms.items()}
@@ -183,7 +183,7 @@ def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
 
 
 def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1.0) -> list[Solid]:
-    """Return the solids of a collision shape in its own frame; a ring or cone keeps its true shape."""
+    """Return the solids of a collision shape in its own frame; compound shapes such as rings keep their true shape."""
     if isinstance(shape, Mesh):
         return [Solid(name, color, opacity, shape.vertices, shape.faces)]
     found = []
@@ -195,13 +195,13 @@ def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1
 
 
 def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
-    """Return the elements of a field without a model, each in its own shape and its alliance's color.
+    """Return solids for the elements of a field without a model, in the colors of their alliances.
 
     Perimeter walls are drawn as glass above a low board, so that the inside of the field stays visible.
 
     Args:
         scene: Scene with the field's elements.
-        names: Prefixes: an element whose name begins with one is named after it.
+        names: Name prefixes; a solid gets the prefix of its element as its name.
     """
     found: list[Solid] = []
     for element in scene.field_elements:
@@ -238,7 +238,7 @@ def _ball_points(radius: float) -> FloatArray:
 
 
 def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
-    """Yield each mesh of a file: its name, the mesh, and its transform to the owner's frame [m], shape (4, 4)."""
+    """Yield the name, the mesh and the transform to the owner's frame [m], shape (4, 4), of each mesh in a file."""
     scene = _load(model.path)
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -247,10 +247,10 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
 
 
 def extents(path: Path) -> list[float]:
-    """Return length, width and height of the contents of a GLB file, as exported; zeros if it is empty.
+    """Return the length, width and height of a GLB file's content in the file's frame; zeros for an empty file.
 
     Raises:
-        ModelError: The file cannot be read.
+        ModelError: If the file cannot be read.
     """
     size = _load(path).extents
     return [0.0] * 3 if size is None else np.asarray(size).tolist()
@@ -261,12 +261,12 @@ def _load(path: Path) -> Any:
 
     try:
         return trimesh.load_scene(path)
-    except Exception as error:  # trimesh passes on whatever its parser stumbles over
+    except Exception as error:  # trimesh lets any error of its parser through
         raise ModelError(f"{path.parent.name}/{path.name} is no readable GLB: {error}") from error
 
 
 def _joined(solids: Sequence[Solid]) -> list[Solid]:
-    """Merge solids of the same name, color and opacity, up to `_MOST_VERTICES` each."""
+    """Merge solids of equal name, color and opacity into solids of at most `_MOST_VERTICES` vertices."""
     groups: dict[tuple[str, str, float], list[Solid]] = {}
     found = []
     for solid in solids:
@@ -280,7 +280,7 @@ def _joined(solids: Sequence[Solid]) -> list[Solid]:
 
 
 def _split(solid: Solid) -> Iterator[Solid]:
-    """Split a solid with more than `_MOST_VERTICES` into several; yield others unchanged."""
+    """Split a solid with more than `_MOST_VERTICES` vertices; yield other solids unchanged."""
     step = _MOST_VERTICES // 3
     if len(solid.vertices) <= _MOST_VERTICES:
         yield solid
@@ -297,8 +297,8 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
-    """Return the convex hull of points; triangles share no vertices, so that edges look sharp."""
-    import trimesh  # takes half a second
+    """Return the convex hull of points, with separate vertices for each triangle so that edges look sharp."""
+    import trimesh  # importing it takes half a second
 
     mesh = trimesh.convex.convex_hull(corners)
     vertices = np.asarray(mesh.vertices)[np.asarray(mesh.faces)].reshape(-1, 3)
@@ -319,13 +319,13 @@ def _component(key: str, number: int) -> PartPose:
 def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
     """Return boxes for bumpers, belly pan and modules by name: lower and upper corner [m], and color.
 
-    The color of bumpers is empty: they take the color of the alliance.
+    The color of bumpers is empty, because they are drawn in the color of the alliance.
     """
     length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
     low, high = body.clearance + 0.02, body.bumper_top
     frame_x, frame_y = length - thick, width - thick
     middle = 0.5 * (low + high)
-    end, half = (body.bay[0] - length, 0.5 * body.bay[1]) if body.bay else (-frame_x, 0.0)  # of what is cut out
+    end, half = (body.bay[0] - length, 0.5 * body.bay[1]) if body.bay else (-frame_x, 0.0)  # of the intake bay
     boxes: dict[str, tuple[Vector, Vector, str]] = {
         "bumper_front": ((frame_x, -width, low), (length, width, high), ""),
         "bumper_left": ((-frame_x, frame_y, low), (frame_x, width, high), ""),
@@ -345,7 +345,7 @@ def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
 
 
 def _sketched_body(look: RobotLook) -> list[Solid]:
-    """Return bumpers, frame, drivetrain, electronics and superstructure; without a config, those of a typical robot."""
+    """Return solids of bumpers, drivetrain, electronics and superstructure; of a typical robot without a config."""
     body = ChassisConfig() if look.config is None else look.config.body
     solids = []
     for name, (low, high, color) in chassis_boxes(body).items():
@@ -355,7 +355,7 @@ def _sketched_body(look: RobotLook) -> list[Solid]:
         solids.append(_wheel((x, y, body.wheel_radius), body.wheel_radius, 2.0 * _HALF_TIRE, "y", _BLACK))
         solids.append(_wheel((x, y, body.wheel_radius), 0.5 * body.wheel_radius, 2.2 * _HALF_TIRE, "y", _STEEL))
         inside = np.array((x, y)) - 0.075 * np.sign((x, y))
-        if is_swerve:  # drive and steer motor over each module
+        if is_swerve:  # drive and steer motors above each module
             for at in ((x, inside[1]), (inside[0], y)):
                 solids.append(_wheel((*at, 0.2), 0.03, 0.11, "z", _BLACK))
         else:
@@ -371,7 +371,7 @@ def _sketched_body(look: RobotLook) -> list[Solid]:
 
 
 def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Solid]:
-    """Return tubes around the storages (else around the frame, up to the robot's height) and mounts of the shooters."""
+    """Return tubes around the storages (or around the frame up to the robot's height) and mounts of the shooters."""
     edge_x, edge_y = (0.5 * size - body.bumper_thickness - 0.03 for size in (body.bumper_length, body.bumper_width))
     rooms = [] if config is None or not (config.intakes or config.shooters) else [config.storage, *config.more_storages]
     spans = [(np.array(room.low), np.array(room.high)) for room in rooms]
@@ -399,7 +399,7 @@ def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Sol
 def _intake_place(
     intake: IntakeConfig, posed: Callable[[Snapshot], Mapping[str, Posed]]
 ) -> tuple[IntakeZone, PartPose]:
-    """Return the zone of an intake and the pose of its carrier, which is None while the intake is retracted."""
+    """Return the zone of an intake and the pose of the zone's carrier, which is None while the intake is retracted."""
     joints, deploy = intake.joints, intake.deploy
     moves = joints or (() if intake.stretch is None else (intake.stretch,))
     zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
@@ -410,7 +410,7 @@ def _intake_place(
 def _carried(
     config: RobotConfig, posed: Callable[[Snapshot], Mapping[str, Posed]], *, has_models: bool
 ) -> Iterator[tuple[list[Solid], PartPose]]:
-    """Yield the moving parts that have no model, with their poses: links, rails, claws, hooks, rollers, shooters."""
+    """Yield the moving parts without a model, with their poses: links, rails, claws, hooks, rollers and shooters."""
     modelled = {component.joints for component in config.components} if has_models else set()
     ends: list[tuple[tuple[Joint, ...], Vector, list[Solid]]] = []
     ends += [(one.joints, one.offset, _hook(one)) for one in config.climbers if one.joints not in modelled]
@@ -429,7 +429,7 @@ def _carried(
     for joints, end, solids in ends:
         for number, joint in enumerate(joints):
             stops = [joint.ratio * stop for stop in start[joint.mechanism].stops]
-            if joint.slides and all(map(math.isfinite, stops)):  # two rails, in what carries it
+            if joint.slides and all(map(math.isfinite, stops)):  # two rails, fixed to the carrier of the joint
                 low, high = (np.array(joint.origin) + stop * np.array(joint.axis) for stop in stops)
                 beside = _RAIL * np.array((1.0, 0, 0) if abs(joint.axis[1]) > 0.9 else (0, 1.0, 0))
                 rails = [_bar(low + side, high + side, _ROD, _STEEL) for side in (beside, -beside)]
@@ -447,7 +447,7 @@ def _carried(
 
 
 def _rollers(zone: IntakeZone) -> list[Solid]:
-    """Build an intake around its zone: two rollers along the longer side, the outer one lower, between two plates."""
+    """Build an intake around its zone: two plates, and two rollers along the longer side, the outer roller lower."""
     corners = zone_corners(zone)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = high - low
@@ -474,7 +474,7 @@ def _rollers(zone: IntakeZone) -> list[Solid]:
 
 
 def _launcher(shooter: ShooterConfig) -> list[Solid]:
-    """Build the wheels and hood of a shooter in the frame of its first muzzle, x along the shot."""
+    """Build the wheels and hood of a shooter in the frame of the first muzzle, with x along the shot."""
     first, radius, gap = shooter.launch.barrels[0], shooter.wheel_radius, 0.07
     sides = [barrel - first for barrel in shooter.launch.barrels]
     middle, wide = 0.5 * (min(sides) + max(sides)), max(sides) - min(sides) + 0.14
@@ -487,7 +487,7 @@ def _launcher(shooter: ShooterConfig) -> list[Solid]:
     solids = [_wheel((-0.03, middle, -(radius + gap)), radius, wide, "y", "#2b7a8c")]
     if len(shooter.wheels) == 2:
         solids.append(_wheel((-0.03, middle, second + gap), second, wide, "y", "#2b7a8c"))
-    else:  # a hood around the back of the wheel
+    else:  # hood around the back of the wheel
         turns = np.radians(np.linspace(85.0, 200.0, 7))
         arc = np.column_stack((np.cos(turns), np.zeros(7), np.sin(turns)))
         inner, outer = ((radius + 2.0 * gap + thick) * arc + (-0.03, middle, -(radius + gap)) for thick in (0.0, 0.008))
@@ -504,7 +504,7 @@ def _launcher(shooter: ShooterConfig) -> list[Solid]:
 
 
 def _gripper(zone: IntakeZone) -> list[Solid]:
-    """Build a claw around its zone: two fingers, and a roller between them at the back."""
+    """Build a claw around its zone: two fingers and a roller between them at the back."""
     corners = zone_corners(zone)
     low, high = corners.min(axis=0), corners.max(axis=0)
     middle, size = 0.5 * (low + high), high - low
@@ -516,7 +516,7 @@ def _gripper(zone: IntakeZone) -> list[Solid]:
 
 
 def _hook(climber: ClimberConfig) -> list[Solid]:
-    """Build a hook, open at the bottom, around the point where it catches a rung."""
+    """Build a climber's hook, open at the bottom, around the point where it catches a rung."""
     x, y, z = climber.offset
     reach = climber.reach
     top, color = z + reach, "#c9ccd1"
@@ -546,7 +546,10 @@ def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str
 def _linked(
     posed: Callable[[Snapshot], Mapping[str, Posed]], joints: Sequence[Joint], deploy: tuple[str, Any] | None = None
 ) -> PartPose:
-    """Return the pose at the end of a chain of joints; with `deploy` (mechanism, stop), None unless it is deployed."""
+    """Return a function for the pose at the end of a chain of joints.
+
+    With `deploy` (mechanism and deployed stop), the function returns None unless the mechanism is deployed.
+    """
 
     def pose(snapshot: Snapshot) -> FloatArray | None:
         now = posed(snapshot)
@@ -559,7 +562,7 @@ def _linked(
 
 
 def _muzzle(posed: Callable[[Snapshot], Mapping[str, Posed]], shooter: ShooterConfig) -> PartPose:
-    """Return the pose of a shooter's first barrel, with x along the shot."""
+    """Return a function for the pose of a shooter's first barrel, with x along the shot."""
 
     def pose(snapshot: Snapshot) -> FloatArray:
         now = posed(snapshot)

@@ -1,4 +1,4 @@
-"""Two runs on one clock: the robot of the second one drives on the field of the first, with its shots and its score."""
+"""Page of two runs on one clock: the field of the first run, with the robots, shots and scores of both runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OF_BOTH = (_FLYING, "Sim/Held")
 _SUMS = ("Sim/Shots", "Sim/Hits", "Sim/TakenIn")
 _SCORES = ("Sim/Score/Old", "Sim/Score/New")
 _INKS = ("path", "miss")
-_APART = 100_000  # between the numbers of the pieces of the two runs, and of their shots
+_APART = 100_000  # offset of the second run's piece ids and shot numbers
 _EVENTS_APART = {
     "Sim/NewestShots": (_APART, _APART, 0, 0), "Sim/NewestHits": (_APART, _APART), "Sim/NewestTakenIn": (_APART, 0, 0)
 }  # fmt: skip
@@ -36,19 +36,19 @@ _Value = TypeVar("_Value")
 def write_page_of_two(
     path: str | Path, old: str | Path, new: str | Path, *, names: tuple[str, str], title: str = "", subtitle: str = ""
 ) -> None:
-    """Write the page of two logs: the first robot of each, with a name and a color of its own.
+    """Write a page that shows the first robots of two logs together, each with its own name and color.
 
     Args:
-        path: Path of the file, by custom `.html`.
-        old: A log, whose pieces lie on the field.
-        new: Another one.
+        path: Path of the page, usually with the suffix `.html`.
+        old: Path of the first log, whose pieces are shown on the field.
+        new: Path of the second log.
         names: Names of the two runs.
-        title: Title in large letters.
-        subtitle: Text next to the title.
+        title: Heading of the page.
+        subtitle: Text next to the heading.
 
     Raises:
-        LogError: One cannot be read, or there is no run in it.
-        OutputError: The page cannot be written.
+        LogError: If a log cannot be read or contains no run of a simulation.
+        OutputError: If the page cannot be written.
     """
     both = merged(recording_of(read_log(old)), recording_of(read_log(new)))
     scene = scene_of_log(both)
@@ -60,10 +60,10 @@ def write_page_of_two(
 
 
 def merged(old: Recording, new: Recording) -> Recording:
-    """Merge two runs into one recording, tick by tick, as long as the longer one.
+    """Merge two runs tick by tick into one recording as long as the longer run.
 
-    Pieces that lie are those of the old run. The recording has the first robot of both, the pieces that it holds, and
-    all shots; points are those of that robot's alliance, as `Sim/Score/Old` and `Sim/Score/New`.
+    The recording has the first robot of both runs, the pieces that these robots hold, and all shots. Pieces on the
+    field are those of the old run. `Sim/Score/Old` and `Sim/Score/New` are the points of the robots' alliances.
     """
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
     last: list[Snapshot | None] = [None, None]
@@ -75,7 +75,7 @@ def merged(old: Recording, new: Recording) -> Recording:
 
 
 def _landed(end: Snapshot | None) -> Snapshot | None:
-    """Return the end of a run without the pieces in flight, which are no longer shown."""
+    """Return the last snapshot of a run without pieces in flight, to show after the end of the run."""
     if end is None:
         return None
     poses = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.pose_arrays.items()}
@@ -116,6 +116,6 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
 
 
 def _kept(old: Mapping[str, _Value], new: Mapping[str, _Value]) -> dict[str, _Value]:
-    """Keep the first robot, pieces and match of the old run, and the first robot of the new one as number 1."""
+    """Return the old run's values for robot 0, pieces and match, and the new run's robot 0 as robot 1."""
     kept = {key: value for key, value in old.items() if not key.startswith(_OF_ONE)}
     return kept | {f"Sim/Robots/1/{key.removeprefix('Sim/')}": v for key, v in new.items() if key.startswith(_OWN)}

@@ -1,4 +1,4 @@
-"""`simcore view FILE.wpilog`: the page of a log, opened in the browser."""
+"""`simcore view FILE.wpilog`: write the page of a log and open it in the browser."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["add_arguments", "run"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the command's options."""
     parser.add_argument(
         "log", type=Path, metavar="FILE.wpilog", help="a log of simcore, DataLogManager or AdvantageKit"
     )
@@ -23,10 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the page and open it; returns 0.
+    """Write the page, open it and return 0.
 
     Raises:
-        SimcoreError: The log or the models cannot be used, or the page cannot be written.
+        SimcoreError: If the log or the models cannot be used, or the page cannot be written.
     """
     page = write_log_page(options.log, page=options.page, game=options.game, models=options.models)
     print(f"{'page':9}  {page}")

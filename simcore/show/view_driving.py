@@ -1,4 +1,4 @@
-"""A person drives a robot from the page: what keys, gamepads and sticks on a screen say, as a robot understands it."""
+"""Driving from the page: conversion of keys, gamepads and on-screen sticks to a driver's input."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from simcore.quantities import shown
 
 __all__ = ["KEYS", "ViewDriving", "read_input"]
 
-_PATIENCE = 0.25  # [s] without a message after which nobody drives
-_DEAD_BAND = 0.1  # of a stick that was let go
-_KEY_TURN, _SLOWLY = 0.5, 0.35  # shares of full speed: of the keys that turn, and of all keys with Shift
+_PATIENCE = 0.25  # [s]; after this time without a message, the robot has no driver
+_DEAD_BAND = 0.1  # of full deflection, for a stick at rest
+_KEY_TURN, _SLOWLY = 0.5, 0.35  # fractions of full speed for the turn keys, and for all keys with Shift
 _AHEAD, _LEFT, _TURN = "ahead", "left", "turn"
 _STICKS = {
     **dict.fromkeys(("KeyW", "ArrowUp"), (_AHEAD, 1.0)),
@@ -27,21 +27,21 @@ _STICKS = {
 _INTAKE, _SHIFT = "KeyF", ("ShiftLeft", "ShiftRight")
 _ACTIONS = {"Space": 0, "Digit1": 0, "Digit2": 1, "Digit3": 2, "Digit4": 3}
 KEYS = frozenset((*_STICKS, _INTAKE, *_SHIFT, *_ACTIONS))
-"""Keys that count, by `KeyboardEvent.code`: by place, so W A S D is Z Q S D on a French keyboard."""
-# Buttons of a gamepad of the standard mapping (W3C): A, B, X and Y; bumper and trigger of each hand.
+"""Keys for driving, by `KeyboardEvent.code`, i.e. by position: W A S D is Z Q S D on a French keyboard."""
+# Buttons of a gamepad with the W3C standard mapping: A, B, X and Y; bumper and trigger of each hand.
 _FACES, _LEFT_HAND, _RIGHT_HAND = (0, 1, 2, 3), (4, 6), (5, 7)
-_PRESSED = 0.5  # of a trigger
+_PRESSED = 0.5  # of full travel; a trigger beyond this is pressed
 
 
 def read_input(message: object) -> tuple[int, DriverInput]:
-    """Return the robot that a page's message is for, and the input that it asks for.
+    """Convert a page's message to the number of the driven robot and the driver's input.
 
     Args:
-        message: With `keys`, the codes of those that are down; with a gamepad or sticks on a screen also `axes` and
-            `buttons`, -1 to 1; with several robots which `robot`.
+        message: Object with `keys`, the codes of the pressed keys; with a gamepad or on-screen sticks also `axes` and
+            `buttons`, -1 to 1; with several robots also `robot`, the robot's number.
 
     Raises:
-        ConfigError: The message is invalid.
+        ConfigError: If the message is invalid.
 
     >>> read_input({"keys": ["KeyW", "ShiftLeft"]})[1].ahead
     0.35
@@ -88,21 +88,22 @@ def _numbers(name: str, values: object) -> list[float]:
 
 
 def _beyond_dead_band(*stick: float) -> tuple[float, ...]:
-    """Apply the dead band to a stick and rescale, so that it is 0 at the band's edge and 1 at full deflection."""
+    """Apply the deadband to a stick, rescaled to 0 at the edge of the deadband and 1 at full deflection."""
     size = math.hypot(*stick)
     share = max(0.0, min(1.0, size) - _DEAD_BAND) / (1.0 - _DEAD_BAND) / max(size, 1e-9)
     return tuple(share * value for value in stick)
 
 
 class ViewDriving:
-    """The persons at the pages who drive, each a robot of their own.
+    """Input of the drivers at the pages, each of whom drives one robot.
 
     Args:
         actions: Names of the robots' actions, in the order of their buttons.
-        robots: Number of robots to drive.
+        robots: Number of robots that can be driven.
         at_once: Whether a page drives as soon as it is open.
-        is_free: Whether there is no match: the page shows no clock, and looks from behind the robot.
-        clock: Function that returns the time [s].
+        is_free: Whether the person drives without a match; the page then shows no clock and a view from behind the
+            robot.
+        clock: Function that returns a monotonic time [s].
     """
 
     def __init__(
@@ -115,25 +116,25 @@ class ViewDriving:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._clock, self._robots = clock, robots
-        self._drivers: dict[int, tuple[int, float, DriverInput]] = {}  # by robot: page, time and what it wants
+        self._drivers: dict[int, tuple[int, float, DriverInput]] = {}  # by robot: page, time and input
         words = ["W A S D or arrows drive", "Q E turn", "Shift slowly", "F intake"]
         words += [f"{number}{' or Space' if number == 1 else ''} {name}" for number, name in enumerate(actions, 1)]
         self.data = {
             "robots": list(range(robots)), "at_once": at_once, "keys": sorted(KEYS), "actions": list(actions),
             "free": is_free, "help": ", ".join(words),
         }  # fmt: skip
-        """Settings that a page needs."""
+        """Driving settings for the pages."""
 
     def input(self, robot: int = 0) -> DriverInput | None:
-        """Return the driver's input for a robot now; None while nobody drives it or the last message is too old."""
+        """Return the current input for a robot, or None without a driver or a recent message."""
         _, at, wants = self._drivers.get(robot, (0, -math.inf, None))
         return None if self._clock() > at + _PATIENCE else wants
 
     def take(self, page: int, message: object) -> None:
-        """Take a page's input; None: the page stops driving. Ignore input for a robot that another page drives.
+        """Receive a page's input, unless another page drives the robot; None ends driving by the page.
 
         Raises:
-            ConfigError: The message is invalid.
+            ConfigError: If the message is invalid.
         """
         if message is None:
             self._drivers = {robot: entry for robot, entry in self._drivers.items() if entry[0] != page}

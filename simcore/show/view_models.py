@@ -1,7 +1,7 @@
-"""AdvantageScope's folders of models, read: what the player draws, and what `scripts/check_models.py` checks.
+"""Reader for AdvantageScope's model folders, used by the player and by `scripts/check_models.py`.
 
-A game or a team hands over one folder with `Field3d_*` and `Robot_*` folders in it, as AdvantageScope's "custom assets
-folder" has them. So one set of files serves both, and a new year's game costs the view nothing.
+A game or a team provides one folder with `Field3d_*` and `Robot_*` folders, like AdvantageScope's custom assets folder,
+so that both programs can use the same files.
 """
 
 from __future__ import annotations
@@ -32,41 +32,41 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """A GLB file and where it goes."""
+    """GLB file with its placement."""
 
     path: Path
     transform: FloatArray
-    """Transform from the file's frame to that of its owner [m], shape (4, 4)."""
+    """Homogeneous transform from the file's frame to the owner's frame [m], shape (4, 4)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldModels:
-    """A `Field3d_*` folder."""
+    """Models of a `Field3d_*` folder."""
 
     name: str
     size: tuple[float, float]
     """Length and width of the field [m]."""
     body: Model
-    """Model in the field frame: blue origin."""
+    """Model of the field, in the blue-origin field frame."""
     pieces: Mapping[str, Model]
-    """Models by name, as in `Sim/GamePieces/<name>`."""
+    """Models of game pieces by name of the kind, as in `Sim/GamePieces/<name>`."""
     stations: tuple[tuple[float, float], ...] = ()
-    """Driver stations, blue 1 to 3 and red 1 to 3, field frame [m]; empty if the model has none."""
+    """Positions of the driver stations, blue 1 to 3, then red 1 to 3, field frame [m]; empty if not in the config."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotModels:
-    """A `Robot_*` folder."""
+    """Models of a `Robot_*` folder."""
 
     name: str
     body: Model
     parts: tuple[Model, ...]
-    """Models in the order of `ComponentPoses`."""
+    """Models of the moving parts, in the order of `ComponentPoses`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewModels:
-    """Models to draw; None and empty where a folder has nothing."""
+    """Models of a folder; `field` is None and `robots` empty if the folder has none."""
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
@@ -76,7 +76,7 @@ def load_models(folder: str | Path) -> ViewModels:
     """Read the config files of all models in a folder.
 
     Raises:
-        ModelError: The folder is missing, holds no `Field3d_*` or `Robot_*`, or one of them is broken.
+        ModelError: If the folder is missing, contains neither `Field3d_*` nor `Robot_*`, or a model is invalid.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -92,7 +92,7 @@ def read_config(folder: Path) -> dict[str, Any]:
     """Read the `config.json` of one model folder.
 
     Raises:
-        ModelError: The file is missing, not JSON, or not an object.
+        ModelError: If the file is missing, not JSON, or not an object.
     """
     path = folder / "config.json"
     try:
@@ -107,10 +107,10 @@ def read_config(folder: Path) -> dict[str, Any]:
 
 
 def _transform(folder: str, rotations: Any, position: Any) -> FloatArray:
-    """Return the matrix of the rotations, one after the other, then the translation, shape (4, 4).
+    """Return the homogeneous transform of successive rotations followed by a translation, shape (4, 4).
 
     Raises:
-        ModelError: They are not lists of `{"axis": "x", "degrees": 90}` and of three numbers.
+        ModelError: If `rotations` is not a list of `{"axis": "x", "degrees": 90}` or `position` not three numbers.
     """
     matrix = np.eye(4)
     try:
@@ -147,7 +147,7 @@ def read_field(folder: Path) -> FieldModels:
     """Read the models of one `Field3d_*` folder.
 
     Raises:
-        ModelError: The folder is broken; the message names the first error.
+        ModelError: If the folder is invalid; the message describes the first error.
     """
     config = read_config(folder)
     try:
@@ -156,7 +156,7 @@ def read_field(folder: Path) -> FieldModels:
         raise ModelError(f"{folder.name}: widthInches and heightInches must be numbers") from error
     if not all(0.0 < s < 1e4 for s in size):
         raise ModelError(f"{folder.name}: widthInches and heightInches must be > 0, got {size} m")
-    # the model's origin is the middle of the field, its red wall at -x
+    # the model's origin is the center of the field, with the red wall at -x
     to_field = np.diag((-1.0, -1.0, 1.0, 1.0))
     to_field[:2, 3] = size[0] / 2.0, size[1] / 2.0
     own = _transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
@@ -170,7 +170,7 @@ def read_field(folder: Path) -> FieldModels:
 
 
 def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """Return the driver stations; the file gives them from the field's center, blue's at +x."""
+    """Return the driver stations in the field frame; the file has them relative to the field center, blue at +x."""
     listed = config.get("driverStations", [])
     try:
         places = tuple((0.5 * size[0] - float(x), 0.5 * size[1] - float(y)) for x, y in listed)
@@ -185,7 +185,7 @@ def read_robot(folder: Path) -> RobotModels:
     """Read the models of one `Robot_*` folder.
 
     Raises:
-        ModelError: The folder is broken; the message names the first error.
+        ModelError: If the folder is invalid; the message describes the first error.
     """
     config = read_config(folder)
     own = _transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))

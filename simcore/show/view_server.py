@@ -1,8 +1,8 @@
-"""The web server of the live view: one page and one socket, for this computer's own pages alone.
+"""Web server of the live view: one page and one WebSocket, for its own pages only.
 
-A website in the same browser can send requests to a server on this computer. The browser says which site asks in
-`Origin`, and which name it took the address for in `Host`; under DNS rebinding that is the site's own name. So whoever
-comes with another host or origin than the view's own is refused, before anything else is looked at.
+Any website in the same browser can send requests to a server on this computer. The browser names the requesting site in
+`Origin` and the requested host in `Host`, which under DNS rebinding is the site's own name. The server therefore
+refuses every request with a host or origin other than its own, before it looks at anything else.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from simcore.install_text import install_command
 __all__ = ["LONGEST", "MOST_VIEWERS", "Guard", "ViewServer", "open_browser"]
 
 MOST_VIEWERS = 16
-"""Open pages at once; each costs the run some time."""
+"""Largest number of open pages; each page slows the run down a little."""
 LONGEST = 1000
-"""Characters of a message of a page at most."""
-_BACKLOG = 200_000  # [bytes] that wait for a slow page, which then gets no frames
+"""Largest number of characters in a page's message."""
+_BACKLOG = 200_000  # [bytes]; a slow page with more unsent data gets no further frames
 _LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 _SOCKET = "/live"
 _HEADERS = {
     "Content-Type": "text/html; charset=utf-8",
     "Cache-Control": "no-store",
-    "X-Frame-Options": "DENY",  # no other site shows the buttons inside of its own page
+    "X-Frame-Options": "DENY",  # no other site can embed the page with its buttons
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
 }
@@ -48,7 +48,7 @@ class Headers(Protocol):
     """Headers of a request."""
 
     def get_all(self, key: str) -> Sequence[str]:
-        """Return all values of a header, of any case."""
+        """Return all values of a header, whose name is case-insensitive."""
         ...
 
 
@@ -56,8 +56,8 @@ class Guard:
     """Filter that refuses the requests of other sites.
 
     Args:
-        host: Address of the view. If it is not the loopback's, every name of this computer and every
-            numeric address will do: a site's own name is neither.
+        host: Address of the view. If it is not a loopback address, the guard accepts all names of this computer and
+            all numeric addresses, because a site's own name is neither.
     """
 
     def __init__(self, host: str) -> None:
@@ -68,11 +68,11 @@ class Guard:
             self._names |= {host.lower(), own, f"{own}.local"}
 
     def refusal(self, headers: Headers, port: int) -> str:
-        """Return why a request is not answered; empty if it is.
+        """Return the reason for refusing a request; empty if the request is allowed.
 
         Args:
             headers: Headers of the request.
-            port: Port at which it came in.
+            port: Port on which the request arrived.
         """
         hosts = headers.get_all("Host")
         if len(hosts) != 1 or not self._is_own(hosts[0].lower(), port):
@@ -80,7 +80,7 @@ class Guard:
         origins = headers.get_all("Origin")
         if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
             return f"the view does not answer other sites: Origin {', '.join(origins)}"
-        # a request without Origin: an image, a script or a frame of another site; but a link may be followed
+        # requests without Origin may be images, scripts or frames of another site; only following a link is allowed
         site, mode, target = (", ".join(headers.get_all(f"Sec-Fetch-{name}")) for name in ("Site", "Mode", "Dest"))
         if site in ("cross-site", "same-site") and (mode, target) != ("navigate", "document"):
             return f"the view does not answer other sites: Sec-Fetch-Site {site}"
@@ -102,18 +102,19 @@ class Guard:
 
 
 class ViewServer:
-    """Serves a page and its socket from a thread of its own.
+    """Server for a page and its WebSocket, in its own thread.
 
     Args:
-        host: Address to listen at; `0.0.0.0` lets other computers look.
-        port: 0 takes a free one.
-        page: The page, HTML.
-        greet: Message for a page that has just connected.
-        take: Told what a page sends, its number and a JSON object, from the server's thread; None: the page has gone.
+        host: Address to listen on; `0.0.0.0` also allows other computers to connect.
+        port: TCP port; 0 for any free port.
+        page: HTML of the page.
+        greet: Function that returns the messages for a page that has just connected.
+        take: Function called in the server's thread for each message, with the page's number and a JSON object, or None
+            when the page has disconnected.
 
     Raises:
-        OutputError: The extra `view` is not installed, or the port is taken.
-        ConfigError: No such port.
+        OutputError: If the extra `view` is not installed or the port is in use.
+        ConfigError: If the port number is invalid.
     """
 
     def __init__(
@@ -140,7 +141,7 @@ class ViewServer:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind((host, port))
-            listening.listen(100)  # from here on nobody is refused, and who comes early waits
+            listening.listen(100)  # from here on, early connections wait instead of being refused
         except OSError as error:
             listening.close()
             raise OutputError(
@@ -155,16 +156,16 @@ class ViewServer:
 
     @property
     def has_viewers(self) -> bool:
-        """Whether somebody looks."""
+        """Whether any page is connected."""
         return bool(self._clients)
 
     def send(self, message: str | bytes, *, is_frame: bool = False) -> None:
-        """Send to all pages; returns at once. A page that is slow to read misses frames."""
+        """Send a message to all pages without waiting; slow pages miss frames."""
         if self._clients:
             self._loop.call_soon_threadsafe(self._send, message, is_frame)
 
     def close(self) -> None:
-        """Stop serving; may be called twice."""
+        """Stop the server; safe to call twice."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join(2.0)
@@ -176,7 +177,7 @@ class ViewServer:
         self._loop.run_until_complete(self._main(listening))
 
     async def _main(self, listening: socket.socket) -> None:
-        silent = logging.getLogger(f"{__name__}.connections")  # whoever knocks and says nothing sensible: no line of it
+        silent = logging.getLogger(f"{__name__}.connections")  # no log lines about invalid requests
         silent.setLevel(logging.CRITICAL + 1)
         server = await self._serve(
             self._talk, sock=listening, process_request=self._answer, max_size=4 * LONGEST, compression=None,
@@ -185,7 +186,7 @@ class ViewServer:
         await self._stop.wait()
         server.close()
         for connection in list(self._clients):
-            connection.transport.abort()  # a page that does not read is not waited for
+            connection.transport.abort()  # do not wait for a page that does not read
         await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=0.5)
         left = asyncio.all_tasks() - {asyncio.current_task()}
         for task in left:
@@ -217,12 +218,12 @@ class ViewServer:
     async def _talk(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed
 
-        if len(self._clients) >= MOST_VIEWERS:  # they came at the same time
+        if len(self._clients) >= MOST_VIEWERS:  # several pages connected at the same time
             await connection.close(1013, f"{MOST_VIEWERS} pages look already")
             return
         number = next(self._numbers)
         try:
-            self._clients[connection] = number  # first: what is sent meanwhile may come twice, but is not missed
+            self._clients[connection] = number  # before greeting: a page may get a message twice, but misses none
             for message in self._greet():
                 await connection.send(message)
             async for text in connection:
@@ -231,7 +232,7 @@ class ViewServer:
                     if not isinstance(message, dict):
                         raise ConfigError("a message must be an object")
                     self._take(number, message)
-                except (ValueError, RecursionError) as error:  # ConfigError, too
+                except (ValueError, RecursionError) as error:  # ConfigError is a ValueError
                     await connection.close(1007, str(error).encode("ascii", "replace")[:120].decode())
         except ConnectionClosed:
             pass
@@ -249,7 +250,7 @@ class ViewServer:
 
 
 def open_browser(url: str) -> str:
-    """Try to open a page; returns one sentence about what the user sees or has to do."""
+    """Try to open a page in the browser; return one sentence that tells the user where the page is."""
     headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     if headless:
         return f"no display here: open {url} in a browser on this computer"

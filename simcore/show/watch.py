@@ -1,6 +1,6 @@
-"""Watching a run: the browser view and NetworkTables, each optional, each at the wall clock's pace.
+"""Watching a run in real time, in the browser view or over NetworkTables.
 
-What cannot be had, for a taken port or a missing extra, ends the command before the run.
+If a port is in use or an extra is missing, the command ends before the run.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _FIELD = "SmartDashboard/Field"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore play` that are about watching."""
+    """Add the options of `simcore play` for watching a run."""
     group = parser.add_argument_group("watching, in real time")
     group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
@@ -50,15 +50,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 class Watch:
-    """Live outputs of a run: the browser view and NetworkTables, each if an option asks for it.
+    """Live outputs of a run: the browser view and NetworkTables, as the options select.
 
     Args:
-        options: Parsed from what `add_options` added; also `seed`.
-        game: Game whose models are shown.
-        driving: The person at the page; None: nobody can drive.
+        options: Parsed options, those of `add_options` and `seed`.
+        game: Game of the run.
+        driving: Input of the drivers at the pages; None if no robot can be driven.
 
     Raises:
-        SimcoreError: The options cannot be met.
+        SimcoreError: If an output cannot be started.
     """
 
     def __init__(self, options: argparse.Namespace, game: Game, driving: ViewDriving | None = None) -> None:
@@ -76,25 +76,25 @@ class Watch:
 
     @property
     def wants_restart(self) -> bool:
-        """Whether the page asks for another run, now."""
+        """Whether a page has requested a new run."""
         return self._view is not None and self._view.wants_restart
 
     def sinks(self) -> list[TelemetrySink]:
-        """Return the sinks of one run."""
+        """Return new telemetry sinks for one run."""
         sinks: list[TelemetrySink] = []
         if self._view is not None:
             sinks.append(self._view.sink())
         if self._tables is not None:
             from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink
 
-            if self._sink is not None:  # of the run before
+            if self._sink is not None:  # from the previous run
                 self._sink.withdraw()
             self._sink = NetworkTablesSink(self._tables, stays=True, field=_FIELD)
             sinks.append(self._sink)
         return sinks
 
     def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:
-        """Wait until the next tick is due."""
+        """Carry out commands from pages, and wait until the next tick is due by the wall clock."""
         if self._tables is not None and self._controlled is not match:
             self._listen(match)
         if self._view is not None:
@@ -103,13 +103,13 @@ class Watch:
             self._pacer.wait(match.time, should_stop=should_stop)
 
     def wait(self, should_stop: Callable[[], bool]) -> None:
-        """Wait before the first run until somebody looks at the page."""
+        """Wait until a page is open, before the first run."""
         if self._view is not None and not self._view.has_viewers:
             _say("the run begins when the page is open; Ctrl-C leaves")
             self._view.wait_for_viewer(should_stop=should_stop)
 
     def next_seed(self, played: Recording, should_stop: Callable[[], bool]) -> int | None:
-        """Return the next run's seed after a run, or None for no other; wait for Ctrl-C."""
+        """Wait after a run for a restart or Ctrl-C; return the seed of the next run, or None for no further run."""
         if self._view is None and self._tables is None:
             return None
         if not self.wants_restart:
@@ -122,7 +122,7 @@ class Watch:
         return None
 
     def close(self) -> None:
-        """Stop serving; may be called twice."""
+        """Stop all live outputs; safe to call twice."""
         if self._view is not None:
             self._view.close()
         if self._control is not None:
@@ -131,7 +131,7 @@ class Watch:
             self._tables.stop_server()
 
     def _listen(self, match: Match) -> None:
-        """Let dashboards act on the field of this run."""
+        """Connect the dashboards' field controls to a match."""
         from simcore.robotcode.networktables.control_topics import ControlTopics
 
         if self._control is not None:
@@ -141,7 +141,7 @@ class Watch:
 
 def _open(options: argparse.Namespace, game: Game, driving: ViewDriving | None) -> LiveView:
     if options.models is not None:
-        load_models(options.models)  # one that cannot be read is said before the run
+        load_models(options.models)  # raises an error for an invalid model before the run
     return LiveView(
         host=options.host, port=options.port, title=game.heading, seed=options.seed, driving=driving,
         models=options.models,
@@ -159,5 +159,5 @@ def _serve(port: int) -> Any:
 
 
 def _say(text: str) -> None:
-    """Print to stderr: stdout is the report's."""
+    """Print to stderr, because stdout is for the report."""
     print(text, file=sys.stderr, flush=True)

@@ -1,1 +1,1 @@
-"""Snapshots of the simulation and where they go: logs, memory, NetworkTables, pages."""
+"""Telemetry: snapshots of the simulation, and their storage in memory and in logs."""

@@ -1,7 +1,6 @@
-"""Numbers of a run as columns: each key has its column for good, and a tick is one row of each type.
+"""Numbers of a run as columns: each key has a fixed column, and a tick is one row for each type.
 
-Columns only grow: a key that comes late has the next one. A value that is not published in a tick is a gap, a number
-that no computation makes.
+A new key gets the next column. A value that is not published in a tick is a gap: a number that no computation yields.
 """
 
 from __future__ import annotations
@@ -20,26 +19,26 @@ from simcore.typing import BoolArray, IntArray
 __all__ = ["FIELDS", "GAP", "Changes", "Columns", "Table"]
 
 Block = npt.NDArray[Any]
-"""A row of all columns of one type, shape (n,); of poses (n, 7)."""
+"""Row of all columns of one type, shape (n,), or (n, 7) for poses."""
 
 _GAP_BITS = 0x7FF8_0000_DEAD_0001
 GAP = float(np.array(_GAP_BITS).view(np.float64))
-"""A double that stands for no value."""
+"""NaN that stands for a missing value."""
 FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
     "poses": (np.float64, (7,), GAP),
     "doubles": (np.float64, (), GAP),
     "integers": (np.int64, (), -0x7FF8_DEAD_BEEF_0001),
     "booleans": (np.uint8, (), 255),
 }
-"""Type, shape and gap of a value, by the field of a `Snapshot`."""
+"""Type, shape and gap of a value, by field of a `Snapshot`."""
 
 
 class Table:
-    """Keys of one type, each with its column.
+    """Columns of the keys of one type.
 
     Args:
         field: Field of a snapshot, one of `FIELDS`.
-        keys: Those that have columns from the beginning.
+        keys: Keys of the first columns.
     """
 
     def __init__(self, field: str, keys: Iterable[str] = ()) -> None:
@@ -52,31 +51,31 @@ class Table:
         self._other: tuple[Table | None, IntArray, bool] = (None, np.zeros(0, np.int64), False)
 
     def place(self, key: str) -> int:
-        """Return the column of a key, the next one if it is new."""
+        """Return the column of a key; a new key gets the next column."""
         if key not in self.places:
             self.places[key] = len(self.keys)
             self.keys.append(key)
         return self.places[key]
 
     def empty(self, *rows: int) -> Block:
-        """Return a row of gaps, or some."""
+        """Return a row of gaps, or an array of such rows with a leading shape `rows`."""
         return np.full((*rows, len(self.keys), *self.shape), self.gap, self.dtype)
 
     def gaps(self, block: Block) -> BoolArray:
-        """Return where rows have gaps."""
+        """Return a mask of the gaps in one or more rows."""
         bits = block[..., 0] if self.shape else block
         found: BoolArray = bits.view(np.int64) == _GAP_BITS if self.dtype == np.float64 else bits == self.gap
         return found
 
     def values(self, block: Block) -> Any:
-        """Return the values of a row as a snapshot has them, gaps too."""
+        """Return the values of a row, including gaps, in the types of a snapshot."""
         return block if self.shape else block.astype(bool).tolist() if self.dtype == np.uint8 else block.tolist()
 
     def row(self, values: Mapping[str, Any]) -> Block:
-        """Return values by key as a row of this table; new keys get columns.
+        """Convert values by key to a row of this table; new keys get columns.
 
         Raises:
-            ConfigError: A pose has another shape.
+            ConfigError: If a pose does not have shape (7,).
         """
         if isinstance(values, Columns):
             (known, places, is_same), block = self._other, values.block
@@ -101,7 +100,7 @@ class Table:
 
 
 class Columns(Mapping[str, Any]):
-    """A row of a table, read by key."""
+    """Row of a table as a read-only mapping by key, without gaps."""
 
     __slots__ = ("_made", "block", "table")
 
@@ -132,14 +131,14 @@ class Columns(Mapping[str, Any]):
 
 
 class Changes:
-    """Finds what is new in each row, for who keeps what was before."""
+    """Detector of the values that change from row to row."""
 
     def __init__(self, field: str) -> None:
         self.table = Table(field)
         self._last = self.table.empty()
 
     def of(self, values: Mapping[str, Any]) -> tuple[IntArray, Block]:
-        """Return the columns whose values differ from those of before, bit by bit, and these; gaps are passed over."""
+        """Return the columns whose values differ bitwise from their last values, and the new values, without gaps."""
         table = self.table
         row = table.row(values)
         if len(self._last) < len(row):
@@ -155,7 +154,14 @@ class Changes:
 
 @compiled
 def _note_changes(rows: Block, last: Block, gap: int, found: IntArray) -> int:
-    """Find the rows that differ from the last ones and are no gaps, note them as the last; return how many."""
+    """Write the numbers of changed rows to `found` and the rows to `last`; return the number of changes.
+
+    Args:
+        rows: Bits of the new values, shape (n, width).
+        last: Bits of the last values, shape (n, width), updated in place.
+        gap: Bits of a gap; gaps are skipped.
+        found: Output for the row numbers, shape (n,).
+    """
     count = 0
     for k in range(len(rows)):
         if rows[k, 0] != gap and (rows[k] != last[k]).any():

@@ -1,4 +1,4 @@
-"""A run kept in memory as columns: small enough to keep of every run, enough for its log and page."""
+"""Recording of a run in memory, compact enough for every run and complete enough for its log and page."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Recording", "newest_rows"]
 
-_STATE = 2  # columns of a state of a swerve module
+_STATE = 2  # columns of a swerve module state
 _Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32] | IntArray"
 _NUMBERS = ("doubles", "integers", "booleans")
 
 
 class Recording:
-    """Takes every snapshot and keeps numbers as columns; still readable after `close`.
+    """Telemetry sink that records a run in memory as columns, readable even after `close`.
 
-    504 pieces take 21 MB in a match of 160 s, a tenth of the snapshots themselves. Arrays of more than 64 rows and
-    states of swerve modules are kept less often than the rest, and of pieces that show no rotation only the places.
-    When time jumps back, a new run has begun, and the old one is forgotten.
+    A match of 160 s with 504 pieces takes 21 MB, a tenth of the snapshots' size. Arrays of more than 64 rows and swerve
+    module states are recorded less often than the rest, and pieces without rotation only as positions. A jump back in
+    time starts a new run and deletes the old one.
 
     >>> recording = Recording()
     >>> for tick in range(3):
@@ -40,27 +40,27 @@ class Recording:
     """
 
     def __init__(self, *, period: float = 0.02, bulk_period: float = 0.04, seconds: float = 180.0) -> None:
-        """Choose how much is kept.
+        """Make an empty recording.
 
         Args:
             period: Simulated time between two snapshots [s].
-            bulk_period: The same for arrays of more than 64 rows [s].
-            seconds: Minimum length of the newest part that is kept, which is at most a quarter longer [s].
+            bulk_period: Simulated time between two arrays of more than 64 rows [s].
+            seconds: Duration of the newest part that is always kept [s]; up to a quarter more is kept.
 
         Raises:
-            ConfigError: One of them is not finite and > 0.
+            ConfigError: If one of the durations is not finite and > 0.
         """
         require("Recording", "seconds", seconds, DURATION)
         self.closed = False
         self.bulk_period = bulk_period
-        """Simulated time between two of the long arrays that are kept [s]."""
+        """Simulated time between two recorded long arrays [s]."""
         self._seconds = seconds
         self._cadence = Cadence(period)
         self._bulk_cadence = Cadence(bulk_period)
-        self._texts: list[tuple[int, Mapping[str, str]]]  # and from which row on
+        self._texts: list[tuple[int, Mapping[str, str]]]  # first row of the texts, and the texts by key
         self._arrays: dict[str, list[tuple[float, _Rows]]]
-        self._given: dict[str, _Rows]  # last arrays as they were given: the same object is not looked into
-        self._found: dict[str, tuple[int, dict[str, int]]]  # what `_kept` has found, and at how many rows
+        self._given: dict[str, _Rows]  # latest arrays as passed in, so that the same object is not compared again
+        self._found: dict[str, tuple[int, dict[str, int]]]  # cached results of `_kept`, with the number of rows
         self._forget_all()
 
     def __len__(self) -> int:
@@ -69,11 +69,11 @@ class Recording:
     # --- as a sink ------------------------------------------------------------------------------------------------
 
     def due(self, time: float) -> bool:
-        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot is due at this simulated time [s]; always False after `close`."""
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Keep one snapshot; a second one of the same time takes the place of the first."""
+        """Record a snapshot; a second snapshot of the same time replaces the first."""
         time = snapshot.time
         self._cadence.take(time)
         bulk = self._bulk_cadence.take(time)
@@ -95,11 +95,12 @@ class Recording:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
 
     def fill(self, times: FloatArray, columns: Sequence[tuple[str, str, Sequence[Any], IntArray]]) -> None:
-        """Keep a whole run at once, as `write` keeps it tick by tick.
+        """Record a whole run at once, with the same result as `write` tick by tick.
 
         Args:
-            times: Times of its ticks, rising [s], shape (n,).
-            columns: Field of a snapshot, key, all values, and which of them each tick has, -1 for none, shape (n,).
+            times: Times of the ticks in rising order [s], shape (n,).
+            columns: For each key: field of a snapshot, key, all values, and the index of the value in each tick, -1 for
+                none, shape (n,).
         """
         self._forget_all()
         self._times, self._ticks = array("d", times.tolist()), array("q", range(len(times)))
@@ -122,24 +123,24 @@ class Recording:
         self._texts = [(tick, one) for tick, one in enumerate(texts) if not tick or one != texts[tick - 1]]
 
     def close(self) -> None:
-        """Take no more; what was kept stays."""
+        """Stop recording; the recorded data stays available."""
         self.closed = True
 
-    # --- what was kept --------------------------------------------------------------------------------------------
+    # --- recorded data --------------------------------------------------------------------------------------------
 
     @property
     def times(self) -> FloatArray:
-        """Times of all snapshots, rising [s], shape (n,)."""
+        """Times of all snapshots in rising order [s], shape (n,)."""
         return np.array(self._times)
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of everything kept."""
+        """Keys of all recorded values."""
         numbers = [key for field in (*_NUMBERS, "poses") for key in self._kept(field)]
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
-        """Return whether anything of that key was kept."""
+        """Return whether any value of a key was recorded."""
         return (
             key in self._arrays
             or any(key in self._kept(field) for field in FIELDS)
@@ -147,14 +148,14 @@ class Recording:
         )
 
     def columns(self, field: str, keys: Sequence[str]) -> Block:
-        """Return all values of some keys, gaps too, by the field of a snapshot.
+        """Return all values of some keys, including gaps.
 
         Args:
-            field: Field of numbers or poses, see `FIELDS`.
-            keys: Those that were never published have gaps only.
+            field: Field of a snapshot with the keys, one of `FIELDS`.
+            keys: Keys; a key that was never published has only gaps.
 
         Returns:
-            Shape (n, keys); of poses (n, keys, 7).
+            Values, shape (n, keys), or (n, keys, 7) for poses.
         """
         table, block = self._tables[field], self._blocks[field][: len(self)]
         found = np.full((len(self), len(keys), *table.shape), table.gap, table.dtype)
@@ -164,10 +165,10 @@ class Recording:
         return found
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Return times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
+        """Return the times [s] and published values of a number or boolean, each of shape (m,).
 
         Raises:
-            UnknownNameError: No snapshot had a number of that key.
+            UnknownNameError: If no number of this key was recorded.
         """
         found = [field for field in _NUMBERS if key in self._kept(field)]
         if not found:
@@ -177,10 +178,10 @@ class Recording:
         return self.times[is_there], values[is_there].astype(np.float64)
 
     def poses(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Return times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz` of one pose, shape (m, 7).
+        """Return the times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz`, shape (m, 7), of a pose.
 
         Raises:
-            UnknownNameError: No snapshot had a pose of that key.
+            UnknownNameError: If no pose of this key was recorded.
         """
         if key not in self._kept("poses"):
             raise UnknownNameError("recorded pose", key, self._kept("poses"))
@@ -189,41 +190,42 @@ class Recording:
         return self.times[is_there], rows[is_there]
 
     def array_at(self, key: str, time: float) -> FloatArray:
-        """Return the newest array at or before a time [s] (the first one, if there is none), shape (n, 7).
+        """Return the newest array of a key at or before a time [s], or the first array if there is none.
 
-        Of states of swerve modules, shape (n, 2).
+        Returns:
+            Poses, shape (n, 7), or swerve module states, shape (n, 2).
 
         Raises:
-            UnknownNameError: No snapshot had an array of that key.
+            UnknownNameError: If no array of this key was recorded.
         """
         rows: FloatArray = _full(self._kept_at(key, time))
         return rows
 
     def integers_at(self, key: str, time: float) -> IntArray:
-        """Return the newest array of integers at or before a time [s] (the first one, if there is none), shape (n,).
+        """Return the newest array of integers at or before a time [s], or the first array if there is none, shape (n,).
 
         Raises:
-            UnknownNameError: No snapshot had an array of that key.
+            UnknownNameError: If no array of this key was recorded.
         """
         return self._kept_at(key, time).astype(np.int64, copy=False)
 
     def integers(self, key: str) -> list[tuple[float, IntArray]]:
-        """Return all kept arrays of integers of one key, shape (n,), with times [s]; none where nothing was kept."""
+        """Return the times [s] and arrays of integers, shape (n,), of a key; empty if no array was recorded."""
         return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
     def events(self, key: str) -> list[tuple[float, list[int]]]:
-        """Return all events of a key of `EVENTS` since the last reset, each with the first time that shows it [s]."""
+        """Return all events of a key of `EVENTS` since the last reset, each with the time when it appears [s]."""
         return _all_events(self.integers(key), EVENTS[key])
 
     def most_poses(self, key: str) -> int:
-        """Return the number of rows of the longest kept array of poses of one key."""
+        """Return the number of rows in the longest recorded array of a key; 0 if there is none."""
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
-        """Return times [s], shape (m,), and the m texts of one key, as far as it was published.
+        """Return the times [s], shape (m,), and the m published texts of a key.
 
         Raises:
-            UnknownNameError: No snapshot had a text of that key.
+            UnknownNameError: If no text of this key was recorded.
         """
         if not any(key in texts for _, texts in self._texts):
             known = dict.fromkeys(key for _, texts in self._texts for key in texts)
@@ -232,7 +234,7 @@ class Recording:
         return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
     def path(self, key: str) -> FloatArray:
-        """Return one pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows if nothing was recorded."""
+        """Return the `x, y, yaw` [m, m, rad] of a pose, shape (m, 3); no rows if the pose was not recorded."""
         if key not in self._kept("poses"):
             return np.empty((0, 3))
         _, rows = self.poses(key)
@@ -241,12 +243,12 @@ class Recording:
         return np.column_stack((rows[:, 0], rows[:, 1], yaw))
 
     def snapshots(self, rows: Sequence[int] | IntArray | None = None) -> Iterator[Snapshot]:
-        """Yield what was kept, each snapshot with the newest of all arrays.
+        """Yield recorded snapshots, each with the newest value of every array.
 
-        An array stays the same object until the next one.
+        Successive snapshots share the same array object until the array changes.
 
         Args:
-            rows: Numbers of the snapshots, rising; None: all.
+            rows: Row numbers of the snapshots in rising order; None for all snapshots.
         """
         chosen = np.arange(len(self)) if rows is None else np.asarray(rows, np.int64)
         newest = {
@@ -254,7 +256,7 @@ class Recording:
             for key, kept in self._arrays.items()
         }
         texts = self._texts_by_row()
-        made: dict[str, tuple[_Rows, Any]] = {}  # last kept and as a snapshot has it, by key
+        made: dict[str, tuple[_Rows, Any]] = {}  # recorded and expanded form of the latest array, by key
         for number, row in enumerate(chosen.tolist()):
             for key, places in newest.items():
                 values = self._arrays[key][places[number]][1]
@@ -274,7 +276,7 @@ class Recording:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _add_row(self, field: str, values: Mapping[str, Any]) -> None:
-        """Keep a row of a type, in an array that grows by halves."""
+        """Add a row of one type to an array that grows by half its size when full."""
         table, block, rows = self._tables[field], self._blocks[field], len(self._times)
         row = table.row(values)
         if rows == len(block) or len(row) > block.shape[1]:
@@ -284,7 +286,7 @@ class Recording:
         block[rows] = row
 
     def _kept(self, field: str) -> dict[str, int]:
-        """Return the columns in which a value was kept, by key."""
+        """Return the columns with at least one value, by key."""
         rows, found = self._found.get(field, (-1, {}))
         if rows != (now := len(self._times)):
             table, block = self._tables[field], self._blocks[field]
@@ -298,7 +300,7 @@ class Recording:
         return [texts for (first, texts), last in zip(self._texts, ends, strict=False) for _ in range(first, last)]
 
     def _add_array(self, key: str, time: float, values: _Rows, bulk: bool, is_state: bool) -> None:
-        """Keep an array; long ones and states only if they are due (`bulk`), and when they are the first."""
+        """Record an array; long arrays and states only if due (`bulk`) or the first of their key."""
         kept, given = self._arrays.setdefault(key, []), values
         is_long = is_state or is_bulk(key, len(values))
         if kept and is_long and not bulk:
@@ -311,11 +313,11 @@ class Recording:
             is_upright = values.shape[1] != _STATE and bool((values[:, 3] == 1.0).all())
             values = (values[:, :3] if is_upright else values).astype(np.float32)
         elif values.flags.writeable or values.base is not None:
-            values = values.copy()  # somebody may change it
+            values = values.copy()  # the caller may change the array later
         values.setflags(write=False)
         before = kept[-1][1] if kept else None
         if before is not None and before.shape == values.shape and before.tobytes() == values.tobytes():
-            values = before  # nothing moved: share it
+            values = before  # unchanged: share the array
         kept.append((time, values))
 
     def _kept_at(self, key: str, time: float) -> _Rows:
@@ -325,7 +327,7 @@ class Recording:
         return kept[max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)][1]
 
     def _drop_last(self) -> None:
-        """Drop the newest row."""
+        """Delete the newest row."""
         time = self._times.pop()
         self._ticks.pop()
         self._given, self._found = {}, {}
@@ -336,7 +338,7 @@ class Recording:
                 kept.pop()
 
     def _forget(self, rows: int) -> None:
-        """Drop the oldest so many rows."""
+        """Delete this number of oldest rows."""
         if rows >= len(self._times):
             self._forget_all()
             return
@@ -353,13 +355,17 @@ class Recording:
     def _forget_all(self) -> None:
         self._times, self._ticks = array("d"), array("q")
         self._tables = {field: Table(field) for field in FIELDS}
-        self._blocks = {field: table.empty(0) for field, table in self._tables.items()}  # with room for more rows
+        self._blocks = {field: table.empty(0) for field, table in self._tables.items()}  # with spare rows
         self._texts, self._arrays = [], {}
         self._given, self._found = {}, {}
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
-    """Return rows of the newest values, written at times `at` [s], at each of some times [s]; the first before it.
+    """Return the row of the newest value at each time.
+
+    Args:
+        at: Times of the values in rising order [s].
+        times: Times to look up [s]; a time before the first value gets row 0.
 
     >>> newest_rows(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
     [0, 1, 1]
@@ -369,7 +375,7 @@ def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
 
 
 def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tuple[float, list[int]]]:
-    """Put the rows of all events together, by their numbers; a newest number that falls is a new beginning."""
+    """Collect the rows of all events by event number; restart when the newest number falls."""
     found: dict[int, tuple[float, list[int]]] = {}
     before: IntArray | None = None
     newest = 0
@@ -387,9 +393,9 @@ def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tu
 
 
 def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
-    """Drop arrays older than a time [s]; a key last published before it keeps its newest array.
+    """Return the arrays since a time [s], or at least the newest array.
 
-    Of a key of events, the first array keeps all events up to that time.
+    For a key of events, the first returned array holds all events up to that time.
     """
     if key in EVENTS:
         before = ((time, rows.astype(np.int64, copy=False)) for time, rows in kept if time <= first)
@@ -401,7 +407,7 @@ def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tupl
 
 
 def _full(rows: _Rows) -> Any:
-    """Return places as poses of shape (n, 7), all else as it is."""
+    """Expand positions to poses of shape (n, 7); return other arrays as they are, in full precision."""
     if rows.ndim == 1:
         return rows.astype(np.int64, copy=False)
     if rows.shape[1] != 3:

@@ -1,4 +1,4 @@
-"""Snapshots kept in memory, and what sinks share: a rate, a guard against full disks, checks of files."""
+"""Tools for telemetry sinks: a sink in memory, a rate limit, a guard against full disks, and checks of output files."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ __all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_erro
 
 
 class MemorySink:
-    """Snapshots of every tick in a list, for tests; a `Recording` keeps whole matches."""
+    """Sink that keeps the snapshots of all ticks in a list, for tests; use `Recording` for whole matches."""
 
     def __init__(self) -> None:
         self.snapshots: list[Snapshot] = []
-        """Snapshots in order; still readable after `close`."""
+        """Snapshots in order of time, available even after `close`."""
         self.closed = False
 
     def due(self, time: float) -> bool:
-        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return True until `close`, at any simulated time [s]."""
         return not self.closed
 
     def write(self, snapshot: Snapshot) -> None:
-        """Keep one snapshot."""
+        """Keep a snapshot."""
         self.snapshots.append(snapshot)
 
     def close(self) -> None:
-        """Take no more; may be called twice."""
+        """Stop accepting snapshots; safe to call twice."""
         self.closed = True
 
 
 class Cadence:
-    """Due once in every slot of `period` simulated seconds, without drift when ticks and slots do not divide.
+    """Rate limit that is due once in every slot of `period` simulated seconds, without drift.
 
-    A jump of time, also backwards after a restart, is a new slot.
+    A jump in time, even backward after a restart, begins a new slot.
 
     >>> cadence = Cadence(0.05)
     >>> [t for t in (0.02, 0.04, 0.06, 0.08, 0.10, 0.12) if cadence.take(t)]
@@ -47,56 +47,56 @@ class Cadence:
     __slots__ = ("_last", "period")
 
     def __init__(self, period: float) -> None:
-        """Set the time between two snapshots [s]."""
+        """Make a rate limit with a period [s]."""
         require("telemetry sink", "period", period, DURATION)
         self.period = period
         self._last: int | None = None
 
     def due(self, time: float) -> bool:
-        """Return whether this simulated time [s] lies in a slot that was not taken yet."""
+        """Return whether the slot of a simulated time [s] is still free."""
         return self._slot(time) != self._last
 
     def take(self, time: float) -> bool:
-        """Mark the slot of this time [s] as taken; return whether it was free before."""
+        """Mark the slot of a simulated time [s] as taken; return whether it was free."""
         slot = self._slot(time)
         free = slot != self._last
         self._last = slot
         return free
 
     def _slot(self, time: float) -> int:
-        # 0.06 / 0.02 is 2.9999999999999996: without the margin a tick at a slot's edge would count for the one before
+        # 0.06 / 0.02 is 2.9999999999999996: without the margin, a tick at a slot's edge would count for the last slot
         return math.floor(time / self.period + 1e-6)
 
 
 class GuardedSink:
-    """Sink that passes snapshots to another until that one fails, e.g. on a full disk; it reports the failure once.
+    """Sink that passes snapshots to another sink until it fails, e.g. on a full disk, and reports the failure once.
 
-    Errors in the program (a key of two types) still raise: only an `OutputError` of the sink is caught.
+    It catches only `OutputError`; programming errors, e.g. a key with two types, still raise.
 
     Args:
         sink: Sink that may fail.
-        on_failure: Function called with the error message, one sentence.
+        on_failure: Function called once with the error message, a single sentence.
     """
 
     def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
         self.sink = sink
         self.failure = ""
-        """Error message of the failed sink; empty while it works."""
+        """Error message of the sink; empty while the sink works."""
         self._on_failure = on_failure
 
     def due(self, time: float) -> bool:
-        """Return whether the sink wants the snapshot of this simulated time [s]; never after it failed."""
+        """Return whether the sink needs a snapshot at this simulated time [s]; always False after a failure."""
         return not self.failure and self.sink.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Write one snapshot to the guarded sink; report a failure instead of raising it."""
+        """Write a snapshot to the guarded sink, and report a failure instead of raising an error."""
         try:
             self.sink.write(snapshot)
         except OutputError as error:
             self._fail(error)
 
     def close(self) -> None:
-        """Close the sink; may be called twice."""
+        """Close the guarded sink; safe to call twice."""
         try:
             self.sink.close()
         except OutputError as error:
@@ -109,7 +109,7 @@ class GuardedSink:
 
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
-    """Return the error to raise when `path`, a log or a page, cannot be written."""
+    """Return the error for a log or page that cannot be written."""
     example = Path("out") / ("run.wpilog" if kind == "log" else "run.html")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
@@ -118,16 +118,19 @@ def output_error(kind: str, path: Path, error: OSError) -> OutputError:
 
 
 def require_writable(kind: str, path: str | Path) -> Path:
-    """Make sure that a file can be written later, so that a run does not fail at its end.
+    """Check that a file can be written later, so that a run does not fail at its end.
 
-    Missing folders are made; an existing file keeps its content, a missing one is not left behind.
+    Missing folders are created. An existing file keeps its content; a missing file stays missing.
 
     Args:
-        kind: Kind of file, for the error: `log`, `page`.
-        path: The file.
+        kind: Kind of file, for the error message, e.g. `log` or `page`.
+        path: Path of the file.
+
+    Returns:
+        Path of the file.
 
     Raises:
-        OutputError: The file cannot be written, or would not be opened by its name.
+        OutputError: If the file cannot be written or has the wrong suffix.
     """
     path, end = Path(path), {"log": ".wpilog", "page": ".html"}.get(kind, "")
     if end and path.suffix.lower() != end:
@@ -147,15 +150,15 @@ def require_writable(kind: str, path: str | Path) -> Path:
 
 
 def write_text(kind: str, path: Path, text: str) -> None:
-    """Write a text file; missing folders are made.
+    """Write a text file, creating missing folders.
 
     Args:
-        kind: Kind of file, for the error: `page`, `table`.
-        path: The file.
-        text: All of it.
+        kind: Kind of file, for the error message, e.g. `page` or `table`.
+        path: Path of the file.
+        text: Content of the file.
 
     Raises:
-        OutputError: The file cannot be written.
+        OutputError: If the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -165,9 +168,9 @@ def write_text(kind: str, path: Path, text: str) -> None:
 
 
 def discard_empty(path: Path) -> None:
-    """Delete the empty file that a full disk leaves. Other files and devices stay."""
+    """Delete a file if it is empty, e.g. after an attempt to write to a full disk."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             path.unlink()
     except OSError:
-        pass  # then it stays: what matters was said already
+        pass  # the file stays; the original error was reported already

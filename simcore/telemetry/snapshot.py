@@ -1,7 +1,6 @@
-"""Telemetry of one tick, the protocol of sinks that take it, and its encoding for WPILib's readers.
+"""Telemetry of one tick, the protocol of telemetry sinks, and the encoding for WPILib's readers.
 
-Poses are written straight from arrays: a list of 400 Pose3d objects costs about a millisecond, the same bytes from an
-array cost 2 us.
+Poses are written directly from arrays, which takes 2 us for 400 poses; a list of Pose3d objects would take about 1 ms.
 """
 
 from __future__ import annotations
@@ -22,19 +21,19 @@ __all__ = [
 ]  # fmt: skip
 
 
-_BULK = 64  # rows of an array
-_PARTS = "/ComponentPoses"  # a third of the log of a match, were they in it each tick
+_BULK = 64  # rows; longer arrays are recorded less often
+_PARTS = "/ComponentPoses"  # would take a third of a match's log if recorded in every tick
 EVENTS = {"Sim/NewestShots": 4, "Sim/NewestHits": 2, "Sim/NewestTakenIn": 3}
-"""Numbers of a row, by the keys of what happens now and then.
+"""Row lengths of event arrays, by key.
 
-Such an array has the rows of the newest event and of those up to a second before it, one after the other. A row begins
-with the number of its event, from 1, so that a log grows by events and a `Recording` puts all of them together again.
+An event array holds the rows of the newest event and of all events up to a second before it, one after another. Each
+row begins with the number of its event, from 1, so that a `Recording` can collect all events from overlapping arrays.
 """
 POSE_TYPE = "struct:Pose3d"
 POSE_ARRAY_TYPE = "struct:Pose3d[]"
 STATE_ARRAY_TYPE = "struct:SwerveModuleState[]"
 SCHEMA_TYPE = "structschema"
-# Without these AdvantageScope still shows the label "Pose3d", but draws the robot silently at the origin.
+# Without the schemas, AdvantageScope still shows the label "Pose3d", but silently draws the robot at the origin.
 STRUCT_SCHEMAS: dict[str, str] = {
     "struct:Translation3d": "double x;double y;double z",
     "struct:Quaternion": "double w;double x;double y;double z",
@@ -43,15 +42,15 @@ STRUCT_SCHEMAS: dict[str, str] = {
     "struct:Rotation2d": "double value",
     "struct:SwerveModuleState": "double speed;Rotation2d angle",
 }
-"""Schema text by name, parts before the whole; a test compares them with wpimath's own."""
+"""Struct schemas by name, nested types first; a test compares them with wpimath's own schemas."""
 _COLUMNS = {POSE_ARRAY_TYPE: ("x", "y", "z", "qw", "qx", "qy", "qz"), STATE_ARRAY_TYPE: ("speed", "angle")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """Everything that is published of one tick, by key (see docs/telemetry.md). Arrays are read-only.
+    """All telemetry of one tick, by key (docs/telemetry.md), with read-only arrays.
 
-    A pose row is `x, y, z, qw, qx, qy, qz`: the byte order of WPILib's Pose3d struct, so sinks send it as it is.
+    A pose row is `x, y, z, qw, qx, qy, qz`, the byte order of WPILib's Pose3d struct, so that sinks can copy rows.
     """
 
     time: float
@@ -68,50 +67,50 @@ class Snapshot:
     integers: Mapping[str, int] = field(default_factory=dict)
     booleans: Mapping[str, bool] = field(default_factory=dict)
     integer_arrays: Mapping[str, IntArray] = field(default_factory=dict)
-    """int64[] by key, shape (n,); `Sim/PieceIds/<Type>` names the piece of each row of `Sim/GamePieces/<Type>`."""
+    """int64[] by key, shape (n,), e.g. `Sim/PieceIds/<Type>` with the ids of the pieces in `Sim/GamePieces/<Type>`."""
     strings: Mapping[str, str] = field(default_factory=dict)
     """Text by key, e.g. `Sim/Match/Period`."""
 
     @property
     def struct_arrays(self) -> list[tuple[str, Mapping[str, FloatArray]]]:
-        """Arrays of structs, by the name of their type."""
+        """Arrays of structs: WPILib's type name, and arrays by key."""
         return [(POSE_ARRAY_TYPE, self.pose_arrays), (STATE_ARRAY_TYPE, self.state_arrays)]
 
 
 class TelemetrySink(Protocol):
-    """Takes snapshots; the runner calls `due` first, so that no snapshot is built without need."""
+    """Receiver of snapshots; the match calls `due` first, to avoid building unnecessary snapshots."""
 
     def due(self, time: float) -> bool:
-        """Return whether this sink wants the snapshot of this simulated time [s]."""
+        """Return whether the sink needs a snapshot at this simulated time [s]."""
         ...
 
     def write(self, snapshot: Snapshot) -> None:
-        """Take one snapshot."""
+        """Write a snapshot."""
         ...
 
     def close(self) -> None:
-        """Flush and free everything; may be called twice."""
+        """Flush all data and free all resources; safe to call twice."""
         ...
 
 
 def is_bulk(key: str, rows: int) -> bool:
-    """Return whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
+    """Return whether an array is recorded less often than the rest: more than 64 rows, or poses of robot parts.
 
-    Events (`EVENTS`) are kept in the tick in which they happen.
+    Event arrays (`EVENTS`) of any length are recorded in every tick.
     """
     return key.endswith(_PARTS) or (rows > _BULK and key not in EVENTS)
 
 
 def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
-    """Return the bytes of an array of structs, empty for no rows.
+    """Encode an array of WPILib structs as bytes.
 
     Args:
         type_name: `POSE_ARRAY_TYPE` or `STATE_ARRAY_TYPE`.
-        key: Key that the error names.
+        key: Telemetry key, for error messages.
         rows: Rows of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
 
     Raises:
-        ConfigError: Another shape.
+        ConfigError: If `rows` has the wrong shape for the type.
     """
     array, columns = np.asarray(rows, dtype="<f8"), _COLUMNS[type_name]
     if array.ndim != 2 or array.shape[1] != len(columns):
@@ -121,14 +120,14 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
 
 
 def checked_integers(key: str, values: IntArray) -> IntArray:
-    """Return the values of an int64[] as they are sent and logged.
+    """Convert integers to little-endian int64 for logs and NetworkTables.
 
     Args:
-        key: Key that the error names.
+        key: Telemetry key, for error messages.
         values: Whole numbers, shape (n,).
 
     Raises:
-        ConfigError: Another shape, or numbers that are not integers.
+        ConfigError: If `values` has the wrong shape or is not of an integer type.
     """
     array = np.asarray(values)
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
@@ -137,7 +136,7 @@ def checked_integers(key: str, values: IntArray) -> IntArray:
 
 
 def key_in_words(name: str) -> str:
-    """Turn the last part of a key into words.
+    """Convert the last part of a telemetry key to words.
 
     >>> key_in_words("IntakeZoneActive")
     'intake zone active'
@@ -148,5 +147,5 @@ def key_in_words(name: str) -> str:
 
 
 def robot_prefix(number: int) -> str:
-    """Return the prefix of a robot's keys; the first robot has no number."""
+    """Return the prefix of a robot's telemetry keys, which is without a number for robot 0."""
     return "Sim" if number == 0 else f"Sim/Robots/{number}"

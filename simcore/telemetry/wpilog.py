@@ -1,12 +1,12 @@
-"""`.wpilog` files: of a run, for AdvantageScope and every other reader of WPILib's data logs; and those read back.
+"""Writer and reader of `.wpilog` files, WPILib's data logs, for AdvantageScope and other tools.
 
-The format (version 1.0) is written here, in a page of code, because no writer of WPILib 2026.2.2 fits a simulation:
+This module has its own short writer of format 1.0, because no writer of WPILib 2026.2.2 suits a simulation:
 
-* `wpiutil.DataLogWriter` takes our timestamps and files, but hangs for good once about 0.5 MB was appended between
-  two flushes (fixed later, allwpilib #9258), and stamps wall time where the simulated time is 0.
-* `wpilib.DataLogManager` is one per process, stamps wall time and does not overwrite files.
+* `wpiutil.DataLogWriter` accepts timestamps and file names, but hangs once about 0.5 MB is appended between two flushes
+  (fixed later, allwpilib #9258), and replaces a simulated time of 0 by wall time.
+* `wpilib.DataLogManager` exists once per process, uses wall time and does not overwrite files.
 
-Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc; tests read every log back with
+Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc; tests read the logs back with
 WPILib's own `DataLogReader`.
 """
 
@@ -48,9 +48,9 @@ _FLUSH_BYTES = 256 * 1024
 _FLUSH_MICROS = 1_000_000
 _MAX_TIME = 1e9  # [s], 31 years
 
-# Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each; fixed layouts keep a record at one `pack`
-# call, and those of a tick that are of one type at one copy: entries < 65 536, payloads < 256 bytes or not, times < 72
-# minutes or not. First byte: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
+# The format allows fields of 1-4 bytes (timestamps 1-8). With a few fixed layouts, a record needs one `pack` call, and
+# all records of one type in a tick need one copy. Keys: payload < 256 bytes, time < 72 minutes; entries are < 65 536.
+# First byte of a record: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
 _HEADERS = {
     (True, True): (struct.Struct("<BHBI"), 0b0_011_00_01),
     (False, True): (struct.Struct("<BHII"), 0b0_011_11_01),
@@ -58,41 +58,41 @@ _HEADERS = {
     (False, False): (struct.Struct("<BHIQ"), 0b0_111_11_01),
 }
 _COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int64", "booleans": "boolean"}
-"""Types of what comes in columns, by the field of a snapshot."""
-_HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; they move with their robots, and were a sixth of a match's log
+"""WPILib's types of values stored in columns, by field of a snapshot."""
+_HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; in every tick, held pieces would take a sixth of a match's log
 
 
 @cache
 def _record(field: str, is_early: bool) -> np.dtype[Any]:
-    """Return the layout of a record of a number or pose, before 72 minutes or after."""
+    """Return the layout of a record with a number or pose, for times before (`is_early`) or after 72 minutes."""
     dtype, shape, _ = FIELDS[field]
     value = ("value", np.dtype(dtype).newbyteorder("<"), shape)
     return np.dtype([("head", "u1"), ("entry", "<u2"), ("size", "u1"), ("time", "<u4" if is_early else "<u8"), value])
 
 
 class WpilogSink:
-    """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
+    """Telemetry sink that writes a `.wpilog`, with entry names as in DataLogManager's logs of NetworkTables.
 
-    A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB) and pieces in
-    robots are written less often than the rest, and once more at the end: at every tick long arrays
-    alone would be 200 MB of a match. What was written reaches the disk at least every simulated second or 256 KB, in
-    whole records, so a killed run leaves a good log.
+    A value is written only when it has changed, as the format intends. Long arrays (450 poses take 25 KB) and pieces in
+    robots are written less often than the rest, and once more at the end; in every tick, long arrays alone would take
+    200 MB in a match. Whole records are flushed to disk at least every simulated second or every 256 KB, so that a
+    killed run leaves a valid log.
     """
 
     def __init__(
         self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.1, prefix: str = "NT:/"
     ) -> None:
-        """Create the file, its missing folders and the schemas; a file of that name is overwritten.
+        """Create the log file and any missing folders, overwriting an existing file, and write the schemas.
 
         Args:
-            path: Path of the log, by custom `*.wpilog`; `*.wpilogxz` is compressed, an eighth in size.
+            path: Path of the log, usually `*.wpilog`; `*.wpilogxz` is compressed to an eighth of the size.
             period: Simulated time between two snapshots [s].
-            bulk_period: The same for arrays of more than 64 rows [s].
-            prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
+            bulk_period: Simulated time between two arrays of more than 64 rows [s].
+            prefix: Prefix of every key; with the default, the same AdvantageScope layout fits live data and logs.
 
         Raises:
-            OutputError: The file cannot be written.
-            ConfigError: The period is not finite and > 0.
+            OutputError: If the file cannot be written.
+            ConfigError: If a period is not finite and > 0.
         """
         self.path = Path(path)
         self.prefix = prefix
@@ -104,9 +104,9 @@ class WpilogSink:
         self._types: dict[str, str] = {}
         self._entries: dict[str, int] = {}
         self._values: dict[str, bytes] = {}
-        self._arrays: dict[str, FloatArray | IntArray] = {}  # last written, by key: the same object is not looked into
+        self._arrays: dict[str, FloatArray | IntArray] = {}  # last written, by key: skips comparing the same object
         self._changes = {field: Changes(field) for field in _COLUMNS}
-        self._entry_of = {field: np.zeros(0, np.uint16) for field in _COLUMNS}  # of each column; 0: none yet
+        self._entry_of = {field: np.zeros(0, np.uint16) for field in _COLUMNS}  # 0 before a column's first value
         self._texts: Mapping[str, str] = {}  # last written
         self._packer = lzma.LZMACompressor(preset=1) if self.path.suffix == ".wpilogxz" else None
         self._file: io.FileIO | None = None
@@ -123,19 +123,19 @@ class WpilogSink:
 
     @property
     def closed(self) -> bool:
-        """Whether nothing more is written."""
+        """Whether the log is closed."""
         return self._file is None
 
     def due(self, time: float) -> bool:
-        """Return whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot is due at this simulated time [s]; always False after `close`."""
         return self._file is not None and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Log one snapshot at its simulated time.
+        """Write a snapshot at its simulated time.
 
         Raises:
-            OutputError: The log is closed, or the disk cannot be written (full, unplugged); the log is closed then.
-            ConfigError: An array of the wrong shape, a key that had another type before, or a time below 0.
+            OutputError: If the log is closed, or writing to the disk fails, which closes the log.
+            ConfigError: If an array has the wrong shape, the type of a key has changed, or the time is below 0.
         """
         if self._file is None:
             raise OutputError(f"the log {str(self.path)!r} is closed; create a new WpilogSink to log on")
@@ -158,10 +158,10 @@ class WpilogSink:
             self._flush(micros)
 
     def close(self) -> None:
-        """Write what is left and close the file; may be called twice.
+        """Write the remaining data and close the file; safe to call twice.
 
         Raises:
-            OutputError: The rest cannot be written.
+            OutputError: If the remaining data cannot be written.
         """
         if self._file is None:
             return
@@ -181,18 +181,18 @@ class WpilogSink:
         self.close()
 
     def _write_arrays(self, snapshot: Snapshot, micros: int, *, bulk: bool, held: bool) -> None:
-        """Write those that are due, integers in the same ticks as the poses of their rows.
+        """Write the arrays that are due; ids of pieces are due in the same ticks as their poses.
 
         Args:
-            snapshot: With the arrays.
-            micros: When [us].
-            bulk: Whether long ones and parts of robots are due.
-            held: Whether pieces in robots are.
+            snapshot: Snapshot with the arrays.
+            micros: Timestamp [us].
+            bulk: Whether long arrays and poses of robot parts are due.
+            held: Whether pieces in robots are due.
         """
 
         def is_due(key: str, rows: FloatArray | IntArray) -> bool:
             if self._arrays.get(key) is rows and not rows.flags.writeable:
-                return False  # this very array is what was written last: its bytes need not be compared
+                return False  # the same array object was written last, so its bytes need not be compared
             is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
             if is_so or key not in self._entries:
                 self._arrays[key] = rows
@@ -208,7 +208,7 @@ class WpilogSink:
                 self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
 
     def _write_columns(self, field: str, values: Mapping[str, Any], micros: int) -> None:
-        """Write what has changed of one type: NaN equals itself, and -0.0 is not 0.0."""
+        """Write the changed values of one type, compared bitwise: NaN equals itself, and -0.0 differs from 0.0."""
         columns, block = self._changes[field].of(values)
         if not len(columns):
             return
@@ -277,21 +277,21 @@ class WpilogSink:
         self._flushed_at = micros
 
 
-_LATEST = 2**62  # [us]; a later record has a broken stamp
+_LATEST = 2**62  # [us]; a record with a later timestamp is corrupt
 
 
 def _row(raw: bytes, width: int) -> FloatArray:
-    """Return a struct of so many doubles; fields that are missing are zero."""
+    """Decode a struct of `width` doubles; missing fields are zero."""
     return np.frombuffer(raw[: 8 * width].ljust(8 * width, b"\0"), dtype="<f8")
 
 
 def _rows(raw: bytes, width: int) -> FloatArray:
-    """Return the whole structs of an array, shape (n, width)."""
+    """Decode an array of structs, shape (n, width), without an incomplete struct at the end."""
     return np.frombuffer(raw[: len(raw) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
 
 
 def _number(raw: bytes, format: str) -> float:
-    """Return a number; bytes that are missing are zero."""
+    """Decode a number; missing bytes are zero."""
     size = struct.calcsize(format)
     number: float = struct.unpack(format, raw[:size].ljust(size, b"\0"))[0]
     return number
@@ -308,7 +308,7 @@ _TYPES: dict[str, tuple[str, Callable[[bytes], Any]]] = {
     "int64[]": ("integer_arrays", lambda raw: np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<i8")),
     "string": ("strings", lambda raw: raw.decode("utf-8", "replace")),
 }
-"""Field of a `Snapshot`, and the value of some bytes, by type."""
+"""Field of a `Snapshot` and decoder of each WPILib type, by name of the type."""
 _NUMBERS = ("double", "float", "int64", "boolean")
 _XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
@@ -316,32 +316,32 @@ _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogColumn:
-    """Values of one key, in the order of time."""
+    """Values of one key in order of time."""
 
     key: str
     type: str
-    """WPILib's name of the type: `double`, `int64`, `boolean`, `int64[]`, `string`, `struct:Pose3d[]`, ..."""
+    """WPILib's name of the type, e.g. `double`, `int64[]` or `struct:Pose3d[]`."""
     times: FloatArray
     """Time of each value [s], shape (n,)."""
     _data: bytes
     _places: list[int]
     _sizes: list[int]
     metadata: str = ""
-    """Metadata of the entry's start; the unit from SysId's routine and AdvantageKit, else mostly JSON."""
+    """Metadata of the entry: the unit in logs of SysId routines and AdvantageKit, otherwise mostly JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
 
     def payload(self, row: int) -> bytes:
-        """Return the bytes of one value."""
+        """Return the encoded bytes of one value."""
         place = self._places[row]
         return self._data[place : place + self._sizes[row]]
 
     def value(self, row: int) -> Any:
-        """Return one value as a snapshot has it: a number, a text, a pose of shape (7,), rows of an array.
+        """Return one decoded value: a number, a text, a pose of shape (7,), or an array.
 
         Raises:
-            LogError: A snapshot has no values of this type.
+            LogError: If a snapshot has no values of this type.
         """
         if self.type not in _TYPES:
             raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_TYPES)}")
@@ -349,27 +349,27 @@ class LogColumn:
 
     @property
     def field(self) -> str | None:
-        """Field of a snapshot that has such values; None: none has."""
+        """Field of a snapshot for values of this type; None if there is no such field."""
         return _TYPES[self.type][0] if self.type in _TYPES else None
 
     def rows_at(self, times: FloatArray) -> IntArray:
-        """Return the numbers of the newest values at some times [s], shape (n,); -1 before the first."""
+        """Return the row of the newest value at each time [s], shape (n,); -1 before the first value."""
         rows: IntArray = np.searchsorted(self.times, times + 1e-9, side="right") - 1
         return rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TelemetryLog:
-    """A whole log. Keys carry no prefix: `NT:/Sim/Robot/Pose3d` is `Sim/Robot/Pose3d`."""
+    """Contents of a log, with keys without prefix: `NT:/Sim/Robot/Pose3d` becomes `Sim/Robot/Pose3d`."""
 
     path: Path
     columns: Mapping[str, LogColumn]
     ends_early: bool
-    """The last record is cut off, or what follows it is not a record."""
+    """Whether the log ends with an incomplete or invalid record."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times of the first pose, if there is one, and of the last value: poses at rest are not logged again [s]."""
+        """Times of the first pose (or the first value, if there are no poses) and of the last value of any type [s]."""
         columns = [c for c in self.columns.values() if len(c)]
         if not columns:
             return 0.0, 0.0
@@ -380,18 +380,18 @@ class TelemetryLog:
         """Return the column of a key.
 
         Raises:
-            UnknownNameError: The log has no such key.
+            UnknownNameError: If the log does not contain the key.
         """
         if key not in self.columns:
             raise UnknownNameError("logged key", key, self.columns)
         return self.columns[key]
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Return times [s] and values of a number.
+        """Return the times [s] and values of a number.
 
         Raises:
-            UnknownNameError: The number was not logged.
-            LogError: The key's values are not numbers.
+            UnknownNameError: If the log does not contain the key.
+            LogError: If the values of the key are not numbers.
         """
         column = self.column(key)
         if column.type not in _NUMBERS:
@@ -399,7 +399,7 @@ class TelemetryLog:
         return column.times, np.array([column.value(row) for row in range(len(column))], dtype=np.float64)
 
     def snapshot_at(self, time: float) -> Snapshot:
-        """Return what was known at a time [s], as the simulation published it."""
+        """Return a snapshot with the newest value of each key at a time [s]."""
         found: dict[str, dict[str, Any]] = {name: {} for name, _ in _TYPES.values()}
         for key, column in self.columns.items():
             (row,) = column.rows_at(np.array([time])).tolist()
@@ -409,7 +409,7 @@ class TelemetryLog:
 
 
 class _Entry:
-    """A column while it grows."""
+    """Column under construction."""
 
     __slots__ = ("key", "metadata", "micros", "places", "sizes", "type")
 
@@ -421,16 +421,16 @@ class _Entry:
 
 
 def read_log(path: str | Path) -> TelemetryLog:
-    """Read a log.
+    """Read a log, including one that is cut off.
 
     Raises:
-        LogError: There is no such file, it cannot be read, it is no data log, or it holds no record.
+        LogError: If the file cannot be read, is not a data log or contains no records.
     """
     path = Path(path)
     try:
         data = path.read_bytes()
         if data.startswith(_XZ):
-            data = lzma.LZMADecompressor().decompress(data)  # of one that is cut off what is there
+            data = lzma.LZMADecompressor().decompress(data)  # also decompresses the existing part of a cut-off file
     except (OSError, ValueError, lzma.LZMAError) as error:  # a path with a NUL is a ValueError
         raise LogError(f"cannot read the log {str(path)!r}: {getattr(error, 'strerror', None) or error}") from error
     if data[:6] != b"WPILOG" or len(data) < 12:
@@ -446,7 +446,7 @@ def read_log(path: str | Path) -> TelemetryLog:
 
 
 def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
-    """Find all records; whether the last one is cut off."""
+    """Find all records from an offset on; also return whether the log ends with an incomplete or invalid record."""
     open_entries: dict[int, _Entry] = {}
     by_key: dict[str, _Entry] = {}
     end = len(data)
@@ -474,7 +474,7 @@ def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
 
 
 def _control(record: bytes, open_entries: dict[int, _Entry], by_key: dict[str, _Entry]) -> bool:
-    """Start and end of entries; False for bytes that are no control record."""
+    """Start or end an entry by a control record; return False for an invalid control record."""
     if len(record) < 5 or record[0] > 2:
         return False
     entry = int.from_bytes(record[1:5], "little")
@@ -490,7 +490,7 @@ def _control(record: bytes, open_entries: dict[int, _Entry], by_key: dict[str, _
             at += 4 + size
         key, kind = _PREFIX.sub("", texts[0]), texts[1]
         known = by_key.setdefault(key, _Entry(key, kind, texts[2]))
-        if known.type == kind:  # a key that changes its type keeps its first
+        if known.type == kind:  # a key that changes type keeps its first type
             open_entries[entry] = known
     return True
 
@@ -498,7 +498,7 @@ def _control(record: bytes, open_entries: dict[int, _Entry], by_key: dict[str, _
 def _column(entry: _Entry, data: bytes) -> LogColumn:
     micros = np.array(entry.micros, dtype=np.int64)
     places, sizes = entry.places, entry.sizes
-    if len(micros) and (np.diff(micros) < 0).any():  # AdvantageKit's and merged logs
+    if len(micros) and (np.diff(micros) < 0).any():  # in AdvantageKit's logs and in merged logs
         order = np.argsort(micros, kind="stable")
         micros = micros[order]
         places, sizes = [places[i] for i in order], [sizes[i] for i in order]

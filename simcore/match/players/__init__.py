@@ -1,1 +1,1 @@
-"""Scripted players: robots that play a whole match with others, each with a role and a level of skill."""
+"""Players of whole matches: scripted robots, each with a role and a skill level, and robots driven by a person."""

@@ -1,4 +1,4 @@
-"""A robot that a person drives: field-relative with two sticks, a button for the intake and four for actions."""
+"""Controllers for a robot driven by a person: field-relative with two sticks, an intake button and action buttons."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from simcore.units import TICK
 __all__ = ["DrivenRobot", "Driver", "DriverControls", "DriverInput", "HandedOver"]
 
 _STICK = Quantity("", -1.0, 1.0)
-_MOST_TURN = math.tau  # [rad/s], at full stick
+_MOST_TURN = math.tau  # [rad/s] at full stick
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverInput:
-    """Present input of a driver."""
+    """Current input of a driver."""
 
     ahead: float = 0.0
-    """Away from the driver's station, as a share of full speed [-]."""
+    """Speed away from the driver station, as a fraction of full speed [-]."""
     left: float = 0.0
-    """To the left as seen from the driver's station, as a share of full speed [-]."""
+    """Speed to the left as seen from the driver station, as a fraction of full speed [-]."""
     turn: float = 0.0
-    """Counter-clockwise seen from above, as a share of full rate [-]."""
+    """Yaw rate, counter-clockwise positive, as a fraction of the full rate [-]."""
     intake: bool = False
-    """Whether to take pieces in."""
+    """Whether the intake runs."""
     action: int | None = None
-    """Index of the game's action whose button is held; None, or an index without an action: none."""
+    """Index of the action whose button is held; None if no action button is held."""
     device: str = "keyboard"
     """Name of the input device."""
 
@@ -45,19 +45,19 @@ class DriverInput:
 
 
 Driver: TypeAlias = Callable[[], "DriverInput | None"]
-"""Function that returns the present input; None while nobody drives."""
+"""Function that returns the current input, or None while no person drives."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverControls:
-    """Buttons of a driver in a game; sticks and intake are equal in all games."""
+    """A game's action buttons for a driver; sticks and the intake button work alike in all games."""
 
     settings: ScriptSettings = field(default_factory=ScriptSettings)
-    """Settings of how the robot is handled."""
+    """Settings for the robot."""
     actions: Mapping[str, Script] = field(default_factory=dict)
-    """Up to four scripts by their names for people, in the order of the buttons; each runs while its button is held."""
+    """Scripts of up to four buttons, by label in the order of the buttons; each runs while its button is held."""
     rest: Callable[[ScriptedRobot], None] = lambda robot: None
-    """Function that commands the mechanisms while no action runs; called at the start and after each action."""
+    """Function that commands the mechanisms while no action runs, called at the start and after each action."""
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -65,18 +65,18 @@ class DriverControls:
             raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Driver) -> DrivenRobot:
-        """Make the controller that follows a driver."""
+        """Make a controller that follows a driver's inputs."""
         return DrivenRobot(self, match, alliance, driver)
 
 
 class DrivenRobot(ScriptedRobot):
-    """Controller that follows a driver; for robots with swerve.
+    """Controller that follows a driver's inputs, for robots with a swerve drive.
 
-    While an action steers, for example to aim, the sticks have no effect. While nobody drives, the robot stands still.
+    The sticks have no effect while an action steers, e.g. to aim. The robot stands still while no person drives.
 
     Args:
-        controls: Buttons of the driver.
-        match: Match in which it plays.
+        controls: Action buttons of the driver.
+        match: Match in which the robot plays.
         alliance: Alliance of the robot.
         driver: Source of the driver's input.
     """
@@ -89,19 +89,19 @@ class DrivenRobot(ScriptedRobot):
         self._last = -math.inf
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick."""
+        """Run one tick of driving."""
         if time > self._last + 1.5 * TICK:  # the robots were disabled in between
             super().stop()
         self._last = time
         super().__call__(robot, time)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
-        """Steer for the script of an action; the sticks have no effect in this tick."""
+        """Change the commanded velocity for an action's script, ignoring the sticks in this tick."""
         self._is_steered = True
         super().accelerate_to(vx, vy, turn)
 
     def stop(self) -> None:
-        """Stand still; the sticks have no effect in this tick."""
+        """Stand still, ignoring the sticks in this tick."""
         self._is_steered = True
         super().stop()
 
@@ -138,21 +138,21 @@ class DrivenRobot(ScriptedRobot):
     def _steer(self, wants: DriverInput) -> None:
         drive = self.robot.drive
         assert isinstance(drive, SwerveDrive)
-        # left is reversed at a mirrored station
+        # left is reversed at a mirrored driver station
         hand = 1.0 if self.alliance == "blue" or self._symmetry.keeps_hands else -1.0
         super().accelerate_to(drive.max_speed * wants.ahead, hand * drive.max_speed * wants.left)
         self._velocity = (*self._velocity[:2], hand * min(_MOST_TURN, drive.max_omega) * wants.turn)
 
 
 class HandedOver:
-    """A robot that plays an auto until a person takes over, who then drives it while robots may move.
+    """Controller that plays an auto until a person takes over and drives.
 
     Args:
-        match: Match in which it plays.
+        match: Match in which the robot plays.
         alliance: Alliance of the robot.
-        auto: Controller before the take-over.
+        auto: Controller of the robot before a person takes over.
         driver: Source of the driver's input.
-        from_teleop: Whether a person can take over in teleop only.
+        from_teleop: Whether a person can take over only in teleop.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class HandedOver:
         """Whether a person has taken over."""
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick."""
+        """Run one tick of the auto or of driving."""
         may = not self._from_teleop or self._match.timer.phase.mode == "teleop"
         self.is_taken = self.is_taken or (may and self._driver() is not None)
         (self._driven if self.is_taken else self._auto)(robot, time)

@@ -32,14 +32,14 @@ __all__ = [
 ]
 
 ME = "me"
-"""Name of the robot in a line-up that does not play a role."""
+"""Name of the user's robot in a line-up, which plays no role."""
 _LEVEL = 2
 """Default level of a player."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """One robot of a match with its player."""
+    """Robot of a match, with the role and level of its player."""
 
     alliance: Alliance
     role: str
@@ -54,7 +54,7 @@ def find_role(game: Game, name: str) -> Role:
     """Return a role by name.
 
     Raises:
-        UnknownNameError: If the game has none of that name.
+        UnknownNameError: If the game has no role of this name.
         ConfigError: If the game has no roles.
     """
     if not game.roles:
@@ -65,11 +65,11 @@ def find_role(game: Game, name: str) -> Role:
 
 
 def read_player(game: Game, text: str) -> tuple[str, int]:
-    """Parse role and level of a player: `collector:3`, or `collector`, which is level 2.
+    """Parse the role and level of a player, e.g. `collector:3`; the default level is 2.
 
     Raises:
-        UnknownNameError: If the game has no such role.
-        ConfigError: If there is no such level.
+        UnknownNameError: If the game has no role of this name.
+        ConfigError: If the level does not exist.
     """
     name, colon, level = text.strip().partition(":")
     role = find_role(game, name.strip())
@@ -80,16 +80,18 @@ def read_player(game: Game, text: str) -> tuple[str, int]:
 
 
 def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
-    """Return seats of a match in the order of its robots: the alliance of `me` first, with `me` at its head, else blue.
+    """Parse the seats of a match, in the order of its robots.
+
+    The first seat is that of `me`, followed by the rest of its alliance; without `me`, blue comes first.
 
     Args:
         game: Game to play.
-        red: Players of red, separated by commas or plus signs, e.g. `collector:3,idle`; empty: none.
-        blue: Players of blue, likewise.
+        red: Players of red, separated by commas or plus signs, e.g. `collector:3,idle`; empty for no red robots.
+        blue: Players of blue, in the format of `red`.
 
     Raises:
-        ConfigError: If there are too many robots or none, two of `me`, or an unknown level.
-        UnknownNameError: If the game has no such role.
+        ConfigError: If there are no robots, too many robots, two robots named `me`, or an unknown level.
+        UnknownNameError: If the game has no role of one of the names.
     """
     sides: dict[Alliance, list[Seat]] = {"blue": [], "red": []}
     texts: dict[Alliance, str] = {"blue": blue, "red": red}
@@ -114,7 +116,7 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
 
 
 def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None) -> tuple[RobotEntry, ...]:
-    """Return robots of a match, each with its role's config, and that of `ME` in place of the game's."""
+    """Return the robot entries of a match, with the config of each role and `robot` as the config of `ME`."""
     return tuple(
         RobotEntry(alliance=seat.alliance, config=robot if role is None else role.config and role.config())
         for seat in seats
@@ -128,13 +130,14 @@ def take_seats(
     me: Callable[[], Controller] | None = None,
     hand_over: Callable[[Match, int, Controller], Controller] | None = None,
 ) -> None:
-    """Set players as the controllers of a match's robots while these may move.
+    """Set the players as controllers of a match's robots, active while robots are enabled.
 
     Args:
         match: Match with the robots of `entries`.
-        seats: Seats of its robots.
-        me: Function that makes the controller of `ME`; None: it stands still.
-        hand_over: Function that makes a scripted robot, by number and controller, one that a person can take over.
+        seats: Seats of the robots.
+        me: Function that makes the controller of `ME`; None if the robot stands still.
+        hand_over: Function that makes a robot's controller one that a person can take over, called with the match, the
+            robot's number and its controller; None if no person can take over.
     """
     for number, seat in enumerate(seats):
         match.record.robots[number].player = str(seat)
@@ -156,16 +159,16 @@ def play_match(
     options: Iterable[str] = (),
     **settings: Any,
 ) -> AutoRun:
-    """Play a whole match headless, until its score is final.
+    """Run a whole match headless, until the score is final.
 
     Args:
         game: Game to play.
-        seats: Seats, from `lineup`.
-        me: Function that makes the controller of `ME`, e.g. from `plays`; None: it stands still.
-        robot: Config of `ME` in place of the game's robot.
-        hand_over: See `take_seats`.
-        seconds: Simulated time to play [s]; None: to the end.
-        options: Options of the game that are on, in addition to those that are on in matches.
+        seats: Seats of the robots, from `lineup`.
+        me: Function that makes the controller of `ME`, e.g. from `plays`; None if the robot stands still.
+        robot: Config of `ME`; None for the game's default robot.
+        hand_over: Function that makes a robot's controller one that a person can take over, as in `take_seats`.
+        seconds: Simulated time to play [s]; None for the whole match.
+        options: Game options to switch on, in addition to those that are on by default in matches.
         settings: Further arguments of `simcore.match.runner.play_robots`.
     """
     length = match_seconds(game) if seconds is None else seconds
@@ -183,12 +186,12 @@ def play_match(
 
 
 def plays(auto: Auto) -> Callable[[PlayedMatch], Controller]:
-    """Return a function that makes the controller of `ME` for an auto; it stands still afterwards."""
+    """Return a function that makes a controller for `ME` that plays an auto and then stands still."""
     return lambda match: auto.controller(match, match.alliances[0])
 
 
 def match_seconds(game: Game) -> float:
-    """Return the duration of a whole match until its score is final [s]."""
+    """Return the duration of a whole match until the score is final [s]."""
     return game.clock.duration + game.assessment + 2.0 * TICK
 
 
@@ -198,11 +201,11 @@ def _maker(match: PlayedMatch, number: int, seat: Seat) -> Callable[[], Controll
 
 
 class WhileEnabled:
-    """Controller that runs another one while robots may move, and makes it again for each auto.
+    """Controller that runs another controller while robots are enabled, and makes a new one for each auto.
 
     Args:
-        match: Match in which it plays.
-        make: Function that makes the controller.
+        match: Match in which the robot plays.
+        make: Function that makes the inner controller.
     """
 
     def __init__(self, match: PlayedMatch, make: Callable[[], Controller]) -> None:
@@ -212,7 +215,7 @@ class WhileEnabled:
         self._was_auto = False
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick."""
+        """Run one tick of the inner controller, or stop the robot while robots are disabled."""
         timer = self._match.timer
         is_auto = timer.is_enabled and timer.phase.mode == "auto"
         if self._controller is None or (is_auto and not self._was_auto):

@@ -1,7 +1,8 @@
-"""Scripted players: robots that play a match by looking at the field, planning routes, collecting pieces and shooting.
+"""Scripted players: robots that play a match by observing the field, planning routes, collecting pieces and shooting.
 
-A player knows what a driver would: where robots and pieces were when it last looked, the match clock, the game data,
-and the pieces in its own robot. It plans routes on a grid over the carpet; its defense obeys the pinning rule.
+A player uses only information that a driver has: the robots and pieces at the last look at the field, the match clock,
+the game data and the pieces in its own robot. It plans routes on a grid over the carpet; its defense obeys the pinning
+rule.
 """
 
 from __future__ import annotations
@@ -35,17 +36,17 @@ from simcore.world.symmetry import Pose
 __all__ = ["SKILLS", "Defense", "PlayScript", "Player", "RouteMap", "SeenRobot", "Skill", "idle", "make_role"]
 
 Place = tuple[float, float]
-"""Place on the carpet, blue field frame [m]."""
+"""Position on the carpet, blue field frame [m]."""
 
-_CELL = 0.2  # [m]
-_FINE = 4  # points per cell and axis at which elements are sampled
+_CELL = 0.2  # [m]; size of a grid cell
+_FINE = 4  # sampling points for elements per cell and axis
 _FLAT = 0.05  # [m]; lower elements do not slow a robot down
-_HALF = 0.42  # [m]; half of a robot and a margin: its center comes no nearer to a wall
-_CORNER = 0.6  # [m]; a robot that turns this near to a wall touches it
-_BLOCKED, _TIGHT = 60.0, 1.5  # cost per meter; high and not infinite, so that a robot inside gets out
-_RAMP = 8.0  # cost per meter; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
-_ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the added cost per meter there
-_DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, which goes in steps of 45 degrees
+_HALF = 0.42  # [m]; half of a robot and a margin: smallest distance from its center to a wall
+_CORNER = 0.6  # [m]; a robot that turns at this distance from a wall touches the wall
+_BLOCKED, _TIGHT = 60.0, 1.5  # cost per meter; finite, so that a robot inside a blocked cell finds a way out
+_RAMP = 8.0  # cost per meter; a robot is slow on a ramp, and may land on a piece that lifts its wheels
+_ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the added cost per meter
+_DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, which has steps of 45 degrees
 
 
 class RouteMap:
@@ -54,7 +55,7 @@ class RouteMap:
     Args:
         field: Definition of the field: its symmetry and drivable elements.
         elements: Elements of the loaded field.
-        height: Height of a robot [m]; it passes under elements that are higher up.
+        height: Height of a robot, which can pass under elements above this height [m].
         flipped: Whether to plan for the red alliance.
     """
 
@@ -75,7 +76,7 @@ class RouteMap:
         self._to_ramp: FloatArray = (
             distance_transform_edt(~ramps, sampling=self._step) if ramps.any() else np.full(self.shape, np.inf)
         )
-        # the middle of a cell represents it: otherwise a passage narrower than two cells would close
+        # the middle of a cell stands for the whole cell; otherwise a passage narrower than two cells would close
         self._cost = cells[:, _FINE // 2 - 1 : _FINE // 2 + 1, :, _FINE // 2 - 1 : _FINE // 2 + 1].mean(axis=(1, 3))
         if flipped:
             turn = (slice(None, None, -1), slice(None, None, -1 if field.symmetry.keeps_hands else None))
@@ -90,7 +91,7 @@ class RouteMap:
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Return two masks of the fine grid: points that block a robot, and points on drivable elements."""
+        """Return masks of the fine grid for points that block a robot and for points on drivable elements."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
         step = np.array(self._step) / _FINE
@@ -115,21 +116,21 @@ class RouteMap:
     # --- queries --------------------------------------------------------------------------------------------------
 
     def is_ramp(self, place: Place, within: float = 0.0) -> bool:
-        """Return whether a place is on a drivable element or within `within` meters of one."""
+        """Return whether a position is on a drivable element or within `within` [m] of a drivable element."""
         return bool(self._to_ramp[self._cell(place)] <= within)
 
     def is_free(self, place: Place) -> bool:
-        """Return whether a robot's center fits at a place."""
+        """Return whether a robot fits with its center at a position."""
         inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
         return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
 
     def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
-        """Return the corners of the cheapest route between two places, without the start.
+        """Return the corners of the cheapest route between two positions, without the start.
 
         Args:
-            start: Current place of the robot [m].
+            start: Current position of the robot [m].
             goal: Goal of the robot [m].
-            others: Centers of other robots [m]; a robot standing on the goal is not an obstacle.
+            others: Centers of other robots [m]; a robot on the goal is not an obstacle.
         """
         cost = self._cost
         for x, y in others:
@@ -160,7 +161,7 @@ class RouteMap:
         middles = [(float(x), float(y)) for x, y in self._centers.reshape(-1, 2)[way]] + [goal]
         left = [*costs[way].tolist(), 0.0]
         total = float(costs[first])
-        # go straight to the farthest cell that costs no more that way than cell by cell
+        # go straight to the farthest cell for which the straight line costs no more than the route of cells
         for n in range(len(middles) - 1, 0, -1):
             if self._line_cost(cost, start, middles[n]) <= _DETOUR * (total - left[n]):
                 return middles[n:]
@@ -171,7 +172,7 @@ class RouteMap:
         return min(max(i, 0), self.shape[0] - 1), min(max(j, 0), self.shape[1] - 1)
 
     def _line_cost(self, cost: FloatArray, a: Place, b: Place) -> float:
-        """Return the cost of the straight line between two places."""
+        """Return the cost of the straight line between two positions."""
         length = math.dist(a, b)
         steps, ends = max(1, math.ceil(length / (0.5 * _CELL))), np.array((a, b), dtype=np.float64)
         return length * _mean_cost(cost, *self._step, ends, steps)
@@ -179,7 +180,15 @@ class RouteMap:
 
 @compiled
 def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
-    """Return the mean cost of the cells, `step` in size [m], sampled evenly along a line."""
+    """Return the mean cost of cells sampled evenly along a line.
+
+    Args:
+        cost: Cost per meter of each cell, shape (nx, ny).
+        width: Size of a cell along x [m].
+        depth: Size of a cell along y [m].
+        ends: Ends of the line [m], shape (2, 2).
+        steps: Number of steps along the line.
+    """
     total, x, y = 0.0, (ends[1, 0] - ends[0, 0]) / steps, (ends[1, 1] - ends[0, 1]) / steps
     for number in range(steps + 1):
         i, j = int((ends[0, 0] + number * x) / width), int((ends[0, 1] + number * y) / depth)
@@ -190,7 +199,7 @@ def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, s
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Return sorted pairs of cells that share a side or a corner; each pair appears in both orders."""
+    """Return the sorted pairs of cells that share a side or a corner, each pair in both orders."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     pairs = [
         (number[:-1, :], number[1:, :]),
@@ -205,44 +214,44 @@ def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
     return first[order].astype(np.int32), second[order].astype(np.int32)
 
 
-_RAMP_SPEED = 1.4  # [m/s]; a faster robot jumps off what it climbs over
-_AHEAD = 0.6  # [m] that a robot checks ahead for ramps
-_REPLAN = 0.4  # [s] for which a route is kept while its goal stays within _MOVED
+_RAMP_SPEED = 1.4  # [m/s]; a faster robot jumps off a ramp
+_AHEAD = 0.6  # [m]; distance at which a robot slows down for a ramp
+_REPLAN = 0.4  # [s]; a route is kept this long while its goal stays within `_MOVED`
 _MOVED = 0.5  # [m]
-_STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that wants to move and comes no farther in this time is stuck
+_STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that moves less than this in this time is stuck
 _BACK_OFF, _SHAKING = 0.6, 4.0  # [s]
-_TILT, _RAISED = 0.08, 0.035  # [rad], [m]; elements flat on the carpet, such as a bar of 3 cm, cause less
-_BESIDE_RAMP = 0.6  # [m]; a robot whose center is this near to a ramp may have its wheels on it
-_CALM = 5  # ticks on its wheels after which a robot counts as free
-_AIM = 0.8  # [s] after which a player aims again
-_REACHES = 1.3  # [m]; a deployed intake touches opponents that are nearer
-_IN_THE_WAY = 1.2  # [s] of aiming without a shot after which a robot looks for another place
+_TILT, _RAISED = 0.08, 0.035  # [rad], [m]; elements flat on the carpet, e.g. a 3 cm bar, cause less
+_BESIDE_RAMP = 0.6  # [m]; a robot whose center is this close to a ramp may have wheels on the ramp
+_CALM = 5  # ticks on all wheels after which a robot counts as free
+_AIM = 0.8  # [s]; interval between new aiming errors
+_REACHES = 1.3  # [m]; a deployed intake touches opponents that are closer
+_IN_THE_WAY = 1.2  # [s]; time of aiming without a shot after which a robot moves to another place
 _CLUSTER = 0.45  # [m]; size of the cells in which pieces are counted
-_CROWD = 1.3  # [m]; pieces this near to another robot are left to it
-_BEYOND = 0.35  # [m] that a robot drives on past the pieces that it collects
+_CROWD = 1.3  # [m]; a player mostly leaves pieces this close to another robot to that robot
+_BEYOND = 0.35  # [m]; distance that a robot drives past the pieces that it collects
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """Skill of a player, including the quality of its robot; docs/whole_match.md has the sources of the numbers."""
+    """Skill of a player and quality of the robot; docs/whole_match.md has the sources of the numbers."""
 
     speed: float
     """Cruising speed [m/s]."""
     collecting_speed: float
     """Driving speed while taking in pieces [m/s]."""
     aim: float
-    """Standard deviation of the heading of a shot [rad]."""
+    """Standard deviation of a shot's heading [rad]."""
     shot_speed: float
-    """Relative standard deviation of the speed of a shot [-]."""
+    """Relative standard deviation of a shot's speed [-]."""
     load: int
-    """Largest number of pieces that it collects before it goes to score."""
+    """Largest number of pieces to collect before going to score."""
     shot_rate: float
     """Average rate of fire while shooting [1/s]."""
     reaction: float
     """Interval between looks at the field [s]."""
     foresight: float
-    """Lead time with which the player prepares for something that opens later [s]; 0: it does not prepare."""
+    """Time in advance at which the player prepares for a scoring opportunity [s]; 0 for no preparation."""
     planning: float
     """Exponent of a cluster's number of pieces when weighed against distance [-]: 0 ignores the number, 1 is linear."""
 
@@ -253,17 +262,17 @@ SKILLS = (
     Skill(2.0, 1.0, degrees(3.0), 0.08, 12, 2.8, 0.4, 4.0, 0.7),
     Skill(2.6, 1.2, degrees(1.5), 0.04, 16, 4.0, 0.2, 6.0, 1.0),
 )
-"""Skills of levels 1 to 4: a first match, an average team, a good team, the best."""
+"""Skills of levels 1 to 4: a team in its first match, an average team, a good team and a top team."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeenRobot:
-    """Another robot, as a player last saw it."""
+    """Another robot at a player's last look."""
 
     number: int
     is_opponent: bool
     pose: Pose
-    """Pose in the blue frame of the player [m, m, rad]."""
+    """Pose of the other robot, in the field frame in which the player is blue [m, m, rad]."""
 
     @property
     def place(self) -> Place:
@@ -276,10 +285,10 @@ class Player(ScriptedRobot):
 
     Args:
         script: Script to follow.
-        match: Match in which it plays.
+        match: Match in which the robot plays.
         alliance: Alliance of the robot.
         skill: Skill of the player.
-        settings: Settings for handling the robot.
+        settings: Settings for the robot.
     """
 
     def __init__(
@@ -288,9 +297,10 @@ class Player(ScriptedRobot):
         super().__init__(lambda _: script(self), match, alliance, settings)
         self.skill = skill
         self.others: list[SeenRobot] = []
-        """Other robots as last seen, by number."""
+        """Other robots at the last look, in order of robot number."""
         self.seen_pieces: dict[str | None, FloatArray] = {}
-        """Pieces on the carpet as last seen, blue frame [m], shape (n, 3), by kind; the key None has all kinds."""
+        """Positions of pieces on the carpet at the last look, by kind (None for all kinds), blue field frame [m], shape
+        (n, 3)."""
         self._routes = RouteMap(
             match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
         )
@@ -300,13 +310,13 @@ class Player(ScriptedRobot):
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
-        """Begin the script with a robot; the player has its own random generator."""
+        """Start the script with a robot, and with the player's own random generator."""
         self.rng = self.match.draws.generator("players", robot.number)
         self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick, with a look at the field if one is due."""
+        """Run one tick of the script, after a look at the field if the reaction time has passed."""
         self._has_looked = time >= self._looks_at
         if self._has_looked:
             self._looks_at = time + self.skill.reaction - 0.5 * TICK
@@ -328,33 +338,33 @@ class Player(ScriptedRobot):
 
     @property
     def time(self) -> float:
-        """Time of the match [s]."""
+        """Match time [s]."""
         return self.match.timer.time
 
     @property
     def room(self) -> int:
-        """Number of pieces still to take in before going to score."""
+        """Number of pieces that the player can still take in before going to score."""
         return max(0, min(self.robot.storage.room, self.skill.load - self.held))
 
     @property
     def opponents(self) -> list[SeenRobot]:
-        """Opponents as last seen."""
+        """Opponents at the last look."""
         return [other for other in self.others if other.is_opponent]
 
     @property
     def is_beached(self) -> bool:
-        """Whether the robot is off the carpet and not on a ramp, e.g. stuck on a piece under its frame."""
+        """Whether the robot is tilted or raised away from any ramp, e.g. stuck on a piece under its frame."""
         chassis = self.robot.chassis
         roll, pitch, _ = chassis.roll_pitch_yaw
         leans = max(abs(roll), abs(pitch)) > _TILT or chassis.pos[2] > _RAISED
         return leans and not self._routes.is_ramp(self.pose[:2], within=_BESIDE_RAMP)
 
     def away(self, place: Place) -> float:
-        """Return the distance of a place from the robot [m]."""
+        """Return the distance from the robot to a position [m]."""
         return math.dist(self.pose[:2], place)
 
     def touches(self, number: int) -> bool:
-        """Return whether the robot is in contact with the robot of this number."""
+        """Return whether the robot is in contact with another robot, by its number."""
         return (self.robot.number, number) in self.match.contacts.robots
 
     # --- commands of a script ---------------------------------------------------------------------------------------
@@ -362,7 +372,16 @@ class Player(ScriptedRobot):
     def travel(
         self, x: float, y: float, yaw: float, *, speed: float | None = None, timeout: float = 10.0, near: float = 0.12
     ) -> Steps:
-        """Drive around obstacles to a pose [m, m, rad] and stop there; give up after `timeout` [s]."""
+        """Drive around obstacles to a pose and stop there.
+
+        Args:
+            x: x coordinate of the goal, blue field frame [m].
+            y: y coordinate of the goal, blue field frame [m].
+            yaw: Heading at the goal [rad].
+            speed: Cruising speed [m/s]; None for the skill's speed.
+            timeout: Time after which the robot stops anyway [s].
+            near: Distance that counts as reached [m].
+        """
         yield from self.pursue(lambda: (x, y, yaw), speed=speed, timeout=timeout, near=near)
         self.stop()
 
@@ -375,21 +394,21 @@ class Player(ScriptedRobot):
         near: float = 0.12,
         ignored: tuple[int, ...] = (),
     ) -> Steps:
-        """Drive to a pose that may change with every look, until it is reached or the goal is None.
+        """Drive to a goal that may change with every look at the field.
 
         Args:
-            goal: Function that returns the goal [m, m, rad]; None ends the pursuit.
-            speed: Cruising speed [m/s]; None: the skill's.
-            timeout: Time after which it gives up [s].
-            near: Distance that counts as reached [m]; 0: never.
-            ignored: Numbers of robots that it may push instead of driving around them.
+            goal: Function that returns the goal pose, blue field frame [m, m, rad], or None to end the pursuit.
+            speed: Cruising speed [m/s]; None for the skill's speed.
+            timeout: Time after which the pursuit ends [s].
+            near: Distance that counts as reached [m]; with 0, the pursuit goes on at the goal.
+            ignored: Numbers of robots to push instead of driving around them.
         """
         aim: Pose | None = None
         way: list[Place] = []
         planned, planned_for = -math.inf, (math.inf, math.inf)
         since, anchor = self.match.time, self.pose[:2]
         for _ in range(round(timeout / TICK)):
-            if self._has_looked and self.is_beached:  # driving on would gather more pieces under the raised edge
+            if self._has_looked and self.is_beached:  # driving on would trap more pieces under the raised edge
                 yield from self.shake_off()
                 since, anchor, planned = self.match.time, self.pose[:2], -math.inf
             now, here = self.match.time, self.pose[:2]
@@ -420,14 +439,15 @@ class Player(ScriptedRobot):
         timeout: float = 10.0,
         kind: str | None = None,
     ) -> Steps:
-        """Collect pieces, weighing clusters against nearer single pieces by the skill's `planning`.
+        """Collect pieces until the robot is full or no wanted piece is left.
+
+        The skill's `planning` weighs large clusters against nearer single pieces.
 
         Args:
-            wanted: Function of places [m], shape (n, 2), that returns a mask of those to collect from.
-            until: Function called at every look; True ends the collecting. A full robot or an empty field ends it
-                too.
-            timeout: Time after which it gives up [s].
-            kind: Kind of pieces; None: any.
+            wanted: Function of positions [m], shape (n, 2), that returns a mask of the pieces to collect.
+            until: Function called at every look; True ends collecting.
+            timeout: Time after which collecting ends [s].
+            kind: Kind of pieces to collect; None for any kind.
         """
         front = 0.0 if self.settings.intake_x > 0.0 else math.pi
 
@@ -450,12 +470,12 @@ class Player(ScriptedRobot):
     def shoot(
         self, target: tuple[float, float, float], *, until: Callable[[], bool] = lambda: False, timeout: float = 6.0
     ) -> Steps:
-        """Shoot all pieces at a place, re-aiming at intervals with the skill's errors.
+        """Shoot all pieces at a target, with aiming errors that depend on skill and change at intervals.
 
         Args:
-            target: Target of the shots, blue field frame [m].
-            until: Function called every tick; True ends the shooting.
-            timeout: Time after which it gives up [s].
+            target: Point to aim at, blue field frame [m].
+            until: Function called every tick; True ends shooting.
+            timeout: Time after which shooting ends [s].
         """
         yield from self.shake_off()
         since, ends = self.match.time, self.match.time + timeout
@@ -471,16 +491,16 @@ class Player(ScriptedRobot):
                 yield
             self.hold_fire()
             if self.held and self.match.time - since > _IN_THE_WAY and self.others:
-                nearest = min((other.place for other in self.others), key=self.away)  # it may lean on this robot
+                nearest = min((other.place for other in self.others), key=self.away)  # it may be in the way
                 yield from self._back_off(nearest)
                 self.stop()
                 since = self.match.time
         yield
 
     def shake_off(self) -> Steps:
-        """Drive off a piece stuck under the robot, toward the lower side: the piece is under the raised side.
+        """Drive off a piece stuck under the raised side of the robot, toward the lower side.
 
-        A piece under a robot rolls half as far as the robot moves, so moving by two robot lengths leaves it behind.
+        A piece under a robot rolls half as far as the robot moves, so it is free after two robot lengths.
         """
         aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):
@@ -498,14 +518,14 @@ class Player(ScriptedRobot):
     # --- inside -----------------------------------------------------------------------------------------------------
 
     def _is_ready(self, turn: float) -> bool:
-        """Return whether to feed: the shooter is ready and the skill's rate of fire allows another shot."""
+        """Return whether the shooter is ready and the skill's rate of fire allows another shot."""
         shot, self._held_before = self._held_before - self.held, self.held
         if shot > 0:
             self._feeds_at = self.match.time + shot / self.skill.shot_rate
         return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
-        """Return `speed`, limited on ramps and just before them [m/s]."""
+        """Limit a speed on ramps and just before them [m/s]."""
         x, y, _ = self.pose
         ahead = max(math.dist((x, y), toward), 1e-9)
         share = min(1.0, _AHEAD / ahead)
@@ -514,7 +534,7 @@ class Player(ScriptedRobot):
         return min(speed, _RAMP_SPEED) if is_steep else speed
 
     def _back_off(self, toward: Place) -> Steps:
-        """Drive away from `toward` for a moment, up to 1.2 rad to either side."""
+        """Drive away from a position for a moment, in a random direction within 1.2 rad."""
         x, y, _ = self.pose
         way = math.atan2(y - toward[1], x - toward[0]) + self.rng.uniform(-1.2, 1.2)
         for _ in range(round(_BACK_OFF / TICK)):
@@ -522,7 +542,7 @@ class Player(ScriptedRobot):
             yield
 
     def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
-        """Return the center of the best cluster of pieces to drive to [m]; None if there are no pieces."""
+        """Return the center of the best cluster of pieces to drive to [m], or None if there are no pieces."""
         places = self.seen_pieces[kind][:, :2]
         places = places[wanted(places)]
         if not len(places):
@@ -539,11 +559,11 @@ class Player(ScriptedRobot):
 
 
 PlayScript: TypeAlias = Callable[[Player], Steps]
-"""Function of the player that yields once per tick, from the first tick to the last."""
+"""Function of the player that makes the generator of its steps."""
 
 
-_INTO = 0.3  # [m]; a robot with a goal this far short of another one's center pushes it
-_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were this far apart for 3 s
+_INTO = 0.3  # [m]; distance from an opponent's center to the goal of a robot that pushes it
+_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends after 3 s at this distance
 
 
 def make_role(
@@ -554,8 +574,8 @@ def make_role(
     Args:
         script: Script of the role.
         summary: One-line description of the script, shown to users.
-        settings: Settings for handling the robot.
-        config: Function that makes the robot's config; None: the game's robot.
+        settings: Settings for the robot.
+        config: Function that makes the robot's config; None for the game's default robot.
     """
 
     def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
@@ -565,7 +585,7 @@ def make_role(
 
 
 def idle(player: Player) -> Steps:
-    """Stand still."""
+    """Stand still for the whole match."""
     while True:
         player.stop()
         yield
@@ -573,20 +593,21 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """Defense in a game: a robot pushes opponents away from the place they want to reach."""
+    """Defensive play, in which a robot pushes opponents away from the place where they score."""
 
     goal: Place
-    """Place to which opponents bring pieces, in the frame in which the defender is blue [m]."""
+    """Position to which opponents bring pieces, in the field frame in which the defender is blue [m]."""
     retreat: Place
-    """Place to which the defender retreats when it has no opponent to block [m]."""
+    """Position to which the defender retreats without an opponent to block, in the same frame as `goal` [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Function that returns whether the rules protect an opponent at a place from contact."""
+    """Function that returns whether the rules protect an opponent from contact, called with the player and the
+    opponent's position."""
 
     def __post_init__(self) -> None:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
-        """Defend until the match ends; release each opponent before a pin becomes a foul."""
+        """Defend until the match ends, releasing each opponent before a pin becomes a foul."""
         pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
@@ -595,7 +616,7 @@ class Defense:
             yield
 
     def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
-        """Push an opponent away from its goal for up to 4 s; back off before a pin becomes a foul."""
+        """Push an opponent away from its goal for up to 4 s, and back off before a pin becomes a foul."""
         since = 0.0
 
         def place() -> Place | None:

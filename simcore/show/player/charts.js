@@ -1,14 +1,14 @@
-// Draws charts as SVG, as wide as their place, so that their text is legible on a phone.
+// Draws charts as SVG at the width of their container, so that text stays legible on a phone.
 import { make, svg } from "./dom.js";
 
 const INKS = ["path", "hit", "miss", "ink", "blue", "red"].map((name) => `var(--${name})`);
-const DASHES = ["", "6 3", "2 2.5", "8 3 2 3"];  // tell curves apart without their colors
-const LETTER = 6.4;  // [px] mean width of a letter of 11.5 px
+const DASHES = ["", "6 3", "2 2.5", "8 3 2 3"];  // distinguish curves without color
+const LETTER = 6.4;  // [px]; mean width of a character at 11.5 px
 
-/** Draw a chart in an element; `setCursor` and `update` of what it returns move and renew it. @param {HTMLElement} home @param {ChartSpec} spec */
+/** Draw a chart in an element; call `setCursor` and `update` of the returned chart for changes. @param {HTMLElement} home @param {ChartSpec} spec */
 export const chart = (home, spec) => new Chart(home, spec);
 
-/** Round numbers in a range, at most so many. @param {number} low @param {number} high @param {number} most */
+/** Round numbers in a range, at most `most` of them. @param {number} low @param {number} high @param {number} most */
 export function ticks(low, high, most) {
   const power = 10 ** Math.floor(Math.log10((high - low) / most));
   const step = [1, 2, 2.5, 5, 10, 20].map((factor) => factor * power).find((size) => (high - low) / size <= most), found = [];
@@ -16,7 +16,7 @@ export function ticks(low, high, most) {
   return found;
 }
 
-/** Write a value as shortly as a reader needs it. @param {number | null | undefined} value */
+/** Format a value with a reasonable number of digits. @param {number | null | undefined} value */
 export function words(value) {
   if (!isNumber(value)) return "";
   if (Math.abs(value) >= 100 || Math.abs(value - Math.round(value)) < 1e-4) return String(Math.round(value) + 0);
@@ -25,14 +25,14 @@ export function words(value) {
 
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 
-/** Lowest and highest of numbers that may be many; null without any. */
+/** Lowest and highest number of a list of any length; null without numbers. */
 function extent(values) {
   let low = Infinity, high = -Infinity;
   for (const value of values) if (isNumber(value)) { low = Math.min(low, value); high = Math.max(high, value); }
   return low <= high ? [low, high] : null;
 }
 
-/** Frame of all drawings: title, legend, and an SVG that is drawn again when its place changes its width. */
+/** Base of all drawings: title, legend, and an SVG that is drawn again when the width of its container changes. */
 export class Drawing {
   constructor(home, spec) {
     this.spec = spec;
@@ -50,10 +50,10 @@ export class Drawing {
     this.drawing.addEventListener("pointerleave", () => this.leave());
   }
 
-  /** Draw it all; each kind of drawing does so its own way. */
+  /** Draw everything; subclasses override this method. */
   paint() {}
 
-  /** Start a picture of a height [px] with nothing in it. */
+  /** Start an empty drawing with a height [px]. */
   begin(height) {
     this.height = height;
     this.drawing.setAttribute("viewBox", `0 0 ${this.width} ${height}`);
@@ -71,7 +71,7 @@ export class Drawing {
     return this.put("text", { x, y, "font-size": 11.5, "text-anchor": anchor, fill: "var(--muted)", ...more }, String(content));
   }
 
-  /** Choose the place for axes: `x` and `y` turn values into pixels. */
+  /** Lay out the axes and set `x` and `y`, which convert values to pixels. */
   axes([fromX, toX], [fromY, toY], { height, left }) {
     const { xLabel } = this.spec, right = this.width - 12, top = 10, bottom = height - (xLabel ? 38 : 22);
     this.box = { left, right, top, bottom };
@@ -83,7 +83,7 @@ export class Drawing {
   labels(xTicks, yTicks) {
     const { left, right, top, bottom } = this.box, { xLabel, yLabel } = this.spec;
     for (const [at, content] of yTicks) this.text(left - 6, this.y(at) + 4, content, "end");
-    let free = -Infinity;  // a label that would touch the one before is left out
+    let free = -Infinity;  // labels that would touch the label before are left out
     for (const [at, content] of xTicks) {
       const half = LETTER * String(content).length / 2, x = Math.min(Math.max(this.x(at), half + 1), this.width - half - 1);
       if (x - half < free) continue;
@@ -94,16 +94,16 @@ export class Drawing {
     if (yLabel) this.text(0, 0, yLabel, "middle", { transform: `translate(11 ${(top + bottom) / 2}) rotate(-90)` });
   }
 
-  /** A name as long as there is room for it under the x axis, next to as many others. */
+  /** Shorten a name to the room for each of `others` labels below the x axis. */
   shortened(name, others) {
     const most = Math.max(3, Math.floor(((this.box.right - this.box.left) / others - 4) / LETTER));
     return name.length > most ? `${name.slice(0, most - 1)}\u2026` : name;
   }
 
-  /** Room [px] that labels of the y axis take. */
+  /** Width of the y axis labels [px]. */
   room(labels) { return 12 + LETTER * Math.max(1, ...labels.map((one) => String(one).length)) + (this.spec.yLabel ? 16 : 0); }
 
-  /** Where a pointer is, in pixels of the drawing. */
+  /** Position of a pointer in pixels of the drawing. */
   place(event) {
     const box = this.drawing.getBoundingClientRect();
     return [(event.clientX - box.left) / box.width * this.width, (event.clientY - box.top) / box.height * this.height];
@@ -122,7 +122,7 @@ class Chart extends Drawing {
     this.update(spec.series);
   }
 
-  /** Draw other values. @param {SeriesSpec[]} series */
+  /** Replace the drawn values. @param {SeriesSpec[]} series */
   update(series) {
     this.series = series.map((one, k) => ({ kind: "line", color: INKS[k % INKS.length], dashes: DASHES[k % DASHES.length], ...one }));
     this.values = this.series.map(() => make("span", { class: "value" }));
@@ -135,7 +135,7 @@ class Chart extends Drawing {
     if (this.width) this.paint();
   }
 
-  /** Show where time or another x is, and the values there. @param {number | null} x */
+  /** Show a cursor at x, and the values there; null hides the cursor. @param {number | null} x */
   setCursor(x) {
     this.cursor = x;
     if (this.width) this.show();
@@ -176,7 +176,7 @@ class Chart extends Drawing {
     this.show();
   }
 
-  /** Least distance between two x of a series, for the width of bars and of names. */
+  /** Smallest distance between two x values of a series, for the width of bars and names. */
   step() {
     let least = Infinity;
     for (const { x } of this.series) for (let k = 1; k < x.length; k++) if (x[k] > x[k - 1]) least = Math.min(least, x[k] - x[k - 1]);
@@ -231,7 +231,7 @@ class Chart extends Drawing {
     this.show();
   }
 
-  /** Draw the cursor and write the values there. */
+  /** Draw the cursor and write the values at the cursor. */
   show() {
     const at = this.hover ?? this.cursor, { box, spec } = this, isSeen = at !== null && this.line;
     if (this.line) this.line.setAttribute("d", isSeen ? `M${this.x(at).toFixed(1)} ${box.top}V${box.bottom}` : "");
@@ -248,7 +248,7 @@ class Chart extends Drawing {
   }
 }
 
-/** Parts of a list between its gaps. */
+/** Split a list at its gaps. */
 function runs(list) {
   const found = [[]];
   for (const one of list) if (one) found.at(-1).push(one); else found.push([]);

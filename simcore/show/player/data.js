@@ -1,20 +1,20 @@
-// Reads what simcore/show/frames.py writes: groups of columns over time, offline as one packed block, live row by row.
+// Reads the frames that simcore/show/frames.py writes: groups of columns over time, as one packed block or live row by row.
 
 export const AWAY = -32768;
 const UNIT = 32767;
 const ROBOT = 11, PART = 7, CORNERS = 12;
-const JUMP = 1200;  // [mm] between two frames: whoever goes farther was put somewhere else
+const JUMP = 1200;  // [mm] between two frames: a longer step means that a robot or piece was placed elsewhere
 
 /** @type {(f: (d: number) => number) => Point} */
 const xyz = (f) => [f(0), f(1), f(2)];
 
-/** Bytes of a gzipped base64 text. @param {string} text */
+/** Decompress a gzipped base64 text to bytes. @param {string} text */
 export async function inflate(text) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
 }
 
-/** 16-bit rows of `pack` in Python. @param {Uint8Array} bytes @param {Place} place */
+/** Unpack 16-bit rows packed by `pack` in frames.py. @param {Uint8Array} bytes @param {Place} place */
 export function unpack(bytes, [offset, rows, columns]) {
   const n = rows * columns, found = new Int16Array(n);
   for (let c = 0, k = 0; c < columns; c++) {
@@ -26,7 +26,7 @@ export function unpack(bytes, [offset, rows, columns]) {
   return found;
 }
 
-/** Last of some rising times that is not after a time; 0 if there is none. @param {ArrayLike<number>} times @param {number} time */
+/** Index of the last of some rising times that is not after a time; 0 if there is none. @param {ArrayLike<number>} times @param {number} time */
 export function rowAt(times, time, n = times.length) {
   let low = 0, high = n;
   while (high - low > 1) {
@@ -36,7 +36,7 @@ export function rowAt(times, time, n = times.length) {
   return low;
 }
 
-/** What is so at a time: nothing before the first of the times, and nothing while a value is null.
+/** Value of a change record at a time; null before the first change.
  * @template T @param {Changes<T> | undefined} changes @param {number} time @returns {T | null} */
 export function valueAt(changes, time) {
   return changes && changes.times.length && changes.times[0] <= time + 1e-6 ? changes.values[rowAt(changes.times, time)] : null;
@@ -54,7 +54,7 @@ class Group {
 
   /** @param {number} time @param {Int16Array} row */
   append(time, row) {
-    if (this.n && time <= this.times[this.n - 1]) this.n = 0;  // another run
+    if (this.n && time <= this.times[this.n - 1]) this.n = 0;  // a new run has begun
     if (this.n === this.times.length) {
       const times = new Float64Array(2 * this.n + 64), rows = new Int16Array((2 * this.n + 64) * this.width);
       times.set(this.times);
@@ -66,14 +66,14 @@ class Group {
     this.n++;
   }
 
-  /** Where the rows before and after a time begin, and how far it is from one to the other. @param {number} time */
+  /** Offsets of the rows before and after a time, and the fraction of the way between them. @param {number} time */
   at(time) {
     const i = rowAt(this.times, time, this.n), j = Math.min(i + 1, this.n - 1), span = this.times[j] - this.times[i];
     return { a: i * this.width, b: j * this.width, k: span > 0 ? Math.min(1, Math.max(0, (time - this.times[i]) / span)) : 0, n: this.n };
   }
 }
 
-/** A run: what there is to draw, and where it was when. Lengths come out in meters. */
+/** Data of a run: objects to draw, and their positions over time. Lengths are returned in meters. */
 export class Run {
   /** @param {Meta} meta @param {Uint8Array} bytes */
   constructor(meta, bytes) {
@@ -93,7 +93,7 @@ export class Run {
     let first = 0;
     for (const robot of meta.robots) { this.partsFrom.push(first); first += robot.parts; }
     /** @type {{ kind: number, column: number }[]} */
-    this.pieces = [];  // one entry each: kind and first column
+    this.pieces = [];  // kind and first column of each piece
     let column = 0;
     meta.kinds.forEach((kind, number) => {
       for (let q = 0; q < kind.count; q++) { this.pieces.push({ kind: number, column }); column += kind.round ? 4 : 8; }
@@ -103,22 +103,22 @@ export class Run {
   get start() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[0] : 0) : this.meta.start; }
   get end() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[this.groups.robots.n - 1] : 0) : this.meta.end; }
 
-  /** State of an element that counts or not: on, off, pulsing, purple; null: nobody says. @param {string} name @param {number} time */
+  /** State of a lit field element: on, off, pulsing or purple; null if unknown. @param {string} name @param {number} time */
   lamp(name, time) { return valueAt(this.meta.lamps[name], time); }
 
-  /** Pieces in a place or on a level. @param {string} name @param {number} time */
+  /** Number of pieces in a place or on a level. @param {string} name @param {number} time */
   count(name, time) { return valueAt(this.meta.cells[name], time) ?? 0; }
 
-  /** A line of the score board, or null. @param {string} label @param {number} time */
+  /** Text of a line of the score board, or null. @param {string} label @param {number} time */
   text(label, time) { return valueAt(this.meta.board.find((item) => item.label === label), time); }
 
-  /** Who scores: the alliances, or the runs of a page of two. @returns {{ label: string, side: string, ink: string }[]} */
+  /** Sides with a score: the alliances, or both runs on a page of two runs. @returns {{ label: string, side: string, ink: string }[]} */
   get sides() {
     const runs = this.meta.robots.filter((robot) => robot.is_run);
     return runs.length ? runs.map(({ name, ink }) => ({ label: name, side: "", ink })) : ["blue", "red"].map((side) => ({ label: side, side, ink: `var(--${side})` }));
   }
 
-  /** A live frame: its time, then the rows of all groups. @param {ArrayBuffer} buffer */
+  /** Append a live frame, which consists of its time and the rows of all groups; return the time. @param {ArrayBuffer} buffer */
   append(buffer) {
     const time = new DataView(buffer).getFloat64(0, true);
     let offset = 8;
@@ -131,7 +131,7 @@ export class Run {
     return time;
   }
 
-  /** Pose of a robot, or null: place, quaternion x y z w, belief x y yaw or null, whether its intake takes pieces.
+  /** Pose of a robot, or null: position, quaternion x y z w, estimated x y yaw or null, and whether its intake is active.
    * @param {number} number @param {number} time @returns {Pose | null} */
   robot(number, time) {
     const { rows } = this.groups.robots, { a, b, k, n } = this.groups.robots.at(time), from = a + ROBOT * number, to = b + ROBOT * number;
@@ -148,14 +148,14 @@ export class Run {
     return pose;
   }
 
-  /** Pose of a part in its robot's frame, or null. @param {number} robot @param {number} number @param {number} time @returns {Pose | null} */
+  /** Pose of a moving part in its robot's frame, or null. @param {number} robot @param {number} number @param {number} time @returns {Pose | null} */
   part(robot, number, time) {
     const { rows } = this.groups.parts, { a, b, k, n } = this.groups.parts.at(time), c = PART * (this.partsFrom[robot] + number);
     if (!n || !(rows[a + c + 3] || rows[a + c + 4] || rows[a + c + 5] || rows[a + c + 6])) return null;
     return between(rows, a + c, b + c, k);
   }
 
-  /** Calls `put(row, x, y, z, state, rows, a, b, k)` for each piece; a and b are where its quaternions begin.
+  /** Call `put(row, x, y, z, state, rows, a, b, k)` for each piece; a and b are the offsets of its quaternions.
    * @param {number} time
    * @param {(row: number, x: number, y: number, z: number, state: number, rows: Int16Array, a: number, b: number, k: number) => void} put */
   eachPiece(time, put) {
@@ -171,7 +171,7 @@ export class Run {
     }
   }
 
-  /** Places of one piece while it was on the field or in flight between two times [m], [x, y, z] each.
+  /** Positions [x, y, z] of a piece between two times while it was on the field or in flight [m].
    * @param {number} row @param {number} from @param {number} to @returns {Point[]} */
   wayOf(row, from, to) {
     const group = this.groups.pieces, c = this.pieces[row].column;
@@ -184,7 +184,7 @@ export class Run {
     return found;
   }
 
-  /** Places of a robot between two times [m], pieces of way where it was carried in between.
+  /** Path of a robot between two times [m], split where people carried the robot.
    * @param {number} number @param {number} from @param {number} to @returns {[number, number][][]} */
   pathOf(number, from, to, step = 0.1) {
     /** @type {[number, number][][]} */
@@ -199,7 +199,7 @@ export class Run {
     return ways;
   }
 
-  /** Segments of what cameras see, [from, to] each; the first entry of a line is where the camera is. @param {number} time @returns {[Point, Point][]} */
+  /** Segments [from, to] of the camera lines; the first segment of a line begins at the camera. @param {number} time @returns {[Point, Point][]} */
   lines(time) {
     const { rows } = this.groups.lines, { a, n } = this.groups.lines.at(time);
     /** @type {[Point, Point][]} */
@@ -214,7 +214,7 @@ export class Run {
   }
 }
 
-/** A pose between two rows of x y z [mm] and quaternion w x y z.
+/** Interpolate a pose between two rows of x y z [mm] and quaternion w x y z.
  * @param {Int16Array} rows @param {number} i @param {number} j @param {number} k @returns {Pose} */
 function between(rows, i, j, k) {
   if (rows[j] === AWAY || Math.abs(rows[j] - rows[i]) + Math.abs(rows[j + 1] - rows[i + 1]) > JUMP) k = 0;
@@ -222,7 +222,7 @@ function between(rows, i, j, k) {
   return { place, quat: turned(rows, i + 3, j + 3, k) };
 }
 
-/** A quaternion x y z w between two rows of w x y z.
+/** Interpolate a quaternion between two rows of w x y z; return x y z w.
  * @param {Int16Array} rows @param {number} i @param {number} j @param {number} k @returns {Quaternion} */
 export function turned(rows, i, j, k) {
   let dot = 0;
@@ -232,7 +232,7 @@ export function turned(rows, i, j, k) {
   return /** @type {Quaternion} */ (mix.map((value) => value / size));
 }
 
-/** Heading of a quaternion x y z w. @param {Quaternion} quat */
+/** Heading [rad] of a quaternion x y z w. @param {Quaternion} quat */
 export function yawOf([x, y, z, w]) {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }

@@ -1,8 +1,8 @@
-// Makes elements of HTML and of SVG; texts stay texts.
+// Makes HTML and SVG elements; text content is never parsed as HTML.
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Fill an element with attributes and children; a function is a listener, and false or null leaves an attribute out. */
+/** Add attributes and children to an element; functions become listeners, and attributes with false or null are left out. */
 function filled(node, attributes, children) {
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") node.addEventListener(key.slice(2), value);
@@ -12,8 +12,8 @@ function filled(node, attributes, children) {
   return node;
 }
 
-/** Make an element of HTML. */
+/** Make an HTML element. */
 export const make = (name, attributes = {}, ...children) => filled(document.createElement(name), attributes, children);
 
-/** Make an element of SVG. */
+/** Make an SVG element. */
 export const svg = (name, attributes = {}, ...children) => filled(document.createElementNS(SVG, name), attributes, children);

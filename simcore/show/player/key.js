@@ -1,10 +1,10 @@
-// What the marks of the field from above mean.
+// Key to the marks in the view from above.
 import { AWAY } from "./data.js";
 import { make, svg } from "./dom.js";
 
 const ink = (name) => `var(--${name})`;
 
-/** What each mark means, in words that stand next to it. @param {import("./data.js").Run} run */
+/** Make the entries of the key, each a mark and its meaning. @param {import("./data.js").Run} run */
 export function keyOf(run) {
   const { meta } = run, { robots, shots, taken } = meta, areRuns = robots.some((robot) => robot.is_run);
   const count = (result) => areRuns ? "" : ` (${shots.filter((shot) => shot.result === result).length})`;

@@ -1,4 +1,4 @@
-// Starts the page: a report or a run that is written in it, or a run that comes over a socket.
+// Starts the page: a report or a run that the page contains, or a live run over a WebSocket.
 import { inflate } from "./data.js";
 import { Live } from "./live.js";
 import { Player } from "./player.js";

@@ -1,10 +1,10 @@
-// Everything around the drawings: score board, tables, boards of places and charts.
+// Panels around the drawings: score board, tables, boards of scoring places and charts.
 import { chart } from "./charts.js";
 import { unpack, valueAt } from "./data.js";
 import { make, svg } from "./dom.js";
 import { MARKS } from "./timeline.js";
 
-/** Score of both sides, clock and period, over the picture: the same in a run, live, and in what is shared of it. */
+/** Score of both sides, clock and period above the picture, alike in replays, live runs and shared pictures. */
 export class Score {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
@@ -17,7 +17,7 @@ export class Score {
     home.replaceChildren(...first ? [first] : [], make("div", {}, this.clock, this.period), ...rest);
   }
 
-  /** What it says at a time. @param {number} time */
+  /** Texts at a time. @param {number} time */
   at(time) {
     const { run } = this, states = Object.keys(run.meta.lamps).map((name) => [name.split("_")[0], run.lamp(name, time)]);
     const isFree = run.meta.drive && run.meta.drive.free;
@@ -39,7 +39,7 @@ export class Score {
   }
 }
 
-/** What else the run says of a time: labels with a text each, and squares for strips of lights. */
+/** Other lines of the score board: labels with texts, and squares for LED strips. */
 export class Board {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
@@ -50,14 +50,14 @@ export class Board {
     home.replaceChildren();
   }
 
-  /** @param {number} time @param {number | null} chosen robot, whose belief is told */
+  /** @param {number} time @param {number | null} chosen robot whose estimation error is shown */
   draw(time, chosen) {
     for (const item of this.run.meta.board) if (!this.above.has(item.label)) this.put(item.label, valueAt(item, time));
     const pose = chosen === null ? null : this.run.robot(chosen, time);
     this.put("pose estimate off by", pose && pose.belief ? `${Math.hypot(pose.place[0] - pose.belief[0], pose.place[1] - pose.belief[1]).toFixed(2)} m` : null);
   }
 
-  /** Show a label with its text; none while there is no text. */
+  /** Show a label with its text; hide it if there is no text. */
   put(label, text) {
     let node = this.nodes.get(label);
     if (text === null && !node) return;
@@ -76,7 +76,7 @@ export class Board {
   }
 }
 
-/** What happened, as a list for readers without a pointer.
+/** Draw the events as a list, for readers without a pointer.
  * @param {HTMLElement} home @param {import("./data.js").Run} run @param {(time: number) => void} go */
 export function drawEvents(home, run, go) {
   const lines = run.meta.events.map(([time, kind, text]) => make("li", {}, jump(time, `${time.toFixed(2)} s`, go), " ",
@@ -86,7 +86,7 @@ export function drawEvents(home, run, go) {
 
 const jump = (time, text, go) => make("button", { type: "button", class: "to", onclick: () => go(time) }, text);
 
-/** A cell is a text, or a time and a text that goes there. */
+/** Make a cell with a text, or with a link to a time. */
 const cell = (name, content, go, attributes = {}) => make(name, attributes, Array.isArray(content) ? jump(content[0], content[1], go) : content);
 
 /** @param {TableData} table @param {(time: number) => void} go */
@@ -104,7 +104,7 @@ export function drawTables(home, run, go) {
 
 const BOARD = { width: 360, left: 44, right: 306, row: 30 };
 
-/** Levels of one alliance as rows: places side by side, a filled mark where a piece is, and their number.
+/** Draw the levels of an alliance as rows of places, with filled marks for pieces and the number of pieces.
  * @param {LevelData[]} levels */
 function placeBoard(levels) {
   const widest = levels.reduce((one, other) => other.places.length > one.places.length ? other : one);
@@ -132,7 +132,7 @@ function placeBoard(levels) {
   return svg("svg", { viewBox: `0 0 ${BOARD.width} ${22 + BOARD.row * levels.length}` }, ...parts);
 }
 
-/** Counts in places of the field, on boards. */
+/** Boards with the numbers of pieces in scoring places. */
 export class Places {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
@@ -152,7 +152,7 @@ export class Places {
   }
 }
 
-/** Charts of curves over time with a cursor where the run is; a click goes to its time. */
+/** Charts of curves over time, with a cursor at the current time; a click goes to the time under the pointer. */
 export class Charts {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run @param {(time: number) => void} go */
   constructor(home, run, go) {
@@ -173,7 +173,7 @@ export class Charts {
     for (const details of home.querySelectorAll("details")) details.addEventListener("toggle", () => this.draw(this.now ?? run.start));
   }
 
-  /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve @returns {SeriesSpec} */
+  /** Decode a curve, whose values are scaled integers at times in milliseconds. @param {CurveData} curve @returns {SeriesSpec} */
   curve({ label, color, stepped, data, low, scale }) {
     const rows = data ? unpack(this.run.bytes, data) : [], x = [], y = [];
     for (let k = 0, time = this.run.meta.start; k < rows.length; k += 2) {
@@ -192,7 +192,7 @@ export class Charts {
     }
   }
 
-  /** Add a value to each curve, in their order; they are drawn at the next `draw`. @param {number} time @param {(number | null)[]} values */
+  /** Add a value to each curve, in order; the next `draw` shows the values. @param {number} time @param {(number | null)[]} values */
   append(time, values) {
     let k = 0;
     for (const one of this.charts) {

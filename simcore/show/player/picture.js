@@ -1,11 +1,11 @@
-// What is shared of a run, as a picture or frame by frame as a video: the view with score board, title and time.
+// Pictures and video frames for sharing: the view with score board, title and time.
 import { ink } from "./top.js";
 
 export const SHARED = [1280, 720];  // [px]
 const FONT = 'system-ui, "Segoe UI", Roboto, Arial, sans-serif';
 const LIT = { purple: "#b04cff" };
 
-/** Draw the view as large as a shared picture, with all that stands over it. @param {CanvasRenderingContext2D} pen @param {import("./player.js").Player} player */
+/** Draw the view at the size of a shared picture, with score board, title and time. @param {CanvasRenderingContext2D} pen @param {import("./player.js").Player} player */
 export function compose(pen, player) {
   const [width, height] = SHARED, { solid, top, run, isPlan } = player, now = player.score.at(player.now);
   Object.assign(pen, { fillStyle: ink("paper"), textBaseline: "middle", textAlign: "center", shadowBlur: 0 });
@@ -46,7 +46,7 @@ export function compose(pen, player) {
   text(`${player.now.toFixed(1)} s \u00b7 simcore`, width - 16, height - 17, "500 15px", "#d6dbe2");
 }
 
-/** Hand a file to the reader. @param {Blob} blob @param {string} name */
+/** Offer a file for download. @param {Blob} blob @param {string} name */
 export function download(blob, name) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);

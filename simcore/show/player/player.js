@@ -1,4 +1,4 @@
-// The player: one time, drawn from above and in three dimensions, with everything around it; keys, play, speeds, views.
+// The player: shows a run at one time from above and in three dimensions, with panels, playback, keys and views.
 import { Run, rowAt } from "./data.js";
 import { make } from "./dom.js";
 import { keyOf } from "./key.js";
@@ -11,8 +11,8 @@ import { Top } from "./top.js";
 
 export const VIEWS = ["both", "top", "solid"];
 const CLIP = 10;  // [s]
-const LATELY = 0.6;  // [s] after which points are no longer those of what has gone
-const DRAG = 4;  // [px]; a pointer that has moved less has clicked
+const LATELY = 0.6;  // [s]; longest time between a piece that disappears and its points
+const DRAG = 4;  // [px]; a pointer that has moved no farther counts as a click
 const find = (selector) => document.querySelector(selector);
 
 export class Player {
@@ -20,15 +20,15 @@ export class Player {
   constructor(meta, bytes) {
     this.run = new Run(meta, bytes);
     this.now = this.run.start;
-    this.last = null;  // stamp of the last picture while it plays
+    this.last = null;  // time stamp of the last picture during playback
     this.isLive = Boolean(meta.live);
     this.isFollowing = this.isLive;
     this.sounds = new Sounds();
     this.states = new Int8Array(this.run.pieces.length);
     this.places = new Float32Array(3 * this.run.pieces.length);
-    this.gone = [];  // [time, place] of pieces that went in flight
+    this.gone = [];  // [time, position] of pieces that disappeared in flight
     this.points = {};
-    this.rises = [];  // [time, side, points] whose place is not known yet
+    this.rises = [];  // [time, side, points] of scores without a known position
     this.drawnAt = null;
     this.build();
   }
@@ -47,7 +47,7 @@ export class Player {
       this.solid = new Solid(find(".solid"), this.run);
       this.solid.onMove = () => { if (this.last === null && !this.isLive) this.drawSolid(); };
     } catch (error) {
-      this.solid = null;  // a browser without WebGL
+      this.solid = null;  // the browser has no WebGL
       find(".solid").replaceChildren(make("p", { class: "note" }, `this browser draws no 3D: ${error.message}`));
       find(".views").classList.add("flat");
     }
@@ -62,7 +62,7 @@ export class Player {
     addEventListener("keydown", (event) => this.onKey(event));
   }
 
-  /** What is said of the whole run. */
+  /** Show the report of the whole run. */
   report(go) {
     const { meta } = this.run;
     find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
@@ -111,7 +111,7 @@ export class Player {
     return boxes.map((box) => make("label", {}, box, ` heat map: ${box.dataset.map}`));
   }
 
-  /** A click on a robot chooses it, one beside it none; a click on the small view swaps it with the large one. */
+  /** Let a click select a robot, or no robot, and let a click on the small view swap the views. */
   pointers() {
     let from = [0, 0];
     for (const [name, other] of [["top", "both"], ["solid", "top"]]) {
@@ -137,7 +137,7 @@ export class Player {
     this.draw();
   }
 
-  /** Look at one robot: its belief, its camera; null: at none of several. @param {number | null} number */
+  /** Select a robot for the pose estimate and the camera; null selects none of several. @param {number | null} number */
   choose(number) {
     const chosen = number ?? (this.run.meta.robots.length === 1 ? 0 : null);
     this.chosen = this.top.chosen = chosen;
@@ -172,7 +172,7 @@ export class Player {
     if (this.onPicture) this.onPicture();
   }
 
-  /** Flash and sound for what was in the air when it was last looked at and is nowhere now, and points that rise from there. */
+  /** Show a flash where a flying piece has disappeared since the last picture, with rising points and a sound. */
   watchScores(time) {
     const isNear = this.drawnAt !== null && time > this.drawnAt && time - this.drawnAt < 0.5;
     this.run.eachPiece(time, (row, x, y, z, state) => {
@@ -203,7 +203,7 @@ export class Player {
 
   onScore(_points) {}
 
-  /** Where a side has scored: where a piece went on its half, of what goes nowhere at its only robot. */
+  /** Position of a side's score: where a piece disappeared on its half, or else its only robot. */
   placeOfScore(side, time, isLate) {
     const { robots, field } = this.run.meta, mine = robots.map((_, k) => k).filter((k) => !side || robots[k].alliance === side);
     const near = this.gone.filter(([, [x]]) => !side || (x < field.size[0] / 2) === (side === "blue"));
@@ -233,7 +233,7 @@ export class Player {
   step(stamp) {
     if (this.last === null) return;
     const time = this.now + (stamp - this.last) / 1000 * Number(this.speed.value);
-    if (this.solid && !this.onStop) this.solid.keepUp(stamp, stamp - this.last);  // a clip keeps its size
+    if (this.solid && !this.onStop) this.solid.keepUp(stamp, stamp - this.last);  // clips are recorded at a fixed size
     this.last = stamp;
     this.show(time);
     this.hear(this.now);
@@ -266,11 +266,11 @@ export class Player {
 
   onSpeed(_speed) {}
 
-  // --- to share -------------------------------------------------------------------------------------------------------
+  // --- sharing --------------------------------------------------------------------------------------------------------
 
   get isPlan() { return !this.solid || this.viewChoice.value === "top"; }
 
-  /** Draw at the size of what is shared, then as before. */
+  /** Draw at the size of shared pictures while `act` runs, then at the size before. */
   async atSize(act) {
     const [width, height] = SHARED;
     if (this.solid) { this.solid.sharpen(1); this.solid.resize(width, height); }
@@ -281,7 +281,7 @@ export class Player {
     this.resize();
   }
 
-  /** The last ten seconds as a video file, recorded while they are played once more. */
+  /** Save the last ten seconds as a video file, recorded while they play again. */
   clip() {
     const end = Math.max(this.now, Math.min(this.run.end, this.run.start + CLIP)), canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = SHARED;
@@ -304,7 +304,7 @@ export class Player {
     }));
   }
 
-  /** What is seen now as a PNG file. */
+  /** Save the current view as a PNG file. */
   savePicture() {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = SHARED;

@@ -1,12 +1,12 @@
-// Shows a report: blocks of text, tables and drawings that Python has listed (simcore/show/report.py).
+// Shows a report: blocks of text, tables and drawings made by simcore/show/report.py.
 import { chart } from "./charts.js";
 import { make, svg } from "./dom.js";
 import { robotModel } from "./robot_model.js";
 
-const LONG = 40;  // letters of a cell that may be broken into lines
+const LONG = 40;  // [characters]; longer cells may wrap
 const DRAWINGS = { chart, robot: robotModel, share };
 
-/** A table whose numbers stand to the right. @param {{ columns: string[], rows: (string | number | boolean | null)[][], caption: string }} block */
+/** Make a table with numbers aligned to the right. @param {{ columns: string[], rows: (string | number | boolean | null)[][], caption: string }} block */
 function table({ columns, rows, caption }) {
   const isNumeric = columns.map((_, k) => rows.some((row) => typeof row[k] === "number") && rows.every((row) => row[k] === null || typeof row[k] === "number"));
   const text = (value) => value === null ? "" : typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
@@ -17,7 +17,7 @@ function table({ columns, rows, caption }) {
   return make("div", { class: "wide", tabindex: "0" }, make("table", {}, caption ? make("caption", {}, caption) : "", make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
 }
 
-/** A bar of how often, with the interval of what that says. @param {HTMLElement} home @param {{ value: number, low: number, high: number, text: string }} block */
+/** Draw a bar for a fraction, with its interval. @param {HTMLElement} home @param {{ value: number, low: number, high: number, text: string }} block */
 function share(home, { value, low, high, text }) {
   const rect = (x, width, y, height, fill) => svg("rect", { x: 100 * x, y, width: 100 * width, height, fill });
   home.replaceChildren(make("figcaption", {}, text), svg("svg", { viewBox: "0 0 100 10", preserveAspectRatio: "none", role: "img", "aria-label": text },
@@ -26,7 +26,7 @@ function share(home, { value, low, high, text }) {
 
 /** @param {HTMLElement} home @param {ReportBlock[]} blocks */
 export function showReport(home, blocks) {
-  let charts = null;  // charts that follow one another stand next to one another
+  let charts = null;  // successive charts are placed side by side
   for (const block of blocks) {
     if (block.kind === "chart") {
       if (!charts) home.append(charts = make("div", { class: "charts" }));

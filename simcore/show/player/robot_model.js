@@ -1,13 +1,13 @@
-// A described robot in three dimensions: what its file says of it, on a floor, with its measures.
+// A robot drawn in three dimensions from its robot file, with dimensions.
 import { make, svg } from "./dom.js";
 import { THEMES, drawsInSoftware, shaped, written } from "./solid.js";
 
-const BESIDE = 0.14;  // [m] from the robot to its measures
+const BESIDE = 0.14;  // [m] from the robot to its dimension lines
 
 /** Draw a robot. @param {HTMLElement} home @param {RobotSpec} spec */
 export const robotModel = (home, spec) => new RobotModel(home, spec);
 
-/** Lowest and highest corner of points. @param {Point[]} points @returns {[Point, Point]} */
+/** Lower and upper corner of the bounding box of points. @param {Point[]} points @returns {[Point, Point]} */
 export function reach(points) {
   const over = (pick) => /** @type {Point} */ ([0, 1, 2].map((axis) => points.reduce((found, point) => pick(found, point[axis]), points[0][axis])));
   return [over(Math.min), over(Math.max)];
@@ -49,7 +49,7 @@ class RobotModel {
     this.resize();
   }
 
-  /** A line through places with its name, and its length if it has two ends. */
+  /** Draw a named line through points, with the length if there are two points; return the text. */
   measure(name, ...places) {
     const lines = new THREE.BufferGeometry(), [from, to] = [places[0], places.at(-1)], long = Math.hypot(...from.map((at, k) => to[k] - at));
     lines.setAttribute("position", new THREE.Float32BufferAttribute(places.slice(1).flatMap((place, k) => [...places[k], ...place]), 3));

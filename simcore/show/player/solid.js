@@ -1,12 +1,12 @@
-// The run in three dimensions, by three.js: field, robots with their parts, pieces, and a camera that one key moves on.
+// The run in three dimensions, drawn with three.js: field, robots with moving parts, pieces, and several cameras.
 import { turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
-const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
-const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures that are too few and enough; least share of pixels
+const LATELY = 1.2;  // [s]; length of the trail of a flying piece
+const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures: too slow, fast enough; smallest fraction of the pixel ratio
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff9a3d, GHOST = 0xd81b8c;
 const SIDES = { blue: 0x3d8bff, red: 0xff3b30, purple: 0xb04cff };
-const FRAME = /^#(9ea5ae|70767f)$/;  // colors of a frame, which differ between the robots of a match
+const FRAME = /^#(9ea5ae|70767f)$/;  // frame colors, which are replaced to distinguish the robots of a match
 export const THEMES = { light: { sky: ["#7f9dbd", "#cfdce9", "#e6edf4"], haze: 0xd6e0ea, hall: 0xaab4be, sun: 2.1, light: 1.75, carpet: "#565c66" },
   dark: { sky: ["#0a0e15", "#182230", "#232f3e"], haze: 0x1a232e, hall: 0x1c232c, sun: 1.9, light: 1.35, carpet: "#464c56" } };
 
@@ -18,15 +18,15 @@ export class Solid {
     this.camera = "free";
     this.robot = 0;
     this.chosen = null;
-    this.isDriven = false;  // sticks are of the field: who drives looks away from their own station
+    this.isDriven = false;  // a driver with field-relative sticks looks away from the driver station
     this.previews = [];
     this.flashes = [];
     this.isPlain = drawsInSoftware();
     this.theme = THEMES[matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"];
-    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain, alpha: true });  // the sky is the page's
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain, alpha: true });  // the page draws the sky
     this.finest = this.isPlain ? 1 : Math.min(devicePixelRatio, 2);
     this.renderer.setPixelRatio(this.finest);
-    this.pace = 1000 / 60;  // [ms] between pictures, a mean
+    this.pace = 1000 / 60;  // [ms]; mean time between pictures
     this.judgedAt = 0;
     this.renderer.shadowMap.enabled = !this.isPlain;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
@@ -67,7 +67,7 @@ export class Solid {
     for (const solid of meta.field.solids) {
       const mesh = this.mesh(solid);
       mesh.geometry.computeBoundingBox();
-      if (mesh.geometry.boundingBox.max.z < 0) continue;  // a carpet
+      if (mesh.geometry.boundingBox.max.z < 0) continue;  // skip carpets
       this.fadeable(mesh.material);
       if (solid.name) (this.lamps[solid.name] ??= []).push(mesh);
       this.scene.add(mesh);
@@ -116,7 +116,7 @@ export class Solid {
     this.level = new THREE.Quaternion();
   }
 
-  /** A dull surface; without a graphics card one that costs less. */
+  /** Make a dull material, or a cheaper one without a graphics card. */
   paint(look) { return this.isPlain ? new THREE.MeshLambertMaterial({ fog: false, ...look }) : new THREE.MeshStandardMaterial({ roughness: 0.75, ...look }); }
 
   instances(geometry, material, count) {
@@ -141,7 +141,7 @@ export class Solid {
     return found;
   }
 
-  /** Let a material be seen through where it stands between the eye and the robot that the camera follows. */
+  /** Make a material transparent between the camera and the robot that the camera follows. */
   fadeable(material) {
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.cut);
@@ -156,12 +156,12 @@ void main() {
     };
   }
 
-  /** Everything around the elements: sky, a floor that fades into haze, and the carpet with grain, seams and soft shade under what stands on it. */
+  /** Build the surroundings: sky, a floor that fades into haze, and the carpet with grain, seams and soft shadows of the elements. */
   hall() {
     const { size: [length, width], outlines } = this.run.meta.field, { theme } = this, middle = [length / 2, width / 2];
     this.home.style.background = `linear-gradient(${theme.sky.join()})`;
     this.scene.fog = new THREE.Fog(theme.haze, 24, 48);
-    // large and level: without a graphics card their light is worked out once
+    // large flat surfaces, drawn without lighting if there is no graphics card
     const flat = (look) => this.isPlain ? new THREE.MeshBasicMaterial(look) : this.paint(look);
     const floor = new THREE.Mesh(new THREE.CircleGeometry(48, 40), flat({ color: theme.hall }));
     floor.position.set(...middle, -0.05);
@@ -174,7 +174,7 @@ void main() {
       pen.fillRect(0, 0, w, h);
       pen.setTransform(s, 0, 0, -h / width, 0, h);
       pen.fillStyle = "#0004";
-      for (let x = 1.83; x < length; x += 1.83) pen.fillRect(x, 0, 0.02, width);  // widths of carpet, six feet
+      for (let x = 1.83; x < length; x += 1.83) pen.fillRect(x, 0, 0.02, width);  // seams of carpet six feet wide
       Object.assign(pen, { shadowColor: "#000a", shadowBlur: 0.35 * s, fillStyle: "#0006" });
       for (const [, , corners] of outlines) {
         pen.beginPath();
@@ -184,7 +184,7 @@ void main() {
     });
     if (!this.isPlain) carpet.anisotropy = 8;
     const cloth = new THREE.Mesh(new THREE.PlaneGeometry(length, width), flat({ map: carpet, fog: false }));
-    [cloth.renderOrder, floor.renderOrder] = [1, 2];  // last of all, where they are not covered
+    [cloth.renderOrder, floor.renderOrder] = [1, 2];  // drawn last, only where nothing covers them
     cloth.position.set(...middle, -0.0005);
     cloth.receiveShadow = true;
     this.scene.add(floor, cloth);
@@ -192,14 +192,14 @@ void main() {
 
   stainPaint() { return new THREE.MeshBasicMaterial({ map: this.soot, transparent: true, depthWrite: false, fog: false }); }
 
-  /** Soft shade on the carpet under something. */
+  /** Make a soft shadow on the carpet. */
   stain(length, width) {
     const found = new THREE.Mesh(new THREE.PlaneGeometry(length, width), this.stainPaint());
     found.position.z = 0.006;
     return found;
   }
 
-  /** Halo of an element that counts, over it and on the carpet around it. */
+  /** Make the halo of a lit element, above it and on the carpet around it. */
   glow(meshes) {
     const box = new THREE.Box3(), size = new THREE.Vector3(), middle = new THREE.Vector3();
     for (const mesh of meshes) box.expandByObject(mesh);
@@ -215,7 +215,7 @@ void main() {
     return [halo, pool];
   }
 
-  /** A plate with its number for each AprilTag. */
+  /** Make a plate with the number of each AprilTag. */
   tags() {
     const { tags, tag_size: size } = this.run.meta.field;
     for (const [id, x, y, z, w, a, b, c] of tags) {
@@ -231,7 +231,7 @@ void main() {
     }
   }
 
-  /** The robot's number on its bumpers. */
+  /** Put the robot's number on its bumpers. */
   number(group, { size: [length, width], heights: [low, high], label, open }) {
     const tall = 0.92 * (high - low), wide = label.length > 2 ? 4 : 2, material = written(label, "transparent", "#fff", 0.8, wide);
     for (const [x, y, turn] of [[0, 1, Math.PI], [0, -1, 0], [1, 0, Math.PI / 2], ...open ? [] : [[-1, 0, -Math.PI / 2]]]) {
@@ -271,7 +271,7 @@ void main() {
     this.renderer.render(this.scene, this.eye);
   }
 
-  /** An element shines while it counts, blinks before that changes, and is purple when all is over. */
+  /** Light an element by its state: on, off, pulsing or purple. */
   shine(name, meshes, state, time) {
     const isOn = state && state !== "off" && (state !== "pulsing" || time * 3 % 1 < 0.6);
     for (const { material } of meshes) {
@@ -296,7 +296,7 @@ void main() {
       }
       for (const meshes of this.kinds[kind]) meshes.setMatrixAt(this.order[row], matrix);
       if (!this.isPlain) return;
-      const wide = state && state < 3 ? 2 * look.radius * (1.15 + 0.6 * z) : 0;  // a shadow that grows fainter is larger
+      const wide = state && state < 3 ? 2 * look.radius * (1.15 + 0.6 * z) : 0;  // the shadow of a higher piece is larger
       this.shades[kind].setMatrixAt(this.order[row], wide ? this.matrix.compose(this.place.set(x, y, 0.004), this.level, this.size.set(wide, wide, 1)) : this.hidden);
     });
     for (const meshes of [...this.kinds.flat(), ...this.shades]) meshes.instanceMatrix.needsUpdate = true;
@@ -316,7 +316,7 @@ void main() {
     this.stroke("trails", points);
   }
 
-  /** A ring around the robot that was chosen among several, and a frame on the carpet where it believes to be. */
+  /** Draw a ring around the selected robot, if there are several, and an outline on the carpet at its estimated pose. */
   drawChosen(time) {
     const { robots } = this.run.meta, points = [], pose = this.chosen === null ? null : this.run.robot(this.chosen, time);
     this.ring.visible = Boolean(pose) && robots.length > 1;
@@ -332,10 +332,10 @@ void main() {
 
   stroke(name, points) { replace(this.strokes[name], points); }
 
-  /** A light where something has scored. */
+  /** Show a flash at the position of a score. */
   flash(place) { this.rise(new THREE.Mesh(new THREE.SphereGeometry(0.12, 12, 8), new THREE.MeshBasicMaterial({ color: 0xfff2a8, transparent: true })), place, 600, 0, 3); }
 
-  /** Points that rise where they were made. @param {string} text @param {string} side @param {ArrayLike<number>} place */
+  /** Show points that rise from the position of a score. @param {string} text @param {string} side @param {ArrayLike<number>} place */
   score(text, side, place) {
     const material = new THREE.SpriteMaterial({ map: written(text, "transparent", side === "red" ? "#ff8a80" : side === "blue" ? "#8ab4ff" : "#fff", 0.8, 2).map, depthTest: false, fog: false });
     const sprite = new THREE.Sprite(material);
@@ -362,7 +362,7 @@ void main() {
     });
   }
 
-  /** Number of the robot that is seen at a pointer, or null. */
+  /** Number of the robot at a pointer, or null. */
   robotAt(event) {
     const box = this.canvas.getBoundingClientRect(), at = new THREE.Vector3();
     const far = this.robots.map(({ group }) => {
@@ -375,12 +375,12 @@ void main() {
 
   // --- camera ---------------------------------------------------------------------------------------------------------
 
-  /** Take one of `CAMERAS`; `stays`: from where the camera is. */
+  /** Switch to one of `CAMERAS`; with `stays`, keep the camera's position. */
   look(name, stays = false) {
     this.camera = name;
     const [length, width] = this.run.meta.field.size;
     if (name === "free" && !stays) {
-      const down = (56 + 28 * Math.min(0.6, Math.max(0, 2.25 - this.eye.aspect))) * Math.PI / 180;  // steeper in a picture that is less wide
+      const down = (56 + 28 * Math.min(0.6, Math.max(0, 2.25 - this.eye.aspect))) * Math.PI / 180;  // steeper in a narrower picture
       this.eye.position.set(length / 2, 0.46 * width - Math.cos(down), Math.sin(down));
       this.control.target.set(length / 2, 0.46 * width, 0);
       this.fit();
@@ -396,7 +396,7 @@ void main() {
     this.onCamera(name);
   }
 
-  /** As near as the whole field can be seen, in the middle of the window, also of a narrow one. */
+  /** Move the camera as close as possible with the whole field in view, centered in the window. */
   fit() {
     const [length, width] = this.run.meta.field.size, { eye, control } = this;
     const away = eye.position.clone().sub(control.target).normalize();
@@ -422,7 +422,7 @@ void main() {
     this.cut.uCut.value = pose && ["follow", "behind"].includes(this.camera) ? 1 : 0;
     if (this.camera === "station") {
       const [x, y] = this.run.meta.field.stations[this.robot % 3 + (side < 0 ? 3 : 0)];
-      eye.position.set(x + side * 0.05, y, 1.57);  // eyes of standing adults, at the glass
+      eye.position.set(x + side * 0.05, y, 1.57);  // eye height of a standing adult, at the glass
       eye.lookAt(x + side * 6.5, 0.35 * y + 0.65 * width / 2, 0.2);
       control.target.set(x + side * 6.5, 0.35 * y + 0.65 * width / 2, 0.2);
     } else if (this.camera === "above") {
@@ -435,7 +435,7 @@ void main() {
     else eye.lookAt(control.target);
   }
 
-  /** From behind a robot: behind its front, or behind its motion as long as nobody turns the view; always between the walls. */
+  /** Follow a robot from behind its front or its motion, unless the user turns the view; the camera stays between the walls. */
   chase(pose, time, side) {
     const { eye, control } = this, [x, y, z] = pose.place, size = this.run.meta.field.size, isFollow = this.camera === "follow";
     const target = new THREE.Vector3(x, y, z + 0.3);
@@ -459,8 +459,8 @@ void main() {
     if (this.isHeld) eye.lookAt(target);
   }
 
-  /** Draws fewer pixels while pictures come too late, and more when there is time again.
-   * @param {number} stamp of this picture [ms] @param {number} since the one before [ms] */
+  /** Reduce the resolution while pictures are too slow, and raise it again when there is time.
+   * @param {number} stamp of this picture [ms] @param {number} since the last picture [ms] */
   keepUp(stamp, since) {
     this.pace += 0.15 * (Math.min(since, 1000) - this.pace);
     if (stamp - this.judgedAt < 400) return;
@@ -469,10 +469,10 @@ void main() {
     this.sharpen(Math.min(this.finest, Math.max(COARSEST * this.finest, wanted)));
   }
 
-  /** Takes so many pixels for one of the screen. @param {number} ratio */
+  /** Set the ratio of drawn pixels to CSS pixels. @param {number} ratio */
   sharpen(ratio) { if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio); }
 
-  /** Fits the picture to its place, or to a width and height [px]. */
+  /** Fit the picture to its container, or to a width and height [px]. */
   resize(width = this.home.clientWidth, height = this.home.clientHeight) {
     if (!width || !height) return;
     this.renderer.setSize(width, height, false);
@@ -483,12 +483,12 @@ void main() {
   }
 }
 
-/** Triangles of a solid. @param {Uint8Array} bytes @param {SolidData} solid */
+/** Make the geometry of a solid. @param {Uint8Array} bytes @param {SolidData} solid */
 function geometryOf(bytes, { vertices, faces, scale }) {
   return shaped(Float32Array.from(unpack(bytes, vertices), (value) => value * scale), new THREE.BufferAttribute(new Uint16Array(unpack(bytes, faces).buffer), 1));
 }
 
-/** Triangles of corners [m] and an index. */
+/** Make a geometry from vertices [m] and an index. */
 export function shaped(points, index) {
   const found = new THREE.BufferGeometry();
   found.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
@@ -497,7 +497,7 @@ export function shaped(points, index) {
   return found;
 }
 
-/** Whether there is no graphics card: shadows, smooth edges and fine balls would take most of the time. */
+/** Whether there is no graphics card, so that shadows, smooth edges and fine spheres would be too slow. */
 export function drawsInSoftware() {
   const context = document.createElement("canvas").getContext("webgl2"), info = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
@@ -514,7 +514,7 @@ function replace(lines, points) {
   lines.geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
 }
 
-/** A picture that is drawn once, as a texture. */
+/** Make a texture from a picture that is drawn once. */
 function drawn(width, height, draw) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
@@ -531,7 +531,7 @@ function radial(pen, size, stops) {
   pen.fillRect(0, 0, size, size);
 }
 
-/** Grain of a carpet, which repeats. */
+/** Make a repeating picture of carpet grain. */
 function grain() {
   const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
   canvas.width = canvas.height = 96;
@@ -544,7 +544,7 @@ function grain() {
   return canvas;
 }
 
-/** A material with a text in its middle. */
+/** Make a material with a centered text. */
 export function written(text, paper, ink, size, wide = 1) {
   const tall = 96, texture = drawn(tall * wide, tall, (pen) => {
     const { width } = pen.canvas;
@@ -555,7 +555,7 @@ export function written(text, paper, ink, size, wide = 1) {
       pen.fillRect(8, 8, tall - 16, tall - 16);
     }
     Object.assign(pen, { fillStyle: paper === "transparent" ? ink : "#fff", textAlign: "center", textBaseline: "middle", font: `bold ${size * tall}px system-ui, sans-serif` });
-    if (paper === "transparent") {  // also seen on white plates
+    if (paper === "transparent") {  // an outline for text on white plates
       Object.assign(pen, { strokeStyle: "#14171c", lineWidth: 9, lineJoin: "round" });
       pen.strokeText(text, width / 2, tall / 2 + 4, width - 8);
     }

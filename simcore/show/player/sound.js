@@ -1,7 +1,7 @@
-// Sounds as a match goes on, off until somebody presses the button. The browser makes them; nothing is loaded.
+// Match sounds, off until the user presses the button. The browser synthesizes them; nothing is loaded.
 import { make } from "./dom.js";
 
-const CUES = {  // notes: frequency [Hz], when [s], how long [s]
+const CUES = {  // notes: frequency [Hz], start [s], duration [s]
   start: [[523, 0, 0.15], [659, 0.15, 0.15], [784, 0.3, 0.45]],
   stop: [[330, 0, 0.5]],
   change: [[880, 0, 0.12], [880, 0.2, 0.12]],
@@ -10,10 +10,10 @@ const CUES = {  // notes: frequency [Hz], when [s], how long [s]
   scored: [[1175, 0, 0.07]],
   count: [[587, 0, 0.12]],
 };
-const LAST = 30.5;  // [s] before the end: a part of the match that begins later is its last
-const JUMP = 2;  // [s]; who goes farther at once has jumped, and hears nothing
+const LAST = 30.5;  // [s] before the end of the match: a period that begins later is the last period
+const JUMP = 2;  // [s]; a larger step in time is a jump, without a sound
 
-/** What a clock that shows other things than before sounds like; null: nothing. */
+/** Sound for a change of the match clock, or null. */
 export function cueOf(was, is) {
   if (is.enabled && is.time < 1 && (!was || !was.enabled || is.time < was.time)) return "start";
   if (!was || Math.abs(is.time - was.time) > JUMP) return null;
@@ -31,17 +31,17 @@ export class Sounds {
   }
 
   turn(on) {
-    this.context ??= new AudioContext();  // which a browser allows when somebody has pressed something
+    this.context ??= new AudioContext();  // allowed by browsers only after a user action
     this.isOn = on;
     this.button.textContent = on ? "sound: on" : "sound: off";
     this.button.setAttribute("aria-pressed", String(on));
     this.button.blur();
   }
 
-  /** Who drives hears, unless the button has said otherwise. */
+  /** Turn sound on for a driver, unless the button has been used. */
   first() { if (!this.context) this.turn(true); }
 
-  /** What a clock shows: period, whether robots are enabled, time since the start and left [s]. */
+  /** Play the sound for the match clock's new state: period, enabled, time since the start and time left [s]. */
   see(clock) {
     const cue = cueOf(this.before, clock);
     this.before = clock;

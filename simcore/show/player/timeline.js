@@ -1,4 +1,4 @@
-// The time line: periods as bands, shots as ticks by side, what else happened as marks, and the slider, all on one scale.
+// The time line: periods as bands, shots as ticks by side, other events as marks, and the slider, all on one scale.
 import { ticks } from "./charts.js";
 import { make } from "./dom.js";
 import { ink } from "./top.js";
@@ -24,12 +24,12 @@ export class TimeLine {
     this.update();
   }
 
-  /** Take over what the run has now. */
+  /** Read the current data of the run. */
   update() {
     const { start, end, meta } = this.run;
     Object.assign(this.slider, { min: start, max: end, step: 0.02 });
     this.shots = meta.shots.map((shot) => ({ ...shot, robot: meta.robots[shot.robot] }));
-    const quiet = [...QUIET, ...meta.robots.length > 2 ? ["slip"] : []];  // of six robots somebody always slides
+    const quiet = [...QUIET, ...meta.robots.length > 2 ? ["slip"] : []];  // with many robots, some tire always slides
     this.marks = meta.events.filter(([, kind]) => !quiet.includes(kind));
     const texts = meta.events.map(([time, kind, text]) => ({ time, kind, title: `${time.toFixed(2)} s: ${text}` }));
     this.spots = texts.filter(({ kind }) => kind !== "score");
@@ -38,7 +38,7 @@ export class TimeLine {
 
   x(time) { return 1 + (time - this.run.start) / (this.run.end - this.run.start || 1) * (this.width - 2); }
 
-  /** What is shown at a pointer, or undefined. */
+  /** Event at a pointer, or undefined. */
   markAt(event) {
     const box = this.canvas.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
     const inRow = (kind) => kind === "mode" ? y < BAND : SHOTS.includes(kind) ? y >= BAND && y < BAND + TICKS : y >= BAND + TICKS;
@@ -81,7 +81,7 @@ export class TimeLine {
     pen.textAlign = "left";
   }
 
-  /** Whose element alone counts at a time. */
+  /** Alliance whose elements alone are lit at a time, or neutral. */
   whose(time) {
     const on = [...new Set(Object.keys(this.run.meta.lamps).filter((name) => !["off", null].includes(this.run.lamp(name, time))).map((name) => name.split("_")[0]))];
     return on.length === 1 ? on[0] : "neutral";

@@ -1,24 +1,24 @@
-// The field from above on a canvas, in meters, y up: what moves, over a ground that is painted once.
+// The field from above on a canvas, in meters with y up: moving objects over a ground that is painted once.
 import { ticks } from "./charts.js";
 import { turned, yawOf } from "./data.js";
 import { make } from "./dom.js";
 
-const MARGIN = 0.78, LEAST = 0.12;  // [m] around the field, with its scale and without
-const MOST = 1.5;  // [m] that is seen beside the field
-const BUMPER = 0.08;  // [m] wide, as drawn
+const MARGIN = 0.78, LEAST = 0.12;  // [m] around the field, with and without the scale
+const MOST = 1.5;  // [m]; largest visible margin outside the field
+const BUMPER = 0.08;  // [m]; drawn width of bumpers
 const HIGH = 0.35;  // [m]; a flying piece whose center is higher is drawn darker and larger
-const LATELY = 5;  // [s] for which trails stay
-const SMALL = 620;  // [px]; a narrower plan has neither scale nor counts
+const LATELY = 5;  // [s]; length of trails
+const SMALL = 620;  // [px]; a narrower view has neither scale nor counts
 const FLASH = 700;  // [ms]
 const TURN = 2 * Math.PI;
 
-/** Color of the page's theme, by its name or as `var(--name)`. @param {string} name */
+/** Color of the page's theme, by name or as `var(--name)`. @param {string} name */
 export function ink(name) {
   const own = name.match(/^var\(--([\w-]+)\)$/);
   return name[0] === "#" ? name : getComputedStyle(document.documentElement).getPropertyValue(`--${own ? own[1] : name}`).trim();
 }
 
-/** What is seen [m]: left, low, right and high, with all that stands at the field's edge. @param {Meta["field"]} field */
+/** Visible area, with the elements at the field's edge: left, low, right and high [m]. @param {Meta["field"]} field */
 export function viewOf({ size, outlines }, margin = MARGIN) {
   const low = [-1.25 * margin, -0.85 * margin], high = [size[0] + margin / 2, size[1] + margin / 2];
   for (const [, , corners] of outlines) {
@@ -27,7 +27,7 @@ export function viewOf({ size, outlines }, margin = MARGIN) {
   return [...low.map((at) => Math.max(-MOST, at)), ...high.map((at, k) => Math.min(size[k] + MOST, at))];
 }
 
-/** Outline of a turned box from above: length, width and heading of the rectangle along its longest edge.
+/** Outline of a rotated box from above: length, width and heading of the rectangle along the box's longest edge.
  * @param {Point} size @param {Quaternion} quat */
 export function rectangle([sx, sy, sz], [x, y, z, w]) {
   const edges = [[sx * (1 - 2 * (y * y + z * z)), sx * 2 * (x * y + w * z)], [sy * 2 * (x * y - w * z), sy * (1 - 2 * (x * x + z * z))],
@@ -38,7 +38,7 @@ export function rectangle([sx, sy, sz], [x, y, z, w]) {
   return [sum(([u, v]) => cos * u + sin * v), sum(([u, v]) => cos * v - sin * u), heading];
 }
 
-/** How many of some places [m] are in each square; those beside the field count at its edge.
+/** Number of positions [m] in each square; positions outside the field count at its edge.
  * @param {[number, number]} size @param {number[][]} places @returns {[number, number, number][]} corner [m] and count */
 export function squares([length, width], places, cell = 0.5) {
   const counts = new Map();
@@ -66,7 +66,7 @@ export class Top {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.resize());
   }
 
-  /** Fit the drawing to its place, or to a width and height [px]; the ground is painted anew. */
+  /** Fit the drawing to its container, or to a width and height [px], and paint the ground again. */
   resize(width = this.home.clientWidth, height = this.home.clientHeight, sharp = Math.min(devicePixelRatio, 2)) {
     if (!width || !height) return;
     const { field } = this.run.meta, isSmall = width < SMALL, [left, low, right, high] = this.view = viewOf(field, isSmall ? LEAST : MARGIN);
@@ -78,7 +78,7 @@ export class Top {
     this.on(this.floor.getContext("2d"), () => this.ground());
   }
 
-  /** Draw with another pen. */
+  /** Draw with another canvas context. */
   on(pen, draw) {
     const before = this.pen;
     this.pen = pen;
@@ -94,13 +94,13 @@ export class Top {
     return this.inks.get(name);
   }
 
-  /** Place [m] of a pointer. */
+  /** Position of a pointer on the field [m]. */
   placeOf(event) {
     const box = this.canvas.getBoundingClientRect(), k = this.canvas.width / box.width;
     return [((event.clientX - box.left) * k - this.at[0]) / this.scale, (this.at[1] - (event.clientY - box.top) * k) / this.scale];
   }
 
-  /** Name of the element of the field, tag or count of a heat map under a pointer. */
+  /** Text for the field element, the tag or the heat map square under a pointer. */
   nameAt(event) {
     const { outlines, tags } = this.run.meta.field, [x, y] = this.placeOf(event);
     const tag = tags.find((one) => Math.hypot(one[1] - x, one[2] - y) < 0.15);
@@ -138,7 +138,7 @@ export class Top {
 
   line(x1, y1, x2, y2, stroke, wide) { this.paint({ stroke, wide }, () => this.shape([[x1, y1], [x2, y2]], false)); }
 
-  /** A text at a place [m], as large [m], never smaller than can be read. */
+  /** Draw a text at a position with a size [m], but never too small to read. */
   words(x, y, size, text, look = {}) {
     const { pen } = this, { color = "muted", align = "center", bold = false } = look;
     pen.save();
@@ -149,7 +149,7 @@ export class Top {
     pen.restore();
   }
 
-  /** Carpet, elements, walls, tags, and the scale in meters. */
+  /** Draw carpet, elements, walls, tags and the scale in meters. */
   ground() {
     const { field } = this.run.meta, [length, width] = field.size, along = ticks(0, length, 9), up = ticks(0, width, 6);
     this.pen.clearRect(-9, -9, length + 18, width + 18);
@@ -201,7 +201,7 @@ export class Top {
     if (this.hasWords) this.counts(time);
   }
 
-  /** Pieces of [kind, x, y, quaternion or null, scale]. */
+  /** Draw pieces, given as [kind, x, y, quaternion or null, scale]. */
   pieces(list, color) {
     this.run.meta.kinds.forEach((look, kind) => {
       const mine = list.filter((one) => one[0] === kind), r = this.hasWords ? look.radius : 0.8 * look.radius;
@@ -217,7 +217,7 @@ export class Top {
   turnedPiece(look, x, y, quat, scale) {
     const { pen } = this, [length, width, heading] = rectangle(look.size, quat), cos = scale * Math.cos(heading) / 2, sin = scale * Math.sin(heading) / 2;
     if (look.hole === null) return this.shape([[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([u, v]) => [x + u * length * cos - v * width * sin, y + u * length * sin + v * width * cos]));
-    // a body of revolution: its edge is an ellipse, and the hole of a ring another one
+    // a body of revolution: its edge is an ellipse, and so is the hole of a ring
     const [a, b, c, d] = quat, up = Math.abs(1 - 2 * (a * a + b * b)), tilt = Math.atan2(2 * (b * c - d * a), 2 * (a * c + d * b));
     for (const [r, flat] of [[look.size[0] / 2, Math.sqrt(1 - up * up) * look.size[2] / 2], [look.hole, 0]]) {
       if (!r) continue;
@@ -259,7 +259,7 @@ export class Top {
     this.words(x, y - 0.02, size, robot.label, { color: "ink", bold: true });
   }
 
-  /** Outline of a robot where it believes to be. */
+  /** Draw the outline of a robot at its estimated pose. */
   ghost(robot, belief) {
     const [length, width] = robot.size, look = { stroke: "ghost", wide: 0.03, dash: [0.09, 0.06] };
     this.within(belief, () => {
@@ -298,7 +298,7 @@ export class Top {
     });
   }
 
-  /** How many pieces the levels have, in the middle of their places. */
+  /** Draw the number of pieces on each level, at the center of the level's places. */
   counts(time) {
     /** @type {Map<string, LevelData[]>} */
     const spots = new Map();
@@ -316,7 +316,7 @@ export class Top {
     }
   }
 
-  /** What can be shown as a heat map, by name: where robots were, and where shots came down that missed; with its color. */
+  /** Heat maps by name, each with its color: positions of robots, and ends of missed shots. */
   heatMaps() {
     const { run } = this, { meta } = run, driven = [], fallen = [];
     for (const time of run.groups.robots.times.subarray(0, run.groups.robots.n)) {
@@ -329,6 +329,6 @@ export class Top {
       .map(([name, [places, color]]) => [name, Object.assign(squares(meta.field.size, places), { color })]));
   }
 
-  /** A ring where something has scored. @param {ArrayLike<number>} place */
+  /** Show a ring at the position of a score. @param {ArrayLike<number>} place */
   flash(place) { this.flashes.push([place, performance.now()]); }
 }
