@@ -8,7 +8,7 @@ Settings and their reasons:
   which carry load only without split impulses. The solver starts from the forces of the previous step: otherwise a
   robot that presses against a wall needs more iterations.
 - Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off: it
-  removes the bounce, and substeps are cheaper while few pieces are fast.
+  removes the bounce, and sub-steps are cheaper while few pieces are fast.
 - simcore puts bodies to sleep: Bullet's thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 

@@ -52,7 +52,7 @@ class FieldBoundary:
     end_height: float
     """Height of the alliance walls, the walls along y [m]."""
     thickness: float = 0.3
-    """Thickness of the walls, outward [m]; by default, too thick for a ball at 40 m/s to pass in one substep."""
+    """Thickness of the walls, outward [m]; by default, too thick for a ball at 40 m/s to pass in one sub-step."""
 
     def __post_init__(self) -> None:
         require_fields(

@@ -127,7 +127,7 @@ class HangingBody:
         return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
 
     def pull(self, place: Vector, force: Vector) -> None:
-        """Apply a force at a point in the next substep, field frame [m, N]; the pivot takes the force along the arm."""
+        """Apply a force at a point in the next sub-step, field frame [m, N]; the pivot takes the part along the arm."""
         tx, ty, tz = cross(self._arm(place), force)
         x, y, z = self._torque
         self._torque = (x + tx, y + ty, z + tz)
@@ -157,7 +157,7 @@ class HangingBody:
             )
 
     def before_substep(self, h: float) -> None:
-        """Apply friction, spring and the pull of climbers for the next substep of h [s]."""
+        """Apply friction, spring and the pull of climbers for the next sub-step of h [s]."""
         if not self.is_awake:
             return
         arm = self._arm(self.pos)

@@ -4,7 +4,7 @@ Settings and their reasons:
 
 - Contacts are MuJoCo's, with one set of parameters per shape (`_Contacts`). Shapes that robots drive on or into have
   no friction, no restitution, and the stiffest spring that the step allows. While any other body is awake, steps are
-  split into substeps of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
+  split into sub-steps of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
 - Integration is semi-implicit Euler, x += h v with v at the end of the step, as in PyBullet.
 - `sleep` uses MuJoCo's sleep: MuJoCo skips the body until an awake body touches it. `fix` also puts the body to sleep,
   makes it so heavy that it acts as a wall, and restores its pose after each step.
