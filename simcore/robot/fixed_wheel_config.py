@@ -163,7 +163,7 @@ class TankConfig(FixedWheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MecanumConfig(FixedWheelConfig):
-    """Config of a mecanum drive: four wheels, each with its own gearbox, whose rollers at 45 degrees form an X from above."""
+    """Config of a mecanum drive: four wheels, each with a gearbox, whose 45 degree rollers form an X from above."""
 
     places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
     """Centers of the front left, front right, rear left and rear right wheel, robot frame [m]."""
