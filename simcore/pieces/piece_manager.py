@@ -706,7 +706,7 @@ class GamePieceManager:
             self._wake(slot)
 
     def _near_balls(self, dt: float) -> tuple[IntArray, list[int]]:
-        """Return slots of other pieces and engine rows of hanging bodies that balls could touch within dt [s]."""
+        """Return the slots of other pieces and the rows of hanging bodies that balls could touch within dt [s]."""
         state, radius = self.state, self._pool.radius
         here = self.is_on_field
         balls, others = (here & self._is_ball).nonzero()[0], self._others[here[self._others]]

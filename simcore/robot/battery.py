@@ -165,7 +165,7 @@ class Battery:
         return float(self.records[name][0])
 
     def reset(self) -> None:
-        """Replace the battery by a rested one with the initial charge; the minimum voltage of the run is kept."""
+        """Replace the battery with a rested battery at the initial charge; the minimum voltage of the run is kept."""
         self._set(charge=self.config.initial_charge)
         begin_battery(self.records, 0)
         self.begin_tick()

@@ -90,7 +90,7 @@ class ChassisSimulation:
         drivetrain: Model of motors and tires; None for free-rolling wheels and a body driven by `apply_forces`.
         mechanisms: Mechanisms that draw current from the robot's battery.
         name: Name of the robot, for messages.
-        mass: Mass distribution of the whole robot at the start; None for that of the config.
+        mass: Mass distribution of the whole robot at the start; None for the mass distribution in `config`.
     """
 
     def __init__(

@@ -130,8 +130,8 @@ class ChassisConfig:
     bumper_thickness: float = 0.085
     """Distance from the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
     bay: tuple[float, float] | None = None
-    """Depth and width of an opening in the back of bumpers and frame [m], for example for a climber; None without
-    one."""
+    """Depth and width of an opening in the back of bumpers and frame, for example for a climber [m]; None for a closed
+    back."""
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the carpet [m]."""
     yaw_inertia: float | None = None

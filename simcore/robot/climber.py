@@ -1,4 +1,4 @@
-"""Climbers: hooks on mechanisms, which hang on rungs of the field.
+"""Climbers: hooks, moved by mechanisms, that hang on rungs of the field.
 
 A hook engages a rung by moving down onto it. The rung then pushes the hook like a stiff spring, never downward. The
 force lifts the robot and loads the mechanism through the gears. A hook disengages by rising off the rung. A rung on a

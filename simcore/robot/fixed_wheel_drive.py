@@ -114,7 +114,10 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self._command(VOLTS, self._checked("volts", volts))
 
     def set_shaft_speeds(self, speeds: Sequence[float]) -> None:
-        """Command the tread speed of each shaft by the on-board loops [m/s]; raises as `set_shaft_volts`."""
+        """Command the tread speed of each shaft by the on-board loops [m/s].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self._command(TARGET, self._checked("speed", speeds))
 
     def _checked(self, what: str, values: Sequence[float]) -> tuple[float, ...]:
@@ -183,7 +186,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
             battery: Battery of the robot; None for a stiff 12 V supply.
-            built: Motors and wheels of the left and right side as actually built; None for those of the config.
+            built: Motors and wheels of the left and right side as actually built; None for the values in the config.
         """
         n, motors = len(config.wheel_xs), config.motors_per_side
         sides: Sequence[FixedWheelConfig] = built or config.sides
@@ -200,11 +203,14 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         )
 
     def set_volts(self, left: float, right: float) -> None:
-        """Command the voltage of each side [V]; raises as `set_shaft_volts`."""
+        """Command the voltage of each side [V]; raises the same errors as `set_shaft_volts`."""
         self.set_shaft_volts((left, right))
 
     def set_speeds(self, left: float, right: float) -> None:
-        """Command the ground speed of each side by the on-board loops [m/s]; raises as `set_shaft_volts`."""
+        """Command the ground speed of each side by the on-board loops [m/s].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self.set_shaft_speeds((left, right))
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
@@ -241,7 +247,7 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
             battery: Battery of the robot; None for a stiff 12 V supply.
-            built: Motor and tire of each wheel as actually built; None for those of the config.
+            built: Motor and tire of each wheel as actually built; None for the values in the config.
         """
         wheels: Sequence[FixedWheelConfig] = built or [config] * 4
         motors = config.motors_per_wheel
@@ -259,11 +265,17 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         )
 
     def set_volts(self, volts: Sequence[float]) -> None:
-        """Command the voltage of each wheel [V], ordered as `MecanumConfig.places`; raises as `set_shaft_volts`."""
+        """Command the voltage of each wheel, in the order of `MecanumConfig.places` [V].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self.set_shaft_volts(volts)
 
     def set_speeds(self, speeds: Sequence[float]) -> None:
-        """Command the tread speed of each wheel by the on-board loops [m/s]; raises as `set_shaft_volts`."""
+        """Command the tread speed of each wheel by the on-board loops [m/s].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self.set_shaft_speeds(speeds)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:

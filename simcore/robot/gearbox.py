@@ -70,7 +70,7 @@ class GearboxConfig:
 
     @property
     def torque_per_amp(self) -> float:
-        """Torque at the mechanism per ampere in every motor [N m/A]."""
+        """Torque at the mechanism for a current of one ampere in each motor [N m/A]."""
         return self.motors * self.gearing * self.motor.kt
 
     @property

@@ -139,7 +139,7 @@ class Gyro:
         self._true_rate: float | None = None
 
     def set_yaw(self, yaw: float) -> None:
-        """Set the reported yaw [rad], like `set_yaw` in robot code; raises as `reset`."""
+        """Set the reported yaw [rad], like `set_yaw` in robot code; raises the same errors as `reset`."""
         self.yaw = checked_number("gyro: yaw", yaw)
 
     def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:

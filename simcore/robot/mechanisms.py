@@ -517,7 +517,7 @@ class RollerConfig:
 
 
 class RollerSim(ShaftSim):
-    """Motor-driven roller; compressed pieces are a load (`set_load`)."""
+    """Motor-driven roller; `set_load` applies the load of compressed pieces."""
 
     __slots__ = ("radius",)
 

@@ -1,4 +1,4 @@
-"""Placers: claws or roller pairs at the end of arms and elevators, which hold and release a single game piece.
+"""Placers: claws or roller pairs at the end of arms and elevators that hold and release a single game piece.
 
 A held piece moves with the placer. A released piece keeps its position and velocity at the release, and the engine
 moves it from then on.

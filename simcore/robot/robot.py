@@ -121,7 +121,7 @@ _MASS_BIT = 1e-6  # [kg]
 
 
 class MassBalance:
-    """Mass and momentum balance of a robot whose pieces and mechanisms move.
+    """Mass and momentum balance of a robot with pieces and moving mechanisms.
 
     Once per tick, before motion, the balance passes changed mass, center of mass and inertia to the loop. The pose of
     the robot's body stays. The velocity follows from conservation laws:
@@ -400,7 +400,7 @@ class Robot:
 
     @property
     def believed_pose(self) -> Pose:
-        """Pose estimate of robot code, or of `odometry` without one, field frame [m, m, rad]."""
+        """Pose estimate of robot code if available, otherwise of `odometry`, field frame [m, m, rad]."""
         return self.estimated_pose or self.odometry.pose
 
     @property
@@ -472,7 +472,7 @@ class Robot:
 
     @property
     def held(self) -> list[int]:
-        """Slots of the held pieces: first those in storages, in the order of arrival, then those in placers."""
+        """Slots of held pieces: first the pieces in storages, in the order of arrival, then the pieces in placers."""
         stored = [slot for storage in self.storages for slot in storage.pieces]
         return stored + [placer.piece for placer in self.placers if placer.piece is not None]
 

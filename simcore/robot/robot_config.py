@@ -291,7 +291,7 @@ class TippingLimit:
     height: float
     """Height of the center of mass above the floor [m]."""
     forward: float
-    """Acceleration along x at which wheels lift, the smaller of speeding up and braking [m/s^2]."""
+    """Smaller of the accelerations along x at which wheels lift when speeding up and when braking [m/s^2]."""
     sideways: float
     """Acceleration along y at which wheels lift [m/s^2]."""
     drivetrain: float

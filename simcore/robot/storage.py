@@ -29,7 +29,7 @@ class StorageConfig:
     """Config of a robot's space for game pieces."""
 
     name: str = ""
-    """Name by which intakes and shooters refer to this storage; may be empty if the robot has only one."""
+    """Name by which intakes and shooters refer to this storage; may be empty if the robot has no other storage."""
     capacity: int = 1
     """Maximum number of pieces."""
     order: Literal["fifo", "lifo"] = "fifo"
@@ -142,7 +142,7 @@ class Storage:
         return self.config.capacity - len(self.pieces)
 
     def room_for(self, radius: float) -> int:
-        """Return the number of pieces of a given radius [m] that can enter now; the free inlet limits a hopper."""
+        """Return the number of pieces of a given radius [m] that can enter now; limited by a hopper's free inlet."""
         if self.hopper is None:
             return self.room
         waiting = len(set(self.pieces).difference(self.hopper.slots))  # added by another intake in this tick

@@ -107,7 +107,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
             battery: Battery of the robot, stepped by the drive; None for a stiff 12 V supply.
-            built: Motors, wheels and encoders as actually built; None for those of the config.
+            built: Motors, wheels and encoders as actually built; None for the values in the config.
         """
         modules = config.modules if built is None else built.modules
         super().__init__(
@@ -170,19 +170,25 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command the duty cycle of every motor, -1 to 1; raises as `set_volts`."""
+        """Command the duty cycle of every motor, -1 to 1; raises the same errors as `set_volts`."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
         self._ask(DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command the stator current of drive motors [A] and the voltage of steer motors [V]; raises as `set_volts`."""
+        """Command the stator current of drive motors [A] and the voltage of steer motors [V].
+
+        Raises the same errors as `set_volts`.
+        """
         drive_ = self._checked("drive current", drive)
         steer_ = self._checked("steer volts", steer)
         self._ask(CURRENT, drive_, steer_, steer_mode=VOLTS)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
-        """Command the speed [m/s] and steer angle [rad] of each module by on-board loops; raises as `set_volts`."""
+        """Command the ground speed [m/s] and steer angle [rad] of each module by the on-board loops.
+
+        Raises the same errors as `set_volts`.
+        """
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)
         self._ask(TARGET, speeds_, angles_)

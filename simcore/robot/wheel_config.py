@@ -43,7 +43,8 @@ class LimitedMotor:
     torque_driving: float
     """Shaft torque per motor current while the motor drives the gears [N m/A]."""
     torque_driven: float
-    """Shaft torque per motor current while the gears drive the motor, with braking gear losses [N m/A]."""
+    """Shaft torque per motor current while the gears drive the motor; includes gear losses, which help to brake
+    [N m/A]."""
     friction: float
     """Coulomb friction at the shaft [N m]."""
     stator_limit: float

@@ -289,7 +289,7 @@ class LimelightSim:
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Solve for the poses in a frame; by now, the robot has sent its heading at the exposure."""
+        """Solve for the poses in a frame, with the heading that the robot has sent for the exposure time."""
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]

@@ -193,7 +193,7 @@ class TagPicture:
             rotation = rotation_matrices(-step[:3]) @ self._rotation
             eye = self._eye + step[3:] @ rotation
         to_optical, position = self._mounting.to_optical, self._mounting.position
-        # Robot: x, y, z from s + lever x w in field axes; roll and pitch about robot axes, yaw about the field's z axis.
+        # Robot: x, y, z from s + lever x w in field axes; roll and pitch about robot axes, yaw about the field z axis.
         lever = cross_matrices(to_optical @ position)
         back = rotation.T
         by_camera = np.zeros((6, 6))

@@ -58,7 +58,7 @@ class BallDynamics:
 
     Args:
         bodies: Bodies that balls can touch.
-        solids: Solids that balls can touch, without the floor.
+        solids: Solids that balls can touch, other than the floor.
         floor: Surface of the floor at z = 0; None for no floor.
         gravity: Gravity, downward [m/s^2].
     """
@@ -102,7 +102,7 @@ class BallDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set the bodies that balls can touch in a tick; they can always touch robots.
+        """Set the bodies, in addition to robots, that balls can touch in a tick.
 
         Args:
             others: Rows of the bodies other than robots.

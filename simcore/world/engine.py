@@ -33,7 +33,7 @@ class BodyDefinition:
     center_of_mass: Vector = (0.0, 0.0, 0.0)
     """Center of mass in the frame of the shape [m]."""
     inertia: Vector | None = None
-    """Principal moments of inertia about the center of mass [kg m^2]; None for those of a uniform solid."""
+    """Principal moments of inertia about the center of mass [kg m^2]; None for a uniform solid."""
     inertia_axes: Quaternion = (0.0, 0.0, 0.0, 1.0)
     """Attitude of the principal axes in the frame of the shape, x, y, z, w."""
     group: int = 1

@@ -41,7 +41,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldBoundary:
-    """Walls on the floor around the rectangle from (0, 0) to (length, width), which is between the inner faces."""
+    """Walls on the floor, whose inner faces bound the rectangle from (0, 0) to (length, width)."""
 
     length: float
     """Length along x, between the inner faces of the end walls [m]."""

@@ -56,8 +56,8 @@ def overlaps(one: FloatArray, other: FloatArray) -> bool:
     """Return whether two convex outlines overlap, by the separating axis theorem.
 
     Args:
-        one: Corners in order [m], shape (n, 2).
-        other: Corners in order [m], shape (m, 2).
+        one: Corners of the first outline, in order [m], shape (n, 2).
+        other: Corners of the second outline, in order [m], shape (m, 2).
 
     >>> square = corners(0.0, 0.0, 0.0, 2.0, 2.0)
     >>> overlaps(square, square + 1.9), overlaps(square, square + 2.1), overlaps(square, 0.1 * square)

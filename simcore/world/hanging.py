@@ -1,4 +1,4 @@
-"""Bodies that swing on a chain or turn about a hinge, both fixed to the field; robots and game pieces push them.
+"""Bodies that swing on a chain or turn about a hinge fixed to the field, pushed by robots and game pieces.
 
 The engine ties the body to its pivot and moves it like a game piece. This module adds friction of the chain, which also
 returns the body to its yaw at rest, friction and spring of a hinge, the pull of climbers, and sleep. The body turns

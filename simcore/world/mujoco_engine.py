@@ -362,7 +362,7 @@ _MOST_PASSED = 16  # largest number of surfaces that a ray may leave from the in
 class _CompiledModel:
     """Compiled model, its state, and the engine's row of each body and shape.
 
-    Moving bodies are numbered in order, from 0; their shapes come after those of statics.
+    Moving bodies are numbered in order, from 0; their shapes come after the shapes of statics.
     """
 
     mj: Any
@@ -428,7 +428,7 @@ class _CompiledModel:
 
 
 def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float, longest: float) -> _CompiledModel:
-    """Compile a model.
+    """Compile the MuJoCo model of a list of bodies.
 
     Args:
         mujoco: The `mujoco` package.
@@ -437,7 +437,7 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
         longest: Longest step of contacts with friction or restitution [s].
 
     Raises:
-        EngineError: If MuJoCo rejects a shape; the message contains MuJoCo's.
+        EngineError: If MuJoCo rejects a shape; the message includes MuJoCo's message.
     """
     spec = mujoco.MjSpec()
     option = spec.option

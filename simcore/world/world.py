@@ -1,7 +1,7 @@
 """Physics world: floor, statics, robots and game pieces, and the step that moves them.
 
 The compiled loop moves robots and balls. The engine moves all other bodies and starts when the first of them is added.
-It then gets copies of the static field and of the robots, which collide only with the engine's bodies.
+The engine then gets copies of the static field and of the robots, which collide only with the engine's other bodies.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class PhysicsWorld:
         self._names: list[str] = []  # by row
         self._definitions: list[BodyDefinition] = []  # by row
         self.has_engine = False
-        """Whether the engine has started, because the world has bodies other than balls and robots."""
+        """Whether the engine has started, which happens when a body other than a ball or robot is added."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
         self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
