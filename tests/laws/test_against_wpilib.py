@@ -63,9 +63,7 @@ def test_a_motor_matches_dc_motor_sim(motors, gearing, inertia):
 
 
 def test_the_motor_current_matches_dc_motor_sim():
-    """WPILib reports the instantaneous current and we report the mean of the step, so they differ by half a step's
-    change.
-    """
+    """WPILib reports the instantaneous current, we the mean of the step: they differ by half a step's change."""
     both = DCMotor.krakenX60(4)
     theirs = simulation.DCMotorSim(LinearSystemId.DCMotorSystem(both, 0.02, 1.0), both, [0.0, 0.0])
     ours = ShaftSim(GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=1.0), 0.02)

@@ -139,9 +139,7 @@ def test_two_balls_separate_with_the_restitution_of_their_pair(speed, restitutio
 
 
 def test_a_glancing_hit_of_spinning_balls_conserves_momentum_and_obeys_coulombs_law():
-    """Linear and angular momentum hold to rounding; while the balls slip, the tangential impulse is mu times the normal
-    one.
-    """
+    """Linear and angular momentum hold to rounding; while balls slip, the tangential impulse is mu times the normal."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         kind = replace(FUEL, friction=0.3)
         scene = Scene(world, [(2.0, 4.0, 1.0), (2.15, 4.10, 1.02)], kind=kind)

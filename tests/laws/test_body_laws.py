@@ -243,9 +243,7 @@ def test_a_robot_bounces_off_a_wall_with_the_restitution_of_the_pair(speed):
 @pytest.mark.parametrize("depth", [0.02, 0.1, 0.2])
 @pytest.mark.parametrize("speed", [0.0, 2.0, 4.0])
 def test_overlapping_robots_separate_without_gaining_energy(depth, speed):
-    """A moving robot bounces as if it had come from outside: momentum holds, energy does not rise, and they soon
-    separate.
-    """
+    """A moving robot bounces as if from outside: momentum holds, energy does not rise, and both soon separate."""
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(-2.0, 0.0, 0.0), name="a")
         b = ChassisSimulation(world, ChassisConfig(), pose=(2.0, 0.0, 0.0), name="b")

@@ -25,7 +25,7 @@ def with_modules(**change) -> SwerveConfig:
 
 
 def test_a_worn_wheel_reports_more_distance_than_the_robot_drives():
-    """Rolling at 1 m/s, a wheel of 0.9 of the configured radius turns 1/0.9 as fast, so the encoder reports 1/0.9 m/s."""
+    """Rolling at 1 m/s, a wheel of 0.9 of the configured radius turns 1/0.9 as fast: the encoder reports 1/0.9 m/s."""
     worn = SwerveDrive(SQUARE, built=with_modules(wheel_radius=0.9 * SQUARE.wheel_radius))
     worn.reset(vx=1.0)
     assert worn.wheel_speeds() == pytest.approx([1.0 / 0.9] * 4)

@@ -300,9 +300,7 @@ def test_a_scraped_robot_turns_like_a_lone_one_under_the_same_force_and_torque()
 @pytest.mark.parametrize("speed", [3.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.5])
 def test_bumpers_of_two_robots_overlap_no_more_than_their_stiffness_allows(speed, heading):
-    """At most v sqrt(m / k) with the reduced mass and two bumpers in series; a corner has at most half a side's
-    stiffness.
-    """
+    """At most v sqrt(m / k) with the reduced mass and two bumpers in series; a corner has half a side's stiffness."""
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
         b = ChassisSimulation(world, ChassisConfig(mass=40.0), pose=(1.55, 0.2, heading), name="b")

@@ -45,11 +45,11 @@ def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
 
 @each("distance", [1.0, 2.0, 4.0])
 def test_deviations_of_a_frontal_tag_agree_with_the_linearized_projection(distance):
-    """Corners at (+-h, +-h) in depth z. A step along z moves each corner by h z'/z^2 in u and in v, eight values: s z^2
-    /
-    (h sqrt(8)). A turn about the vertical moves u of all corners equally, like a step, and v by +-h^2/z^2, four values:
-    s z^2 / (2 h^2). The square of the turn matters where it moves a corner by s: at sqrt(2 s z / h). The error is of
-    order (h / z)^2, 0.7 % at 1 m.
+    """Compare standard deviations with the linearized projection of corners at (+-h, +-h) in depth z.
+
+    A step along z moves each corner by h z'/z^2 in u and in v, eight values: s z^2 / (h sqrt(8)). A turn about the
+    vertical moves u of all corners equally, like a step, and v by +-h^2/z^2, four values: s z^2 / (2 h^2). The square
+    of the turn matters where it moves a corner by s: at sqrt(2 s z / h). The error is of order (h / z)^2, 0.7 % at 1 m.
     """
     low = layout((1, (10.0, 4.0, 0.0)))  # lens at the robot's origin: no turn of the robot moves it
     found = picture(low, (10.0 - distance, 4.0, 0.0), 0.0, CameraMount()).megatag1()
@@ -105,8 +105,10 @@ def stand(distance, angle_deg, height, ids, *, frames, seed=0, bias):
 
 @each(("distance", "angle", "height", "ids", "tag", "measured"), MEASURED)
 def test_poses_of_a_robot_at_rest_are_as_noisy_as_measured(distance, angle, height, ids, tag, measured):
-    """Source: a log of 2024 (github.com/Tan560/wpilogsTomf4); within a factor of 1.5. The log does not give the robot's
-    position: at this angle a single corner noise explains all of the figures.
+    """Deviations agree with a measured log within a factor of 1.5.
+
+    Source: a log of 2024 (github.com/Tan560/wpilogsTomf4). It does not give the robot's position: at this angle a
+    single corner noise explains all of its figures.
     """
     found = stand(distance, angle, height, ids, frames=600, bias=CameraBias.none())
     assert {len(frame.tags) for frame in found} == {len(ids)}
@@ -130,8 +132,10 @@ def test_poses_of_a_robot_at_rest_are_as_noisy_as_measured(distance, angle, heig
     [("mount_angle_deg", 0.5, "yaw"), ("mount_position", 0.05, "place"), ("focal_length", 0.01, "range")],
 )
 def test_each_bias_moves_a_megatag_1_pose_by_the_pinhole_model(name, size, closed):
-    """A mount angle error turns the pose by that angle, a mount position error moves it by that offset, and a longer
-    focal length shortens the distance in proportion. Means of frames, to first order in the bias.
+    """Compare means of frames with the pinhole model; errors are of second order in the bias.
+
+    A mount angle error turns the pose by that angle, a mount position error moves the pose by that offset, and a longer
+    focal length shortens the distance in proportion.
     """
     none = {field: 0.0 for field in CameraBias.__dataclass_fields__}
     quiet = {"type": limelight_type("LL3"), "mount": CameraMount(z=0.9), "bias": CameraBias(**{**none, name: size})}

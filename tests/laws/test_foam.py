@@ -71,9 +71,7 @@ def test_foam_under_a_load_rests_at_the_makers_depth(inch, pound):
 @pytest.mark.parametrize("mass", [0.0027, 0.04, 0.2])
 @pytest.mark.parametrize("restitution", [0.3, 0.6, 1.0])
 def test_a_heap_of_light_stiff_balls_never_gains_energy(mass, restitution):
-    """27 balls fall 0.5 m, as stiff as their mass allows; kinetic plus potential energy never exceeds that at the
-    start.
-    """
+    """27 balls as stiff as their mass allows fall 0.5 m; kinetic plus potential energy never grows."""
     radius = 0.04
     kind = GamePieceConfig(name="Ball", shape=Sphere(radius), mass=mass, restitution=restitution)
     rng = np.random.default_rng(2)

@@ -43,9 +43,7 @@ def test_aerodynamic_forces_never_add_energy(velocity, spin):
 @settings(max_examples=100)
 @given(rotations, vectors, vectors, vectors, st.floats(-3, 3), st.floats(0, 1.5))
 def test_a_piece_launched_at_the_muzzle_is_found_at_the_muzzle(q, pos, velocity, spin, turret, elevation):
-    """`launch_state` and `field_to_robot` use the same frames; the exit speed relative to the muzzle is the commanded
-    one.
-    """
+    """`launch_state` and `field_to_robot` use equal frames; the exit speed relative to the muzzle is as commanded."""
     rotation = q / np.linalg.norm(q)
     launch = LaunchParameters(height=0.5, forward=0.2, pivot_x=0.1, barrels=(0.08, -0.08))
     at, v = launch_state(launch, Aim(elevation, 9.0, turret), (pos, rotation, velocity, spin), 1)

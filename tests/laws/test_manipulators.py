@@ -259,8 +259,9 @@ def test_a_sleeping_piece_wakes_before_a_robot_reaches_it():
 
 
 def crate_before_post(aside: float) -> tuple[Game, np.ndarray]:
-    """Return a game with a post at the height of the claw, and the place of a crate in the claw of a robot at (4, 4,
-    0).
+    """Return a game with a post at the height of the claw, and the place of a crate in the claw.
+
+    The robot is at (4, 4, 0).
 
     Args:
         aside: Offset of the post from the crate, to the left [m].

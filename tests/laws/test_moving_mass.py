@@ -82,9 +82,7 @@ def push(match: Match, vx: float, omega: float = 0.0) -> None:
 
 
 def accelerate(match: Match, amps: float) -> tuple[float, FloatArray]:
-    """Drive at a stator current; return mean acceleration [m/s^2] and wheel loads [N] of 0.3 s after loads have
-    settled.
-    """
+    """Drive at a stator current; return mean acceleration [m/s^2] and wheel loads [N] over 0.3 s."""
     one = match.robots[0]
     one.drive.set_volts([12.0] * 4, [0.0] * 4)
     match.play(5 * TICK)
@@ -206,9 +204,7 @@ def test_an_off_center_shot_turns_the_robot(aside):
 
 
 def test_extending_an_arm_slows_the_rotation():
-    """I omega is constant on wheels without grip, and energy falls; the arm is a rack that extends to both sides along
-    x.
-    """
+    """I omega is constant on wheels without grip, and energy falls; the arm extends to both sides along x."""
     out = [
         Joint(mechanism="lift", axis=(sign, 0.0, 0.0), origin=(0.0, 0.0, 0.2), slides=True, ratio=DRUM)
         for sign in (1.0, -1.0)
@@ -293,9 +289,7 @@ def test_gripping_tires_turn_a_robot_about_its_wheel_center_wherever_its_mass_is
 
 @pytest.mark.engines("bullet", "mujoco")
 def test_changing_the_center_of_mass_leaves_the_shape_of_a_body_in_place(engine_name):
-    """The pose of the shape is unchanged; the free body then turns about the new center of mass, and rays hit its
-    shape.
-    """
+    """The pose of the shape is unchanged; then the free body turns about its new center, and rays hit its shape."""
     engine = make_engine(engine_name, gravity=0.0)
     try:
         shape = Box((0.4, 0.2, 0.6))

@@ -164,9 +164,7 @@ def test_a_tumbling_body_precesses_and_conserves_its_energy(engine_name):
 
 @pytest.mark.parametrize("over", [-1.2, 1.2])
 def test_a_block_starts_to_slide_at_the_friction_angle(over, engine_name):
-    """1.2 degrees above the friction angle the block accelerates by 0.22 m/s^2 and stays awake; below it stays in
-    place.
-    """
+    """1.2 degrees above the friction angle the block accelerates by 0.22 m/s^2 and stays awake; below, it rests."""
     friction, slope = 0.4, math.atan(0.4) + math.radians(over)
     turn = from_rpy(0.0, slope, 0.0)
     up, down = np.array(rotate(turn, (0.0, 0.0, 1.0))), np.array(rotate(turn, (1.0, 0.0, 0.0)))

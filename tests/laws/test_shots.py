@@ -76,8 +76,7 @@ def tick_and_find(match):
 
 
 def traced_back(pos, velocity, chassis, muzzle):
-    """Return when a shot crossed the path of the muzzle [s before now], the gap, and its speed and heading relative to
-    it.
+    """Trace a shot back to the path of the muzzle; return time [s], gap [m], relative speed [m/s], heading [rad].
 
     Within a tick the robot moves uniformly, r(-t) = r - v t and yaw(-t) = yaw - w t; the shot follows its parabola.
     """
@@ -98,9 +97,9 @@ def traced_back(pos, velocity, chassis, muzzle):
 
 @pytest.mark.parametrize("speeds", [(2.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1.5, 0.0, 4.0), (-1.0, 1.5, -3.0)])
 def test_a_shot_of_a_moving_robot_leaves_the_muzzle_at_its_scheduled_time(speeds):
-    """Traced back, it meets the muzzle's path within 1 mm, with the direction and speed of the shooter, at any part of
-    a
-    tick; shots are one period apart.
+    """Traced back, each shot meets the muzzle's path within 1 mm, with the direction and speed of the shooter.
+
+    This holds at any part of a tick, and shots are one period apart.
     """
     with match_with(robot(), (4.0, 3.0, 0.0)) as match:
         one, shots = match.robots[0], []
