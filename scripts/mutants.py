@@ -41,9 +41,7 @@ BODY, BODIES = "simcore/loop/body.py", "tests/loop/test_body.py"
 PLAIN = (BATTERY, BODIES)
 """Tests that need no compiler, which takes minutes after a change of the loop."""
 WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/robotcode/sim/test_belief_watch.py"
-POLICY = (
-    "tests/games/test_human_actions.py::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_wall"
-)
+POLICY = "tests/games/test_human_actions.py::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_ones"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
@@ -151,10 +149,10 @@ MUTANTS = (
            "tests/sweep/test_sweep_statistics.py::test_a_difference_below_the_printed_digits_counts_as_zero"),
     Mutant("fuel over the guardrail is counted for all robots", "games/rebuilt/fouls.py",
            "before = self._thrown.get(robot, 0)", "before = sum(self._thrown.values())",
-           "tests/games/test_rebuilt_fouls.py::test_g405_counts_per_robot_and_only_fuel_that_touched_nothing"),
+           "tests/games/test_rebuilt_fouls.py::test_g405_counts_per_robot_and_only_for_fuel_that_touched_nothing"),
     Mutant("a gap does not end a closed passage", "games/rebuilt/fouls.py",
            "+ TICK if closed else 0.0", "+ TICK * closed",
-           "tests/games/test_rebuilt_fouls.py::test_g419_starts_again_after_a_gap_and_ignores_moving_robots"),
+           "tests/games/test_rebuilt_fouls.py::test_g419_the_three_seconds_restart_after_a_gap"),
     Mutant("a pin goes on where both have moved", "simcore/match/foul_book.py",
            "max(apart, moved) >=", "apart >=",
            "tests/games/rebuilt/test_scoring.py::test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away"),
@@ -177,7 +175,7 @@ MUTANTS = (
            "match.alliances[number] != match.alliances[other] and self._is", "self._is",
            f"{FOULS}::test_g420_gives_level_3_to_a_robot_off_the_carpet_and_does_not_apply_to_partners"),
     Mutant("who holds fuel of a hub for a moment keeps it", "games/rebuilt/fouls.py", "match.time - since > _MOMENT",
-           "match.time - since > 0.0", f"{FOULS}::test_g408_a_robot_catches_and_keeps_fuel_out_of_a_hub"),
+           "match.time - since > 0.0", f"{FOULS}::test_g408_catching_and_keeping_fuel_out_of_a_hub_is_a_foul"),
     Mutant("fuel of the pause is none of auto", "games/rebuilt/scoring.py", '"pause": "auto"', '"pause": "transition"',
            "tests/games/rebuilt/test_scoring.py::test_fuel_counts_in_the_period_that_the_manual_gives"),
     Mutant("both have to move on from a pin", "simcore/match/foul_book.py", "moved = max(math.dist",
@@ -187,11 +185,11 @@ MUTANTS = (
            "self._match.time - time < _KNOCKED", "False",
            "tests/games/test_reefscape_fouls.py::test_g410_also_applies_to_a_coral_knocked_off_the_opponents_reef"),
     Mutant("a robot leaves with its center", "games/reefscape/rules.py", "x.max() < dim.STARTING_LINE_X",
-           "x.mean() < dim.STARTING_LINE_X", f"{REEF}::test_leaving_requires_all_of_the_bumpers"),
+           "x.mean() < dim.STARTING_LINE_X", f"{REEF}::test_leaving_requires_all_bumpers_off_the_starting_line"),
     Mutant("ranking points before the assessment", "games/reefscape/rules.py", "0 if is_early or", "0 if",
            f"{REEF}::test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one"),
     Mutant("one robot leaves for all", "games/reefscape/rules.py", "bool(robots) and all(", "bool(robots) and any(",
-           f"{REEF}::test_the_auto_ranking_point_needs_all_robots_to_leave_and_a_coral"),
+           f"{REEF}::test_the_auto_ranking_point_needs_all_robots_to_leave_and_one_coral"),
     Mutant("rows are written once or never", "simcore/sweep/run_store.py",
            '            self._problem = ""\n            self', '            self._problem = ""\n        self',
            "tests/sweep/test_run_store.py::test_rows_that_could_not_be_written_are_tried_again"),
@@ -215,7 +213,7 @@ MUTANTS = (
     Mutant("robots stand where others turn to in the next tick", "simcore/match/starts.py",
            "from_yaw(TICK * other.chassis.rate[2])", "from_yaw(0.0)",
            "tests/games/test_placing.py::"
-           "test_no_robot_is_placed_where_the_corner_of_a_turning_one_will_be_in_the_next_tick"),
+           "test_no_robot_is_placed_where_the_corner_of_a_turning_robot_will_be_in_the_next_tick"),
     Mutant("balls do not spin where they hit each other", BALLS, "vel[b, 0] - (wy * nz - wz * ny)", "vel[b, 0]",
            "tests/laws/test_ball_laws.py::"
            "test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_normal_impulse"),
@@ -236,13 +234,13 @@ MUTANTS = (
            "test_a_ball_placed_inside_an_element_comes_out_without_gaining_energy"),
     Mutant("what is put down remembers what it touched before", BALLS,
            "stamp[i, m] < now - 1 or is_put[i] == JUST_PUT", "stamp[i, m] < now - 1",
-           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
+           "tests/games/test_random_games.py::test_all_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
     Mutant("coral is dropped into the alliance wall", "games/reefscape/human_players.py",
            "min(max(aside, -_HALF_DROP), _HALF_DROP)", "min(max(aside, -_HALF_CHUTE), _HALF_CHUTE)",
-           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
+           "tests/games/test_random_games.py::test_all_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
     Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):",
            "self._is_ball[slot] else 9.0):",
-           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
+           "tests/games/test_random_games.py::test_all_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
     # of human players, ranking points, batteries, pages and the check of odometry
     Mutant("a battery charges above full", "simcore/loop/battery.py", "min(1.0, max(0.0, b.charge",
            "(max(0.0, b.charge", f"{BATTERY}::test_charge_counts_ampere_hours"),
@@ -254,7 +252,7 @@ MUTANTS = (
            "fuel > event.energized", f"{FOULS}::test_the_score_sheet_adds_up_and_gives_the_ranking_points"),
     Mutant("ranking points while fuel still counts", "games/rebuilt/rules.py",
            "time < MATCH.duration + ASSESSMENT - 1e-9", "time < 0.0",
-           f"{FOULS}::test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessment"),
+           f"{FOULS}::test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one_each"),
     Mutant("a full robot is fed", "games/rebuilt/human_players.py", " and robot.storage.room", "", POLICY),
     Mutant("opponents are fed", "games/rebuilt/human_players.py", "if owner == alliance and is_there", "if is_there",
            POLICY),
