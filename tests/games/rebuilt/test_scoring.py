@@ -191,7 +191,7 @@ def test_g418_a_pin_count_ends_when_the_pinned_robot_pins_the_other():
 @pytest.mark.parametrize(
     "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
 )
-def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(places):
+def test_g418_a_pin_count_ends_three_seconds_after_either_robot_leaves(places):
     """The robots stay close together, but six feet away from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
