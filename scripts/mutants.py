@@ -218,7 +218,7 @@ MUTANTS = (
            "tests/laws/test_ball_laws.py::"
            "test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_normal_impulse"),
     Mutant("balls do not spin where they hit the field", BALLS, "vx - lever * (sy * nz - sz * ny)", "vx",
-           "tests/laws/test_ball_laws.py::test_a_spinning_ball_gains_mu_times_its_normal_velocity_change_along_a_floor"),
+           "tests/laws/test_ball_laws.py::test_a_spinning_ball_gains_mu_times_its_normal_velocity_change_sideways"),
     Mutant("what turns has no surface speed", BALLS, "moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay",
            "moving[b, 0]",
            "tests/laws/test_ball_laws.py::test_a_ball_falling_on_a_turning_body_is_dragged_along_its_surface"),
@@ -289,9 +289,9 @@ MUTANTS = (
     Mutant("what a camera has seen is a step of the program", WATCH, "if abs(step) > _CARRIED[0]:", "if False:",
            f"{WATCHED}::test_a_fault_is_reported_once_with_its_cause"),
     Mutant("a meter that is a tenth long is told", WATCH, "max(_APART, _SHARE * self._way)", "_APART",
-           f"{WATCHED}::test_no_warning_while_odometry_is_right"),
+           f"{WATCHED}::test_nothing_is_reported_while_the_odometry_is_right"),
     Mutant("who pushes a disabled robot is told", WATCH, "or not is_driving or", "or",
-           f"{WATCHED}::test_errors_while_disabled_after_a_reset_or_mended_by_cameras_are_no_fault"),
+           f"{WATCHED}::test_errors_while_disabled_after_a_reset_or_corrected_by_cameras_are_not_faults"),
 )  # fmt: skip
 
 

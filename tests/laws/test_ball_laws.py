@@ -180,7 +180,7 @@ def test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_normal_impulse(sp
 
 
 @pytest.mark.parametrize("spin", [90.0, -90.0])
-def test_a_spinning_ball_gains_mu_times_its_normal_velocity_change_along_a_floor(spin):
+def test_a_spinning_ball_gains_mu_times_its_normal_velocity_change_sideways(spin):
     """v_x = mu (1 + e) v_z: a ball with a backspin of 90 rad/s slips throughout the contact."""
     with PhysicsWorld(gravity=1e-9) as world:
         scene = Scene(world, [(2.0, 4.0, R + 0.02)])
