@@ -24,7 +24,7 @@ def test_a_frame_has_the_bytes_of_questnav():
 
 
 def test_the_state_of_the_device_has_the_bytes_of_questnav():
-    """Field 2, `currently_tracking`, is a field of 2025 that disturbs no reader."""
+    """Newer headsets omit field 2, `currently_tracking`; libraries that do not know it skip it."""
     assert device_message(87, lost=2).hex() == "0802" + "1001" + "1857"
 
 
