@@ -209,7 +209,7 @@ MUTANTS = (
            "time > self._last + 1.5 * TICK", "False",
            "tests/match/players/test_driven_robot.py::test_a_robot_starts_from_rest_after_robots_were_disabled"),
     Mutant("pairs of a seed are its first", "simcore/sweep/results.py", "np.mean(pairs, axis=0)", "pairs[0]",
-           "tests/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
+           "tests/sweep/test_results.py::test_the_pairs_of_a_seed_count_as_their_mean"),
     Mutant("robots stand where others turn to in the next tick", "simcore/match/starts.py",
            "from_yaw(TICK * other.chassis.rate[2])", "from_yaw(0.0)",
            "tests/games/test_placing.py::"
@@ -266,7 +266,7 @@ MUTANTS = (
            "tests/adapters/emulator/test_examples.py::test_current_limits_bound_stator_and_supply_current"),
     Mutant("pages that are behind get frames", "simcore/show/view_server.py",
            "if not is_frame or one.transport is None", "if True or one.transport is None",
-           "tests/view/test_live.py::test_a_page_that_is_behind_gets_no_frames_and_all_else"),
+           "tests/view/test_live.py::test_a_page_that_is_behind_gets_everything_except_frames"),
     Mutant("bodies do not wobble", BODY, "(tx - (iz - iy) * wy * wz) / ix", "tx / ix",
            f"{BODIES}::test_a_body_turns_by_eulers_equations"),
     Mutant("an impulse has no lever about x", BODY, "    mx = ay * jz - az * jy\n    my", "    mx = 0.0\n    my",
