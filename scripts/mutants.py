@@ -85,7 +85,7 @@ MUTANTS = (
            f"{MATCHES}::test_set_alliance_moves_a_robot_to_the_other_side_and_keeps_its_gyro_reading"),
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
            "(time - times[k - 1]) / (times[k] - times[k - 1]))", "0.0)",
-           "tests/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
+           "tests/vision/test_heading.py::test_readings_are_interpolated_and_late_readings_are_dropped"),
     Mutant("digest without status", "simcore/match/match.py",
            "update(state.pos.take(awake, axis=0), state.status)", "update(state.pos[awake])",
            f"{REPEATS}::test_changing_only_the_status_of_a_piece_changes_the_digest"),
