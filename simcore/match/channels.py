@@ -76,13 +76,12 @@ MATCH = (
     Channel("Sim/Hits", "int", lambda m: m.record.hits, "shots that scored"),
     Channel("Sim/TakenIn", "int", lambda m: len(m.record.taken_in), "pieces that robots have taken in so far"),
     Channel("Sim/NewestShots", "int[]", lambda m: m.record.columns.shots,
-            "the newest shot and those up to 1 s before it: number as in `Sim/Shots`, piece, robot, and ticks of "
-            "20 ms since the run began when it had left, one after the other"),
+            "the newest shot and those up to 1 s before it, each as its number, piece, robot, and tick of the run"),
     Channel("Sim/NewestHits", "int[]", lambda m: m.record.columns.hits,
-            "the newest hit and those up to 1 s before it: number as in `Sim/Hits`, and number of its shot"),
+            "the newest hit and those up to 1 s before it, each as its number and that of its shot"),
     Channel("Sim/NewestTakenIn", "int[]", lambda m: m.record.columns.taken_in,
-            "the newest piece taken in and those up to 1 s before it: number as in `Sim/TakenIn`, and x and y of "
-            "where it was", "mm"),
+            "the newest piece taken in and those up to 1 s before it, each as its number, and x and y of its place",
+            "mm"),
     Channel("Sim/Failure", "string", lambda m: m.record.failure or None,
             "why the test of this run failed; in the log of a failed robot test"),
     Channel("Sim/Warnings", "string", lambda m: "\n".join(m.record.warnings) or None,
