@@ -17,23 +17,16 @@ from simcore.match.match import Match
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "telemetry.md"
 _HEAD = "| key | type | meaning |\n|---|---|---|\n"
-_FINE = 6
-"""Decimals from which on rounding is of no interest."""
 
 
 def _table(channels: Iterable[Channel], before: str = "") -> str:
     return _HEAD + "".join(
-        f"| `{before}{channel.key}` | {channel.kind} | {channel.meaning}{_unit(channel)}{_steps(channel)} |\n"
-        for channel in channels
+        f"| `{before}{channel.key}` | {channel.kind} | {channel.meaning}{_unit(channel)} |\n" for channel in channels
     )
 
 
 def _unit(channel: Channel) -> str:
     return f" [{channel.unit}]" if channel.unit and not channel.kind.startswith("Pose3d") else ""  # poses: always m
-
-
-def _steps(channel: Channel) -> str:
-    return "" if channel.decimals is None or channel.decimals >= _FINE else f"; to {10.0**-channel.decimals:g}"
 
 
 def tables() -> dict[str, str]:

@@ -120,13 +120,11 @@ ROBOT = (
     Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: f.components.poses(f.shafts),
             "moving parts in the robot frame, in the order of `RobotConfig.components`"),
     Channel("Robot/SwerveStates", "SwerveModuleState[]", lambda f: f.view.module_states,
-            "for a swerve drive: speed over ground [m/s] and angle [rad] of each module, in the order of its "
-            "configuration, from its encoders; to 1 mm/s and 1 mrad"),
+            "speed over ground [m/s] and angle [rad] of each swerve module, in order, from its encoders"),
     Channel("Robot/SwerveSetpoints", "SwerveModuleState[]", lambda f: f.view.module_setpoints,
-            "commanded module states: by scripts, CTRE's `SwerveDrivetrain`, or closed loops of both motors of "
-            "each module; empty without a command, as with drive motors in voltage control"),
+            "commanded module states; empty without a command, as with drive motors in voltage control"),
     Channel("Robot/GroundClearance", "double", lambda f: f.clearance,
-            "height of the lowest wheel over the ground under it: about 0 on carpet and bumps, more in air", "m", 6),
+            "height of the lowest wheel over the ground under it", "m", 6),
     Channel("Robot/IsAirborne", "boolean", lambda f: f.clearance > _AIRBORNE, "no wheel touches"),
     Channel("Robot/IsRed", "boolean", lambda f: [side == "red" for side in f.match.alliances],
             "the robot plays for the red alliance"),
@@ -142,7 +140,7 @@ ROBOT = (
             "in a match of scripted players: its role and level, e.g. `collector:3`"),
     Channel("Robot/EstimatedPose", "Pose3d", lambda f: f.view.believed,
             "pose that robot code believes: a Phoenix 6 drivetrain's own pose estimate, else wheel "
-            "odometry from encoders and gyro; to 1 mm and 1 mrad", "m", 6),
+            "odometry from encoders and gyro", "m", 6),
     Channel("Intake/HeldCount", "int", lambda f: f.held, "pieces in the robot"),
     Channel("Debug/HeldCount", "int", lambda f: f.held, "pieces in the robot, next to the other debug values"),
     Channel("Debug/BatteryVoltage", "double", lambda f: f.batteries["voltage"],
