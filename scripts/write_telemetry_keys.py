@@ -16,18 +16,17 @@ from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
 from simcore.match.match import Match
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "telemetry.md"
-_HEAD = "| key | type | unit | meaning |\n|---|---|---|---|\n"
+_HEAD = "| key | type | meaning |\n|---|---|---|\n"
 
 
 def _table(channels: Iterable[Channel], before: str = "") -> str:
     return _HEAD + "".join(
-        f"| `{before}{channel.key}` | {channel.kind} | {channel.unit} | {channel.meaning}{_steps(channel)} |\n"
-        for channel in channels
+        f"| `{before}{channel.key}` | {channel.kind} | {channel.meaning}{_unit(channel)} |\n" for channel in channels
     )
 
 
-def _steps(channel: Channel) -> str:
-    return "" if channel.decimals is None else f"; to {10.0**-channel.decimals:g}"
+def _unit(channel: Channel) -> str:
+    return f" [{channel.unit}]" if channel.unit and not channel.kind.startswith("Pose3d") else ""  # poses: always m
 
 
 def tables() -> dict[str, str]:

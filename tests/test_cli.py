@@ -1,4 +1,4 @@
-"""The command without a subcommand, the version in all its places, and scripts that only ask for help."""
+"""The command without a subcommand, its version, and the help of scripts."""
 
 import re
 import subprocess
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = sorted(path for path in (ROOT / "scripts").glob("*.py") if "__main__" in path.read_text(encoding="utf-8"))
 
 
-def test_alone_it_prints_its_help_and_all_is_well(capsys):
+def test_simcore_without_arguments_prints_its_help(capsys):
     assert main([]) == 0
     said = capsys.readouterr().out
     assert said.startswith("usage: simcore") and all(f"\n    {name}" in said for name in COMMANDS)
@@ -31,7 +31,7 @@ def test_the_version_is_the_same_everywhere(capsys):
     assert declared[1] == newest[1] == simcore.__version__
 
 
-def test_a_list_of_commands_loads_nothing_heavy():
+def test_listing_the_commands_loads_no_heavy_module():
     code = (
         "import sys; from simcore.cli import main; main([]);"
         "assert not {'numpy', 'scipy', 'trimesh', 'rich', 'wpimath', 'matplotlib'} & set(sys.modules)"
@@ -40,7 +40,7 @@ def test_a_list_of_commands_loads_nothing_heavy():
 
 
 @pytest.mark.parametrize("name", ["generate_rebuilt_field", "make_layout"])
-def test_help_of_a_script_writes_nothing(name):
+def test_the_help_of_a_script_writes_no_file(name):
     models = {path: path.stat().st_mtime_ns for path in (ROOT / "models").rglob("*")}
     words = [sys.executable, str(ROOT / "scripts" / f"{name}.py"), "--help"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
@@ -66,7 +66,7 @@ def test_every_script_has_a_help():
         (["compare", "depot"], "'depot' with what? Give two folders with a robot.py, or two autos of the game"),
     ],
 )
-def test_a_slip_is_answered_with_what_would_work(words, said, capsys):
+def test_a_mistyped_command_is_answered_with_what_would_work(words, said, capsys):
     try:
         assert main(words) == 1
     except SystemExit as end:
@@ -75,14 +75,14 @@ def test_a_slip_is_answered_with_what_would_work(words, said, capsys):
     assert said in error and len(error.strip().splitlines()) == 1
 
 
-def test_a_games_own_options_are_those_of_the_game_that_is_named(capsys):
+def test_the_help_has_the_options_of_the_named_game(capsys):
     for words, has_cages in (["play"], False), (["play", "rebuilt"], False), (["play", "reefscape"], True):
         with pytest.raises(SystemExit) as end:
             main([*words, "--help"])
         assert end.value.code == 0 and ("--red-cage-3-shallow" in capsys.readouterr().out) == has_cages
 
 
-def test_what_is_named_is_loaded_alone():
+def test_only_the_named_game_is_loaded():
     code = (
         "import sys; from simcore.cli import main\n"
         "for words in (['play', '--help'], ['play', 'reefscape', '--help'], ['play', 'reefscape', '--list']):\n"
@@ -93,13 +93,13 @@ def test_what_is_named_is_loaded_alone():
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, timeout=60)
 
 
-def test_a_decimal_comma_is_named(tmp_path):
+def test_a_decimal_comma_is_explained(tmp_path):
     (tmp_path / "simcore.toml").write_text("[robot]\nbumper_width = 52,5  # cm\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"decimals take a point: 52\.5"):
         read_toml(tmp_path / "simcore.toml")
 
 
-def test_a_library_that_is_missing_is_one_sentence():
+def test_a_missing_library_gives_one_sentence():
     code = "import sys; sys.modules['numba'] = None; from simcore.cli import main; sys.exit(main(['play']))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
@@ -124,7 +124,7 @@ def test_a_library_that_is_missing_is_one_sentence():
         (["calibrate", "--shot", "distance=2,rps=fast"], "rps must be a number above 0"),
     ],
 )
-def test_what_cannot_be_is_refused_before_anything_runs(words, said, capsys, tmp_path, monkeypatch):
+def test_impossible_arguments_are_refused_before_anything_runs(words, said, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     try:
         assert main(words) == 1

@@ -1,4 +1,4 @@
-"""Every field of every config is held to its type where it is given: no config takes nonsense and fails later."""
+"""Every config field is checked for its type at construction, so no config fails later."""
 
 import dataclasses
 import importlib
@@ -46,7 +46,7 @@ _PACKAGES = ("match", "pieces", "robot", "sweep", "vision", "world")
 
 
 def _configs() -> list[type]:
-    """Every frozen dataclass that people give to simcore and that checks its fields."""
+    """Return every frozen dataclass that users construct and that checks its fields."""
     found = set()
     modules = [info.name for info in pkgutil.walk_packages(games.__path__, "games.") if "__main__" not in info.name]
     for package in _PACKAGES:
@@ -106,7 +106,7 @@ FOUND = (
     CameraConfig(pipelines=(TagPipeline(), PiecePipeline(piece_class="fuel"))),
     QuestConfig(),
 )
-"""Valid configs; among them and what they are made of is one of every class."""
+"""Valid configs; they and their parts include one of every class."""
 
 
 def _examples(one: Any, into: dict[type, Any]) -> None:
@@ -131,7 +131,7 @@ def test_every_config_is_among_the_examples():
 
 
 def _taken(config: type, field: str, values: Iterable[object], named: str) -> list[str]:
-    """Return one line for each value that a field takes, or refuses by another error or without its name."""
+    """Return a line for each value that a field accepts, or refuses with another error or without its name."""
     wrong = []
     for value in values:
         try:
@@ -147,7 +147,7 @@ def _taken(config: type, field: str, values: Iterable[object], named: str) -> li
     return wrong
 
 
-def test_a_field_takes_nothing_of_another_type():
+def test_a_field_refuses_a_value_of_another_type():
     zone = BoxZone(low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0))
     wrong = []
     for config, field in FIELDS:
@@ -158,7 +158,7 @@ def test_a_field_takes_nothing_of_another_type():
     assert len(FIELDS) > 400
 
 
-def test_a_number_is_a_number_and_a_mass_is_above_zero():
+def test_a_number_field_refuses_other_values_and_a_mass_must_be_positive():
     wrong = []
     for config, field in FIELDS:
         before = getattr(EXAMPLES[config], field)
@@ -173,14 +173,14 @@ def test_a_number_is_a_number_and_a_mass_is_above_zero():
     assert wrong == []
 
 
-def test_a_zone_of_another_sort_is_refused_by_a_sentence():
+def test_a_zone_of_another_kind_is_refused_in_one_sentence():
     zone = BoxZone(low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0))
     with pytest.raises(ConfigError) as caught:
         PlacerConfig(joints=(), zone=zone, roller="claw")
     assert str(caught.value).startswith("PlacerConfig: zone must be an IntakeZone, got a BoxZone")
 
 
-def test_the_part_that_is_wrong_is_named():
+def test_the_error_names_the_part_that_is_wrong():
     with pytest.raises(ConfigError, match=r"^RobotConfig: placers\[1\] must be a PlacerConfig, got 'claw'$"):
         dataclasses.replace(REEFSCAPE.robot(), placers=(REEFSCAPE.robot().placers[0], "claw"))
     with pytest.raises(ConfigError, match=r"^RobotConfig: mechanisms\['arm'\] must be .* or a ServoConfig, got 5$"):

@@ -1,4 +1,4 @@
-"""Errors say what was wrong, what was got and what would work, and are the builtin that a caller expects."""
+"""Errors state the problem, the value and what would work, and derive from the builtin that a caller expects."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from simcore import errors
 from simcore.errors import SimcoreError, UnknownNameError, start_sentence
 
 
-def test_an_unknown_name_offers_the_nearest():
+def test_an_unknown_name_suggests_the_nearest():
     error = UnknownNameError("auto", "centre", ["left", "depot", "center"])
     assert str(error) == "no auto named 'centre'. Did you mean 'center'? Known: ['center', 'depot', 'left']"
     assert error.nearest == ["center"]
     assert (error.kind, error.name, error.known) == ("auto", "centre", ["center", "depot", "left"])
 
 
-def test_a_name_that_resembles_nothing_lists_what_there_is():
+def test_an_unknown_name_without_a_similar_one_lists_the_known_names():
     assert str(UnknownNameError("auto", "xyz", ["depot"])) == "no auto named 'xyz'. Known: ['depot']"
     assert str(UnknownNameError("auto", None, ["depot"])) == "no auto named None. Known: ['depot']"
     assert str(UnknownNameError("auto", "xyz", [])) == "no auto named 'xyz'. Known: []"
@@ -36,13 +36,13 @@ def test_a_name_that_resembles_nothing_lists_what_there_is():
         ("UnknownNameError", KeyError),
     ],
 )
-def test_every_error_is_ours_and_the_builtin_that_callers_expect(error, builtin):
+def test_every_error_derives_from_simcore_error_and_a_builtin(error, builtin):
     assert issubclass(getattr(errors, error), SimcoreError)
     assert issubclass(getattr(errors, error), builtin)
 
 
-def test_a_name_that_has_moved_is_told_with_its_home(tmp_path):
-    """A module of before, and a name that another module has; what nobody has is left as Python says it."""
+def test_an_import_of_a_moved_name_gives_its_new_home(tmp_path):
+    """A removed module, and a name that is in another module; an unknown name keeps Python's message."""
     file = tmp_path / "old.py"
     for line, said in {
         "from simcore.gamepiece.config import GamePieceConfig": "pieces.kinds import GamePieceConfig",

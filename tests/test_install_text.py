@@ -1,4 +1,4 @@
-"""How simcore says that an extra is to be installed: by where simcore came from."""
+"""Install command for an extra, by the origin of the installed simcore."""
 
 import importlib.util
 import json
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @pytest.fixture
 def installed(tmp_path):
-    """A package in a site-packages, with a note of its origin, and the folder of a source."""
+    """Return a function that gives the command for a package with an origin, next to the folder of a source."""
     package = tmp_path / "site-packages" / "simcore"
     note = package.parent / "simcore-1.0.0.dist-info" / "direct_url.json"
     note.parent.mkdir(parents=True)
@@ -60,7 +60,7 @@ def test_a_checkout_is_named_by_its_folder():
         ),
     ],
 )
-def test_a_git_address_and_a_file_of_the_network_are_named_as_they_were(installed, origin, wanted):
+def test_a_git_address_and_a_file_from_the_network_are_named_unchanged(installed, origin, wanted):
     assert installed(origin, "view") == f'`python -m pip install "{wanted}"`'
 
 
@@ -98,7 +98,7 @@ def test_a_package_installed_from_an_index_is_named(tmp_path):
         (None, ""),
     ],
 )
-def test_another_computer_gets_simcore_from_where_this_clone_is_from(tmp_path, remote, told):
+def test_another_computer_installs_simcore_from_the_origin_of_this_clone(tmp_path, remote, told):
     (tmp_path / "simcore").mkdir()
     (tmp_path / "simcore" / "install_text.py").touch()
     (tmp_path / "pyproject.toml").touch()
@@ -116,8 +116,8 @@ def test_another_computer_gets_simcore_from_where_this_clone_is_from(tmp_path, r
     assert shared_requirement("rev", package=tmp_path / "simcore") == wanted
 
 
-def test_the_repository_is_named_in_one_place_and_a_release_writes_it_there(tmp_path):
-    """What an index shows has no link that leads nowhere."""
+def test_a_release_writes_the_repository_into_its_single_place(tmp_path):
+    """The page on a package index must have no broken link."""
     told = [path for path in (*ROOT.glob("*.*"), *ROOT.glob("docs/*.md")) if path.is_file()]
     assert [path.name for path in told if "ADDRESS" in path.read_text(encoding="utf-8")] == ["pyproject.toml"]
     spec = importlib.util.spec_from_file_location("name_repository", ROOT / "scripts" / "name_repository.py")
@@ -135,8 +135,8 @@ def test_the_repository_is_named_in_one_place_and_a_release_writes_it_there(tmp_
     assert links and all(link.startswith("https://host/me/simcore/") for link in links)
 
 
-def test_nobody_is_told_to_install_a_bare_name_from_the_index():
-    """`pip install simcore` takes what a stranger may have put on the package index under that name."""
+def test_no_text_tells_users_to_install_a_bare_name_from_the_index():
+    """`pip install simcore` would install whatever a stranger has published under that name."""
     bare = re.compile(r"""pip install (?:--?[\w-]+ )*["'`]*simcore\b(?!\S* @)""")
     texts = [
         path

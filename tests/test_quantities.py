@@ -1,4 +1,4 @@
-"""Numbers from outside: what is refused, in which words, and what is taken."""
+"""Numbers from users: refusals with their words, and accepted values."""
 
 import math
 from dataclasses import dataclass
@@ -46,14 +46,14 @@ from simcore.world.linkage import Joint
         (CURRENT_LIMIT, -1.0, "must be a number from 0 to 10000 A, or math.inf for no limit, got -1.0"),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_bounds_and_the_unit(quantity, value, said):
+def test_an_impossible_value_is_refused_with_bounds_and_unit(quantity, value, said):
     with pytest.raises(ConfigError) as caught:
         require("Robot", "it", value, quantity)
     assert str(caught.value) == f"Robot: it {said}"
 
 
 @each(("quantity", "value"), [(MASS, 5), (MASS, np.float32(5.0)), (COUNT, np.int64(3)), (CURRENT_LIMIT, math.inf)])
-def test_what_makes_sense_is_taken(quantity, value):
+def test_a_valid_value_is_accepted(quantity, value):
     require("Robot", "it", value, quantity)
 
 
@@ -69,12 +69,12 @@ def test_what_makes_sense_is_taken(quantity, value):
         ([POSE], ((1.0, 2.0, 0.0), (1.0, 2.0, None)), r"start\[1\]\[2\] must be a number from .* rad, got None"),
     ],
 )
-def test_rows_are_named_by_place(row: Row, values, said):
+def test_a_bad_number_in_a_row_is_named_by_its_place(row: Row, values, said):
     with pytest.raises(ConfigError, match=f"^Robot: {said}"):
         require_row("Robot", "start", values, row)
 
 
-def test_points_are_named_by_row_and_axis():
+def test_a_bad_point_is_named_by_row_and_axis():
     require_points("Hull", "points", np.eye(3), FIELD_PLACE, least=3)
     with pytest.raises(ConfigError, match=r"Hull: points\[1, 2\] must be a number from -100 to 100 m, got inf"):
         require_points("Hull", "points", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, math.inf]]), FIELD_PLACE)
@@ -82,7 +82,7 @@ def test_points_are_named_by_row_and_axis():
         require_points("Hull", "points", np.eye(3)[:2], FIELD_PLACE, least=3)
 
 
-def test_none_is_fine_where_it_is_the_default_only():
+def test_none_is_accepted_only_where_it_is_the_default():
     @dataclass(frozen=True)
     class Claw:
         mass: float
@@ -100,7 +100,7 @@ class Unprintable:
         raise RuntimeError("no")
 
 
-def test_what_is_too_long_or_cannot_be_printed_is_refused_all_the_same():
+def test_a_value_that_is_too_long_or_not_printable_is_still_refused():
     for value in (10**5000, Unprintable(), [Unprintable()]):
         said = f"must be a whole number from 0 to 10000, got {type(value).__name__} that cannot be shown"
         with pytest.raises(ConfigError, match=said):
@@ -113,7 +113,7 @@ def test_what_is_too_long_or_cannot_be_printed_is_refused_all_the_same():
 
 @dataclass(frozen=True, slots=True)
 class Plate:
-    """A config with one number of each shape."""
+    """Config with one field of each form."""
 
     mass: float
     place: tuple[float, float, float]
@@ -123,19 +123,19 @@ class Plate:
 
 
 @each("kind", [np.float16, np.float32, np.longdouble, np.int8, int])
-def test_numbers_of_other_types_become_plain_ones(kind):
+def test_numbers_of_other_types_become_plain_numbers(kind):
     plate = Plate(kind(5), (kind(1), 2.0, kind(0)))
     assert {type(plate.mass), *map(type, plate.place)} <= {int, float}
     assert Plate(1.0, np.zeros(3, dtype=np.float16)).place == (0.0, 0.0, 0.0)
 
 
-def test_what_is_next_to_nothing_is_refused_where_zero_is():
+def test_a_tiny_number_is_refused_where_zero_is():
     with pytest.raises(ConfigError, match="mass must be a number above 0 and up to 1000 kg, got 5e-324"):
         Plate(5e-324, (0.0, 0.0, 0.0))
 
 
-def test_rows_that_are_declared_as_tuples_are_such_whatever_they_were_given_as():
-    """So that they can be keys; and minus zero is zero."""
+def test_rows_declared_as_tuples_become_tuples():
+    """So that they can be keys; and minus zero becomes zero."""
     for origin in ([0.1, -0.0, 0.3], np.array([0.1, 0.0, 0.3]), (np.float32(0.5), 0.0, -0.0)):
         joint = Joint(mechanism="arm", axis=(0.0, 1.0, 0.0), origin=origin)
         assert type(joint.origin) is tuple and hash(joint) and "-0.0" not in repr(joint.origin)

@@ -76,13 +76,12 @@ MATCH = (
     Channel("Sim/Hits", "int", lambda m: m.record.hits, "shots that scored"),
     Channel("Sim/TakenIn", "int", lambda m: len(m.record.taken_in), "pieces that robots have taken in so far"),
     Channel("Sim/NewestShots", "int[]", lambda m: m.record.columns.shots,
-            "the newest shot and those up to 1 s before it: number as in `Sim/Shots`, piece, robot, and ticks of "
-            "20 ms since the run began when it had left, one after the other"),
+            "the newest shot and those up to 1 s before it, each as its number, piece, robot, and tick of the run"),
     Channel("Sim/NewestHits", "int[]", lambda m: m.record.columns.hits,
-            "the newest hit and those up to 1 s before it: number as in `Sim/Hits`, and number of its shot"),
+            "the newest hit and those up to 1 s before it, each as its number and that of its shot"),
     Channel("Sim/NewestTakenIn", "int[]", lambda m: m.record.columns.taken_in,
-            "the newest piece taken in and those up to 1 s before it: number as in `Sim/TakenIn`, and x and y of "
-            "where it was", "mm"),
+            "the newest piece taken in and those up to 1 s before it, each as its number, and x and y of its place",
+            "mm"),
     Channel("Sim/Failure", "string", lambda m: m.record.failure or None,
             "why the test of this run failed; in the log of a failed robot test"),
     Channel("Sim/Warnings", "string", lambda m: "\n".join(m.record.warnings) or None,
@@ -121,13 +120,11 @@ ROBOT = (
     Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: f.components.poses(f.shafts),
             "moving parts in the robot frame, in the order of `RobotConfig.components`"),
     Channel("Robot/SwerveStates", "SwerveModuleState[]", lambda f: f.view.module_states,
-            "for a swerve drive: speed over ground [m/s] and angle [rad] of each module, in the order of its "
-            "configuration, from its encoders; to 1 mm/s and 1 mrad"),
+            "speed over ground [m/s] and angle [rad] of each swerve module, in order, from its encoders"),
     Channel("Robot/SwerveSetpoints", "SwerveModuleState[]", lambda f: f.view.module_setpoints,
-            "commanded module states: by scripts, CTRE's `SwerveDrivetrain`, or closed loops of both motors of "
-            "each module; empty without a command, as with drive motors in voltage control"),
+            "commanded module states; empty without a command, as with drive motors in voltage control"),
     Channel("Robot/GroundClearance", "double", lambda f: f.clearance,
-            "height of the lowest wheel over the ground under it: about 0 on carpet and bumps, more in air", "m", 6),
+            "height of the lowest wheel over the ground under it", "m", 6),
     Channel("Robot/IsAirborne", "boolean", lambda f: f.clearance > _AIRBORNE, "no wheel touches"),
     Channel("Robot/IsRed", "boolean", lambda f: [side == "red" for side in f.match.alliances],
             "the robot plays for the red alliance"),
@@ -143,7 +140,7 @@ ROBOT = (
             "in a match of scripted players: its role and level, e.g. `collector:3`"),
     Channel("Robot/EstimatedPose", "Pose3d", lambda f: f.view.believed,
             "pose that robot code believes: a Phoenix 6 drivetrain's own pose estimate, else wheel "
-            "odometry from encoders and gyro; to 1 mm and 1 mrad", "m", 6),
+            "odometry from encoders and gyro", "m", 6),
     Channel("Intake/HeldCount", "int", lambda f: f.held, "pieces in the robot"),
     Channel("Debug/HeldCount", "int", lambda f: f.held, "pieces in the robot, next to the other debug values"),
     Channel("Debug/BatteryVoltage", "double", lambda f: f.batteries["voltage"],

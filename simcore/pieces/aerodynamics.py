@@ -1,4 +1,4 @@
-"""Aerodynamics of a flying piece: quadratic drag and spin lift, as factors for `simcore.loop.contact`."""
+"""Aerodynamics of flying game pieces: quadratic drag and spin lift, as factors for `simcore.loop.contact`."""
 
 from __future__ import annotations
 
@@ -20,33 +20,37 @@ __all__ = [
 
 
 _SPIN_TORQUE = 0.044
-"""Torque on a sphere that spins in still air, over rho omega^2 r^5 / 2 [-]: 6.45 / sqrt(Re) + 32.1 / Re at 60 rad/s and
-r = 0.075 m (O. Sawatzki, Acta Mechanica 9, 159, 1970). A ball loses 1 % of its spin in a second."""
+"""Torque coefficient of a sphere spinning in still air, torque / (rho omega^2 r^5 / 2) [-].
+
+The value is 6.45 / sqrt(Re) + 32.1 / Re at 60 rad/s and r = 0.075 m (O. Sawatzki, Acta Mechanica 9, 159, 1970). A ball
+loses 1 % of its spin per second.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aerodynamics:
-    """Aerodynamic coefficients of a piece, and the density of the air.
+    """Aerodynamic coefficients of a piece, and air density.
 
-    The lift coefficient grows with the spin ratio S = r omega / v (omega across the flight) and levels off:
+    The lift coefficient grows with the spin ratio S = r omega / v (omega perpendicular to the flight) and saturates:
     Cl = slope S / (1 + slope S / limit).
 
     Source: a baseball has slope 1.92 and limit 0.48, from Cl = 1.120 S / (0.583 + 2.333 S) in A. Nathan's trajectory
     calculator (as printed at coryfront.in/sports/alans-physical-model); Cl depends on S and hardly on the speed:
-    Nathan, Am. J. Phys. 76, 119 (2008). No figures are published for smooth foam balls, not even the sign: a smooth
-    ball may curve the other way (reverse Magnus). So lift is off by default; a team with measurements can set
-    `lift_slope`. The error this may cause: with a slope of 1 (Cl 0.32 at a spin ratio of 1) a ball of 0.15 m and 0.215
-    kg that rolls off a hood at 10.5 m/s lands 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at 45 degrees.
+    Nathan, Am. J. Phys. 76, 119 (2008). No values are published for smooth foam balls, not even the sign: a smooth ball
+    may curve the other way (reverse Magnus effect). Lift is therefore off by default; teams with measurements can set
+    `lift_slope`. Size of the possible error: with a slope of 1 (Cl 0.32 at a spin ratio of 1), a ball of 0.15 m and
+    0.215 kg that rolls off a hood at 10.5 m/s lands 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at 45
+    degrees.
     """
 
     drag_coefficient: float = 0.47
-    """Drag coefficient [-]: that of a smooth sphere at 5-15 m/s; foam balls may be anywhere in 0.40-0.55."""
+    """Drag coefficient [-]; the default is for a smooth sphere at 5-15 m/s, foam balls may have 0.40-0.55."""
     lift_slope: float = 0.0
-    """Lift coefficient per spin ratio at slow spin; zero turns lift off [-]."""
+    """Lift coefficient per spin ratio at slow spin [-]; 0 for no lift."""
     lift_limit: float = 0.48
     """Limit of the lift coefficient at fast spin [-]."""
     air_density: float = 1.2
-    """Density of the air, at 20 degrees Celsius and sea level [kg/m^3]."""
+    """Air density [kg/m^3]; the default is for 20 degrees Celsius at sea level."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -59,23 +63,28 @@ class Aerodynamics:
 
 
 class AirFactors(NamedTuple):
-    """Factors of the accelerations by air, for a kind of piece, or for each of n pieces, shape (n,)."""
+    """Factors of the aerodynamic accelerations of a kind of piece, or of n pieces, shape (n,)."""
 
     drag: float | FloatArray = 0.0
-    """k = rho Cd A / (2 m): deceleration over speed squared [1/m]."""
+    """Drag factor k = rho Cd A / (2 m), deceleration divided by speed squared [1/m]."""
     lift: float | FloatArray = 0.0
-    """rho A r slope / (2 m): acceleration over omega x v at slow spin [-]."""
+    """Lift factor rho A r slope / (2 m), acceleration divided by omega x v at slow spin [-]."""
     lift_saturation: float | FloatArray = 0.0
-    """r slope / limit: how soon the lift levels off [m]."""
+    """Saturation length of the lift, r slope / limit [m]."""
     spin_drag: float | FloatArray = 0.0
-    """Deceleration of spin over its square [-]."""
+    """Spin drag factor, angular deceleration divided by angular velocity squared [-]."""
 
 
 def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> AirFactors:
-    """Compute the factors of a ball of a radius [m], so that A = pi r^2, and a mass [kg].
+    """Compute the aerodynamic factors of a ball.
+
+    Args:
+        aerodynamics: Aerodynamic coefficients and air density.
+        radius: Radius r [m]; the frontal area is A = pi r^2.
+        mass: Mass [kg].
 
     Raises:
-        ConfigError: Radius or mass is not above zero.
+        ConfigError: If the radius or the mass is not above zero.
 
     >>> round(air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag, 4)
     0.0232
@@ -92,11 +101,11 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
 
 
 def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatArray:
-    """Compute the acceleration due to quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
+    """Compute the acceleration by quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
 
     Args:
-        velocity: Velocity through the air [m/s], shape (n, 3).
-        drag: k [1/m], one value for all pieces or one per piece, shape (n,).
+        velocity: Velocities relative to the air [m/s], shape (n, 3).
+        drag: Drag factor k [1/m], one value for all pieces, or one per piece, shape (n,).
     """
     result: FloatArray = velocity * (-drag * _lengths(velocity))[:, None]
     return result

@@ -1,7 +1,7 @@
-"""Flights of many balls at once, with the loop that moves the balls of a match (`simcore.loop.balls`).
+"""Flights of many balls at once, computed by the loop that moves the balls of a match (`simcore.loop.balls`).
 
-Each ball flies past the field's elements, but through other balls and everything that moves. `fly_shots` follows shots
-until they have scored or missed. In a match the muzzle of a launched ball must be free, see `muzzle_obstacle`.
+Balls collide with field elements, but not with other balls or moving objects. `fly_shots` follows shots until they have
+scored or missed. `muzzle_obstacle` checks whether the muzzle of a launch in a match is free.
 """
 
 from __future__ import annotations
@@ -32,32 +32,32 @@ __all__ = [
 ]
 
 FLIGHT_STEP = 0.005
-"""Sampling interval of flights [s]; the loop's own steps are shorter."""
+"""Sampling interval of flights [s]; the loop takes shorter steps."""
 PER_TICK = 4
-"""Such steps per tick; scoring is evaluated at the end of a tick."""
+"""Number of flight steps per tick; scoring is evaluated at the end of a tick."""
 LONGEST = 1200
-"""Such steps after which a shot has missed: 6 s, the time of a shot to a height of 40 m."""
+"""Number of flight steps after which a shot has missed: 6 s, the time of a shot to a height of 40 m."""
 SQUEEZE = 0.9
-"""Fraction of a piece's radius that must be free where it leaves: foam yields by the rest."""
-_LEFT = 0.75  # fraction still in flight below which the arrays are compacted
+"""Fraction of a piece's radius that must be free at the muzzle; foam can yield by the rest."""
+_LEFT = 0.75  # fraction of balls still in flight below which the arrays are compacted
 
 
 def flying_balls(
     kind: GamePieceConfig, pos: FloatArray, vel: FloatArray, spin: FloatArray, *, mass: float | FloatArray = 1.0,
     diameter: float | FloatArray = 1.0, drag: float | FloatArray = 1.0,
 ) -> Balls:  # fmt: skip
-    """Create balls of a kind at launch; a piece of another shape flies as the largest ball inside of it.
+    """Create balls of a kind at launch; another shape is replaced by the largest sphere inside it.
 
-    As in a match the diameter changes the aerodynamics of a ball, not its collision radius.
+    As in a match, the diameter changes the aerodynamics of a ball, but not the collision radius.
 
     Args:
         kind: Kind of all balls.
         pos: Centers, field frame [m], shape (n, 3).
-        vel: Velocities [m/s], shape (n, 3).
+        vel: Velocities, field frame [m/s], shape (n, 3).
         spin: Angular velocities, field frame [rad/s], shape (n, 3).
-        mass: Mass over that of the kind [-], for all or shape (n,).
-        diameter: Diameter over that of the kind [-], for all or shape (n,).
-        drag: Drag coefficient over that of the kind [-], for all or shape (n,).
+        mass: Factor on the mass of the kind [-], one value or shape (n,).
+        diameter: Factor on the diameter of the kind [-], one value or shape (n,).
+        drag: Factor on the drag coefficient of the kind [-], one value or shape (n,).
     """
     balls, air = make_balls(np.full(len(pos), IN_FLIGHT, np.uint8), pos.copy(), vel.copy()), kind.air
     balls.is_ball[:], balls.spin[:], balls.radius[:], balls.foam[:] = 1, spin, kind.inner_radius, kind.foam
@@ -70,7 +70,7 @@ def flying_balls(
 
 
 def cannot_rise(balls: Balls, height: float, gravity: float) -> BoolArray:
-    """Return a mask of the balls that touch nothing and lack the energy to reach a height [m], shape (n,)."""
+    """Return whether each ball has no contact and too little energy to reach a height [m], shape (n,)."""
     vel, rim = balls.vel, balls.radius[:, None] * balls.spin
     energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + 0.2 * np.einsum("ij,ij->i", rim, rim)  # of a solid ball
     spent: BoolArray = (energy + gravity * (balls.pos[:, 2] - height) < 0.0) & (balls.contacts == 0)
@@ -84,15 +84,15 @@ class ShotOutcomes:
     goes_in: BoolArray
     """Whether each shot scored."""
     by_board: BoolArray
-    """Whether each shot touched something behind and above the opening before it passed through."""
+    """Whether each shot touched something behind and above the opening before passing through the opening."""
     by_rim: BoolArray
-    """Whether each shot touched anything else before: the rim, or an obstacle."""
+    """Whether each shot touched anything else, such as the rim, before passing through the opening."""
     time: FloatArray
     """Time from the muzzle to the first passage through the opening [s]; NaN without a passage."""
     place: FloatArray
-    """Point of that passage in the plane of the opening [m]; NaN without a passage, shape (n, 3)."""
+    """Position at the first passage through the plane of the opening [m], shape (n, 3); NaN without a passage."""
     vel: FloatArray
-    """Velocity there [m/s], shape (n, 3)."""
+    """Velocity at the first passage through the opening [m/s], shape (n, 3); NaN without a passage."""
 
 
 def fly_shots(
@@ -101,11 +101,11 @@ def fly_shots(
     """Fly shots until they have scored or can no longer score.
 
     Args:
-        field: Field elements that the shots may touch.
-        balls: Balls at their muzzles; this function moves them.
-        opening: Opening to pass through.
-        zone: Zone in which they score.
-        downward: Whether only falling pieces score.
+        field: Field elements that the shots can touch.
+        balls: Balls at their muzzles; modified in place.
+        opening: Opening of the goal.
+        zone: Zone in which balls score.
+        downward: Whether only falling balls score.
         clean: Whether to stop following shots that miss the opening, or touch the rim or an obstacle.
     """
     n = len(balls.status)
@@ -132,7 +132,7 @@ def fly_shots(
             share = depth_before[passes] / (depth_before - depth)[passes]
             place = before[passes] + share[:, None] * (balls.pos - before)[passes]
             within = opening.holds(place)
-            first = within & np.isnan(found.time[row[passes]])  # not again after bouncing out of it
+            first = within & np.isnan(found.time[row[passes]])  # False after a ball has bounced out of the opening
             there = row[passes[first]]
             found.place[there], found.vel[there] = place[first], balls.vel[passes[first]]
             found.time[there] = FLIGHT_STEP * (number + share[first])
@@ -155,7 +155,7 @@ def fly_shots(
 
 
 def _ball() -> FloatArray:
-    """Return the center of a unit ball and 14 points around it, along the axes and the diagonals, shape (15, 3)."""
+    """Return the center of a unit sphere and 14 points on it, along axes and diagonals, shape (15, 3)."""
     corners = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T / math.sqrt(3.0)
     return np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3), corners])
 
@@ -164,16 +164,16 @@ _BALL = _ball()
 
 
 def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius: float, *, robot: int) -> int:
-    """Return the row of the field element or robot that blocks a piece at a muzzle, -1 if it is free.
+    """Return the row of the field element or robot that blocks a piece at a muzzle, -1 if the muzzle is free.
 
-    A wall may be between robot and muzzle, or the muzzle inside of it. So rays are cast from a point inside of the
-    robot, where no wall can be, to the piece's center and to points around it.
+    A wall may be between robot and muzzle, or around the muzzle. Rays are therefore cast from a point inside the robot,
+    where no wall can be, to the piece's center and to points around it.
 
     Args:
         world: World with the possible obstacles.
-        inside: Point in the robot's body, field frame [m].
-        muzzle: Center of the piece, field frame [m].
-        radius: Radius of the largest ball inside of the piece [m].
+        inside: Point inside the robot's body, field frame [m].
+        muzzle: Center of the piece at the muzzle, field frame [m].
+        radius: Radius of the largest sphere inside the piece [m].
         robot: Row of the shooting robot.
     """
     ends = np.array(muzzle) + SQUEEZE * radius * _BALL

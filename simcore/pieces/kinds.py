@@ -33,35 +33,35 @@ __all__ = ["GamePieceConfig", "PieceVariation"]
 
 _MOST_PARTS = 32
 _DENSE_FROM, _DENSE_TO, _DENSE_ENERGY = 0.6, 0.9, 300.0  # of the radius, and [J]; see `GamePieceConfig.foam`
-_STIFFEST = 2.5e6  # k / m of a ball [1/s^2]; a stiffer one thrown at another may overlap it deeply within a step
-_OFF_CENTER = 0.01  # fraction of the bounding radius that the center of mass may be off the origin
-_THINNEST = 0.003  # [m]; PyBullet rounds the edges of hulls with 1 mm
+_STIFFEST = 2.5e6  # largest k / m of a ball [1/s^2]; stiffer balls in a collision may overlap deeply within a step
+_OFF_CENTER = 0.01  # largest distance of the center of mass from the origin, as a fraction of the bounding radius
+_THINNEST = 0.003  # [m]; PyBullet rounds the edges of hulls with a radius of 1 mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GamePieceConfig:
-    """One kind of game piece."""
+    """Config of a kind of game piece."""
 
     name: str
-    """Name as in the manual and in telemetry keys, e.g. `Ball`."""
+    """Name in the manual and in telemetry keys, for example `Ball`."""
     shape: Sphere | Cylinder | Box | Hull | Compound
-    """Collision shape, with its origin at the center of mass (`simcore.world.shapes` has tubes, rings and
-    cones, and `centered`). The piece stands on the ground with the z axis of its shape up."""
+    """Collision shape, with the origin at the center of mass (`simcore.world.shapes` has tubes, rings and cones, and
+    `centered`). An upright piece stands on the ground with the z axis of the shape up."""
     mass: float
     """Mass [kg]."""
     friction: float = FOAM.friction
-    """Coulomb friction factor; a pair has the product of both [-]."""
+    """Friction factor [-]; the coefficient of friction of a pair is the product of the two factors."""
     restitution: float = FOAM.restitution
-    """Restitution factor; a pair has the product of both [-], 0 to 1."""
+    """Restitution factor, 0 to 1 [-]; the coefficient of restitution of a pair is the product of the two factors."""
     rolling: float = 0.0
-    """Rolling resistance lever arm of the piece itself [m]; the surface adds its own."""
+    """Rolling resistance lever arm of the piece [m]; the other surface adds its own lever arm."""
     stiffness: float | FoamStiffness | None = None
-    """Contact stiffness on one side: for balls that of foam; for other shapes force over depth [N/m]. A ball has at
-    most 2.5e6 N/m per kg at a compression of a tenth of its radius. None: 1e5 N/m, or that limit below 40 g."""
+    """Contact stiffness on one side [N/m], or the stiffness of foam for a ball. A ball may have at most 2.5e6 N/m per
+    kg at a compression of a tenth of the radius. None for 1e5 N/m, or for this limit below 40 g."""
     color: str = "#f2c511"
-    """Color of its drawings, `#rrggbb`."""
+    """Color in drawings, `#rrggbb`."""
     aerodynamics: Aerodynamics | None = None
-    """Drag and spin lift; None: air does not affect the piece."""
+    """Drag and spin lift; None for a piece without aerodynamic forces."""
 
     def __post_init__(self) -> None:
         require_fields(self, self.name, mass=MASS, rolling=ROBOT_HEIGHT)
@@ -84,7 +84,7 @@ class GamePieceConfig:
         self.surface  # noqa: B018  (checks friction and restitution)
 
     def _check_foam(self) -> None:
-        """Refuse a ball that is too stiff for its mass: no step of the loop holds it."""
+        """Check that a ball is not too stiff for its mass to be simulated."""
         linear, cubic, _, _ = self.foam
         stiffness = linear + 3.0 * cubic * (0.1 * self.bounding_radius) ** 2
         if stiffness > _STIFFEST * self.mass:
@@ -94,7 +94,7 @@ class GamePieceConfig:
             )
 
     def _check_shape(self) -> None:
-        """Refuse shapes that engines do not simulate well."""
+        """Check that engines can simulate the shape well."""
         shape = self.shape
         if isinstance(shape, Compound) and len(shape.parts) > _MOST_PARTS:
             raise ConfigError(
@@ -116,10 +116,10 @@ class GamePieceConfig:
 
     @property
     def foam(self) -> tuple[float, float, float, float]:
-        """Foam law of a ball: the four numbers of `simcore.loop.contact.foam_force`.
+        """Parameters of a ball's foam law, the four numbers of `simcore.loop.contact.foam_force`.
 
-        Foam squeezed by more than 60 % of the radius becomes dense and hard: so hard that 300 J, half of a robot's
-        energy at 4.6 m/s, squeeze it by 90 %. Estimate: there is no published figure for where foam balls bottom out.
+        Foam compressed by more than 60 % of the radius becomes dense and hard: 300 J, half of a robot's energy at 4.6
+        m/s, compress it by 90 %. Estimate: no value for the bottoming out of foam balls is published.
         """
         s, radius = self._one_side, self.bounding_radius
         linear, cubic = (s.linear, s.cubic) if isinstance(s, FoamStiffness) else (s, 0.0)
@@ -127,7 +127,7 @@ class GamePieceConfig:
 
     @property
     def surface(self) -> TerrainSurface:
-        """Contact material of the piece."""
+        """Contact surface of the piece."""
         return TerrainSurface(
             name=self.name,
             friction=self.friction,
@@ -138,37 +138,37 @@ class GamePieceConfig:
 
     @property
     def _one_side(self) -> float | FoamStiffness:
-        """How it gives way, where its config does not say as well."""
+        """Contact stiffness on one side: `stiffness`, or the default if None [N/m]."""
         if self.stiffness is not None:
             return self.stiffness
         return min(FOAM_STIFFNESS, _STIFFEST * self.mass) if isinstance(self.shape, Sphere) else FOAM_STIFFNESS
 
     @property
     def bounding_radius(self) -> float:
-        """Radius of the smallest ball around the center that contains the piece [m]."""
+        """Radius of the smallest sphere around the center that contains the piece [m]."""
         return bounding_radius(self.shape)
 
     @property
     def inner_radius(self) -> float:
-        """Radius of the largest ball around the center inside of the piece, cavities included [m]."""
+        """Radius of the largest sphere around the center inside the piece, with cavities filled [m]."""
         return inner_radius(self.shape)
 
     @property
     def rest_height(self) -> float:
-        """Height of the center above flat ground while the piece stands with its z axis up [m]."""
+        """Height of the center above flat ground of an upright piece [m]."""
         return support_height(self.shape)
 
     def rest_height_at(self, quat: Quaternion) -> float:
-        """Return the height of the center above flat ground that the piece touches in an attitude x, y, z, w [m]."""
+        """Return the height of the center above flat ground of a piece that rests in an attitude x, y, z, w [m]."""
         return support_height(self.shape, quat)
 
     def stands_at(self, quat: Quaternion) -> bool:
-        """Return whether the piece stays in an attitude x, y, z, w on flat ground."""
+        """Return whether the piece is stable on flat ground in an attitude x, y, z, w."""
         return stands(self.shape, quat)
 
     @property
     def air(self) -> AirFactors:
-        """Aerodynamic factors; shapes other than balls count as the ball of equal mean frontal area."""
+        """Aerodynamic factors; a shape other than a ball counts as a ball with equal mean frontal area."""
         if self.aerodynamics is None:
             return AirFactors()
         shape = self.shape
@@ -178,15 +178,18 @@ class GamePieceConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceVariation:
-    """Factors of single pieces, one per slot of the pool, shape (n,).
+    """Variation of single pieces: factors on the values of their kind, one per slot of the pool, shape (n,).
 
-    Mass and restitution also apply to the bodies in the engine. The diameter changes the aerodynamics of a piece, its
-    spin and the effect of a shooter's wheels; its body keeps the size of its kind: half of 1 % of a diameter of 15 cm
-    is less than the contact margin of 3 mm.
+    Mass and restitution also apply to bodies in the engine. The diameter changes the aerodynamics and spin of a piece
+    and the effect of a shooter's wheels; the body keeps the size of the kind, because half of 1 % of a diameter of
+    15 cm is less than the contact margin of 3 mm.
     """
 
     mass: FloatArray
+    """Factor on the mass [-]."""
     diameter: FloatArray
+    """Factor on the diameter [-]."""
     restitution: FloatArray
+    """Factor on the restitution factor [-]."""
     drag: FloatArray
     """Factor on the drag coefficient [-]."""

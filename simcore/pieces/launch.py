@@ -1,6 +1,6 @@
-"""Position and velocity of a piece at launch from a moving robot and turret: one formula for one launch or for n.
+"""Position and velocity of a game piece at launch from a moving robot and turret, for one launch or for n launches.
 
-Conventions: robot x forward, y left, z up; yaw counter-clockwise positive; elevation positive up from the horizontal.
+Conventions: robot x forward, y left, z up; yaw positive counter-clockwise; elevation positive up from the horizontal.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ __all__ = ["Aim", "Launch", "LaunchParameters", "launch_direction", "launch_stat
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchParameters:
-    """Position of a launcher on the robot. With a turret, the muzzle turns about the pivot."""
+    """Position of a launcher on the robot; a turret turns the muzzle about the pivot."""
 
     height: float
-    """Height of the piece's center at launch over the robot's origin [m]."""
+    """Height of the piece's center at launch above the robot's origin [m]."""
     forward: float = 0.0
     """Distance from the pivot to the muzzle, along the launch direction [m]."""
     pivot_x: float = 0.0
-    """X of the turret's axis, robot frame [m]; without a turret that of the robot's center will do."""
+    """x coordinate of the turret axis, robot frame [m]; without a turret, 0 is sufficient."""
     pivot_y: float = 0.0
-    """Y of the turret's axis, robot frame [m]."""
+    """y coordinate of the turret axis, robot frame [m]."""
     heading: float = 0.0
-    """Launch direction in the robot frame at turret angle zero: pi shoots out of the back [rad]."""
+    """Launch direction in the robot frame at turret angle zero [rad]; pi for a launch out of the back."""
     barrels: tuple[float, ...] = (0.0,)
-    """Sideways offset of each barrel, left positive [m]."""
+    """Sideways offset of each barrel, positive to the left [m]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -44,16 +44,16 @@ class LaunchParameters:
 
 
 class Aim(NamedTuple):
-    """Speed and direction of a launch at one instant, relative to the robot; of n launches, arrays of shape (n,)."""
+    """Speed and direction of a launch relative to the robot, or of n launches, with arrays of shape (n,)."""
 
     elevation: float | FloatArray
-    """Elevation over the robot's floor plane [rad]."""
+    """Elevation above the robot's floor plane [rad]."""
     speed: float | FloatArray
     """Speed relative to the muzzle [m/s]."""
     turret_angle: float | FloatArray = 0.0
-    """Turret angle, counter-clockwise positive [rad]."""
+    """Turret angle, positive counter-clockwise [rad]."""
     turret_rate: float | FloatArray = 0.0
-    """Rate of the turret relative to the robot, which moves the muzzle around its pivot [rad/s]."""
+    """Angular velocity of the turret relative to the robot, which moves the muzzle about the pivot [rad/s]."""
 
 
 class Launch(NamedTuple):
@@ -64,13 +64,13 @@ class Launch(NamedTuple):
     delay: float
     """Time from the start of the tick to the launch [s]."""
     aim: Aim
-    """Speed and direction at that instant, relative to the robot."""
+    """Speed and direction relative to the robot at the launch."""
     spin: float = 1.0
-    """Factor on the spin that the wheels give [-]."""
+    """Factor on the spin from the wheels [-]."""
 
 
 def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> FloatArray:
-    """Return unit vectors of directions, shape (3,), or (n, 3) for arrays."""
+    """Compute the unit vector of a yaw and an elevation [rad], shape (3,), or (n, 3) for arrays."""
     level = np.cos(elevation)
     return _vectors(level * np.cos(yaw), level * np.sin(yaw), np.sin(elevation))
 
@@ -78,7 +78,7 @@ def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> 
 def muzzle_offset(
     launch: LaunchParameters, barrel: int | IntArray = 0, turret_angle: float | FloatArray = 0.0
 ) -> FloatArray:
-    """Return the vector from the robot's origin to the muzzle, robot frame [m], shape (3,), or (n, 3) for arrays."""
+    """Compute the vector from the robot's origin to the muzzle, robot frame [m], shape (3,), or (n, 3) for arrays."""
     yaw = launch.heading + turret_angle
     ahead, left = launch.forward, np.array(launch.barrels)[barrel]
     c, s = np.cos(yaw), np.sin(yaw)
@@ -88,15 +88,15 @@ def muzzle_offset(
 def launch_state(
     launch: LaunchParameters, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], barrel: int | IntArray = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return position [m] and velocity [m/s] of launched pieces, field frame; the robot may pitch and roll.
+    """Compute the position [m] and velocity [m/s] of launched pieces, field frame; the robot may pitch and roll.
 
-    v = v_exit + v_turret + v_chassis + omega x r; the last term is that of a turning robot.
+    v = v_exit + v_turret + v_chassis + omega x r; the last term comes from the rotation of the robot.
 
     Args:
         launch: Position of the launcher.
-        aim: Aim of one launch or of n.
-        robot: Fields of a `PartState`, field frame: position of the origin [m], attitude as quaternion xyzw, velocity
-            [m/s] and angular velocity [rad/s]; each of one robot, or (n, 3) and (n, 4).
+        aim: Aim of one launch or of n launches.
+        robot: Fields of a `PartState`, field frame: position of the origin [m], attitude as quaternion x, y, z, w,
+            velocity [m/s] and angular velocity [rad/s]; for one robot, or shapes (n, 3) and (n, 4).
         barrel: Index of the barrel.
     """
     pos, quat, vel, rate = (np.asarray(one, dtype=np.float64) for one in robot)
@@ -109,11 +109,16 @@ def launch_state(
 
 
 def to_field(robot_rotation: Sequence[float] | FloatArray, vectors: FloatArray) -> FloatArray:
-    """Rotate vectors from robot to field axes by quaternions xyzw; shape (3,) and (4,), or (n, 3) and (n, 4)."""
+    """Rotate vectors from robot to field axes.
+
+    Args:
+        robot_rotation: Attitude as quaternion x, y, z, w, shape (4,) or (n, 4).
+        vectors: Vectors in robot axes, shape (3,) or (n, 3).
+    """
     turned: FloatArray = np.einsum("ij...,...j->...i", matrix(np.asarray(robot_rotation).T), vectors)
     return turned
 
 
 def _vectors(x: float | FloatArray, y: float | FloatArray, z: float | FloatArray) -> FloatArray:
-    """Stack coordinates to vectors, shape (3,), or (n, 3) if one of them is an array."""
+    """Stack coordinates to vectors, shape (3,), or (n, 3) if any coordinate is an array."""
     return np.stack(np.broadcast_arrays(x, y, z), axis=-1)

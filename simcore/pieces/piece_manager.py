@@ -1,7 +1,7 @@
-"""Manager of all pieces of a world: staging, motion, sleep, holding, launch and scoring.
+"""Manager of all game pieces of a world: staging, motion, sleep, holding, launch and scoring.
 
-Balls move in the loop (`simcore.loop.balls`), which also wakes them; pieces of other shapes are bodies of the engine. A
-piece that has been supported and slow for a while falls asleep. A piece that is not a ball wakes before anything can
+The loop moves and wakes balls (`simcore.loop.balls`); pieces of other shapes are bodies of the engine. Pieces that are
+supported and slow for a while fall asleep. The manager wakes a piece that is not a ball before a moving object can
 reach it.
 """
 
@@ -29,47 +29,54 @@ from simcore.world.world import PhysicsWorld
 __all__ = ["Footprint", "GamePieceManager"]
 
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
-_SUPPORT_REACH = 0.02  # [m]; an object within this distance of a piece may carry it
-_DEEPEST = 0.02  # [m]; no piece is staged deeper in an element on purpose
-_SOFT, _HARD = 0.1, 0.003  # allowed depth in a wall at release: of a ball's radius, [m] of others
-_SLEEPY = 0.3  # [s] for which a piece must be slow before it sleeps
-_GAINS = 0.01  # [m/s]; a slow piece that speeds up by this must be slow for the whole time again
-_ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; limits of slow pieces that are not balls: they rock on an edge
-_WAKES = 0.005, 0.05  # [m/s]; slower robots and pieces wake nothing next to them
+_SUPPORT_REACH = 0.02  # [m]; largest distance of an object that may support a piece
+_DEEPEST = 0.02  # [m]; deeper overlaps of a staged piece with a field element are mistakes
+_SOFT, _HARD = 0.1, 0.003  # largest depth in a wall at release: fraction of a ball's radius, [m] for other pieces
+_SLEEPY = 0.3  # [s]; time for which a piece must be slow before it sleeps
+_GAINS = 0.01  # [m/s]; the time restarts for a slow piece that speeds up by more than this
+_ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; speeds below which pieces that are not balls, and may rock, are slow
+_WAKES = 0.005, 0.05  # [m/s]; speeds below which robots and pieces do not wake others
 _MARGIN = 0.05  # [m], around moving objects
-_WINDY = 3.0  # [m/s]; air acts on pieces that are not balls above this speed
+_WINDY = 3.0  # [m/s]; speed above which drag acts on pieces that are not balls
 _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0.0025, 0.004)
-"""For boxes, for other shapes of one part and for those of several: travel of a point in a step of the engine [m], and
-shortest and longest such step [s]. An engine finds a contact only once it exists, and for shapes other than boxes one
-point at a time: a disc that falls flat from 1.3 m sinks in by 3 mm; in steps of 5 ms by 33 mm."""
-_INSIDE = 0.3  # [m], from the edge of the field to the center of a piece: within reach over the rail
+"""Largest travel of a point in an engine step [m], and shortest and longest step [s], for boxes, for other shapes with
+one part, and for shapes with several parts.
+
+An engine finds a contact only when it exists, and for shapes other than boxes one point at a time: a disc that falls
+flat from 1.3 m sinks in by 3 mm, or by 33 mm in steps of 5 ms.
+"""
+_INSIDE = 0.3  # [m], from the edge of the field to the center of a piece: within reach across the guardrail
 _SPACING = 0.01  # [m], between pieces that are put down
 _MOST_TRIES = 4000
-_PIECE_SPEED = Quantity("m/s", 0.0, 1000.0)  # a tick takes steps of a quarter radius: minutes at 1e9 m/s
+_PIECE_SPEED = Quantity("m/s", 0.0, 1000.0)  # a tick takes steps of a quarter radius, so 1e9 m/s would take minutes
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
-_LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
+_LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # statuses of pieces outside robots
 _ALL = (*_LOOSE, _HELD)
 
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """Robot, or hanging body, as the pieces see it."""
+    """Box around a robot or hanging body that can reach pieces, with its speed."""
 
     x: float
+    """x coordinate of the center, field frame [m]."""
     y: float
+    """y coordinate of the center, field frame [m]."""
     yaw: float
+    """Yaw of the box's length axis [rad]."""
     half_length: float
-    """Half of the bumper box along its heading [m]."""
+    """Half of the length [m]."""
     half_width: float
+    """Half of the width [m]."""
     speed: float
-    """Speed of the fastest point of the box, spin included [m/s]."""
+    """Speed of the fastest point of the box, including rotation [m/s]."""
     heights: tuple[float, float] = (-math.inf, math.inf)
-    """Heights of its lowest and highest parts [m]."""
+    """Heights of the lowest and highest point [m]."""
     waking_speed: float = 0.005
-    """Speed below which it wakes nothing [m/s]."""
+    """Speed below which the body wakes no pieces [m/s]."""
 
     def gap(self, pos: FloatArray) -> FloatArray:
-        """Return the horizontal distance of points (n, 2 or 3) from the box [m], negative inside, shape (n,)."""
+        """Return the horizontal distance of points (n, 2 or 3) from the box [m], shape (n,); negative inside."""
         dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         ahead, aside = np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
@@ -79,11 +86,11 @@ class Footprint:
 
 
 class GamePieceManager:
-    """Owner of all pieces of a world.
+    """Manager of all pieces of a world.
 
-    Calls, and the statuses that they take a piece from and to; any other status is refused:
+    Methods change the status of a piece as follows, and raise an error for any other status:
 
-    | call | from | to |
+    | method | from | to |
     |---|---|---|
     | `stage` | FREE | STAGED |
     | `release` | STAGED, on the field, HELD, SCORED | AWAKE |
@@ -94,16 +101,16 @@ class GamePieceManager:
     | `set_aside` | SCORED | STAGED |
 
     Args:
-        world: World that the bodies live in.
-        types: Each type with the maximum number of its pieces.
-        field_size: Length and width [m]; pieces that rest outside, or get 0.5 m outside, are brought back.
-        never_sleep: Whether pieces stay awake, for measurements.
+        world: World that contains the pieces.
+        types: Kinds of pieces, each with the largest number of pieces.
+        field_size: Length and width of the field [m]; pieces that rest outside or are 0.5 m outside are put back.
+        never_sleep: Whether pieces never fall asleep, for measurements.
         places: Places where pieces stay and count.
-        variation: Factors by which pieces differ from their kind; None: no differences.
+        variation: Variation of single pieces; None for pieces without variation.
     """
 
     on_taken: Sequence[Callable[[int], None]] = ()
-    """Callbacks by number of the robot, called with a piece that is taken from it."""
+    """Callbacks by robot number, called with the slot of a piece that is removed from the robot."""
 
     def __init__(
         self,
@@ -126,32 +133,32 @@ class GamePieceManager:
         self._others = (~self._is_ball).nonzero()[0]
         self._is_shot = np.zeros(len(self._pool.rows), dtype=bool)
         self.places = RestingPlaces(places, self._pool)
-        """Assignment of pieces to the places where they stay and count."""
+        """Assignment of pieces to places where they stay and count."""
         self.shown = ShownPieces(self._pool, self.attitudes)
-        """View of the pieces on the field for displays."""
+        """View of the pieces on the field, for displays."""
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
         self.out_of_field: Callable[[int], bool] | None = None
-        """Callback for each piece that has left the field; returns True if it has taken the piece, False to put it
-        back."""
+        """Callback for each piece that has left the field; returns whether it took the piece, which otherwise is put
+        back on the field."""
         self.total = 0
-        """Number of pieces that have come into the match."""
+        """Number of pieces in the match so far."""
         self.recovered = 0
-        """Number of times that a piece was brought back from outside the field."""
-        self._start = self.state.pos.copy()  # of the tick
-        self._leaving: dict[int, int] = {}  # slots of pieces that are not balls, and the robots that they are leaving
+        """Number of pieces put back from outside the field."""
+        self._start = self.state.pos.copy()  # positions at the start of the tick
+        self._leaving: dict[int, int] = {}  # by slot of a piece that is not a ball: row of the robot it is leaving
         self._steps = np.array([_steps_of(kind.shape) for kind, _ in types]).reshape(-1, 3)[self.state.kind]
         self.fastest = 0.0
-        """Speed of the fastest piece at the start of the tick, plus what gravity can add [m/s]."""
+        """Speed of the fastest piece at the start of the tick, plus the possible gain by gravity [m/s]."""
 
     # --- life -----------------------------------------------------------------------------------------------------
 
     def stage(self, name: str, count: int) -> IntArray:
-        """Add pieces to the match that are not on the field yet; return their slots.
+        """Add pieces to the match without placing them on the field, and return their slots.
 
         Raises:
-            UnknownNameError: There is no such type.
-            CapacityError: The pool is too small.
+            UnknownNameError: If no kind has this name.
+            CapacityError: If the pool has too few free slots.
         """
         require("stage", "count", count, COUNT)
         slots = self._pool.take(self._kind(name), count)
@@ -168,21 +175,23 @@ class GamePieceManager:
         resting: bool = False,
         lodged: float | None = None,
     ) -> IntArray:
-        """Put new pieces on the field; return their slots. Those that stand on the carpet sleep at once.
+        """Place new pieces on the field and return their slots; pieces that stand on the carpet sleep immediately.
+
+        No piece is placed if an error is raised.
 
         Args:
-            name: Name of their kind.
-            positions: Centers, field frame [m], shape (n, 3).
-            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright, as the shape of the kind.
-            resting: Whether they sleep at once where they are, because they lie on other pieces or on the field.
-            lodged: Force that frees them, because they are wedged in there [N]; None: they are not lodged.
+            name: Name of the kind.
+            positions: Centers of the pieces, field frame [m], shape (n, 3).
+            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None for upright pieces.
+            resting: Whether the pieces rest on other pieces or field elements, and sleep immediately.
+            lodged: Force needed to free the pieces, which are wedged in place [N]; None for pieces that are not lodged.
 
         Raises:
-            UnknownNameError: There is no such type.
-            CapacityError: The pool is too small.
-            ConfigError: An attitude is no unit quaternion, there is nothing to rest on, the force is not above 0, or
-                lodged pieces are not balls.
-            NonFiniteError: A position is not finite. In each case nothing is spawned.
+            UnknownNameError: If no kind has this name.
+            CapacityError: If the pool has too few free slots.
+            ConfigError: If an attitude is not a unit quaternion, resting pieces have no support, the force is not above
+                0, or lodged pieces are not balls.
+            NonFiniteError: If a position is not finite.
         """
         positions = _rows(f"spawn {name}", positions, np.size(positions) // 3, 3)
         quats = _quaternions(name, attitudes, len(positions))
@@ -199,19 +208,19 @@ class GamePieceManager:
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
-        """Put pieces on the field, at rest, wherever they are now.
+        """Place existing pieces on the field at rest, from any current location.
 
-        An element of the field pushes out a ball that is put some way into it, at half a meter a second.
+        A ball that partly overlaps a field element is pushed out at 0.5 m/s. Nothing changes if an error is raised.
 
         Args:
             slots: Slots of the pieces.
-            positions: Centers, field frame [m], shape (n, 3).
-            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright.
+            positions: Centers of the pieces, field frame [m], shape (n, 3).
+            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None for upright pieces.
 
         Raises:
-            ConfigError: A slot holds no piece, an attitude is no quaternion, or a piece would be inside of an element:
-                a ball with its center, another piece by 2 cm.
-            NonFiniteError: A position is not finite. In each case nothing has changed.
+            ConfigError: If a slot has no piece, an attitude is not a unit quaternion, the center of a ball would be
+                inside a field element, or another piece more than 2 cm inside.
+            NonFiniteError: If a position is not finite.
         """
         self._require("release", slots, _ALL)
         positions = _rows("release", positions, len(slots), 3)
@@ -227,10 +236,11 @@ class GamePieceManager:
         self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
-        """Move pieces from the field into a robot; sleepers that leaned on them wake.
+        """Move pieces into a robot and wake sleeping pieces that may have leaned on them.
 
         Raises:
-            ConfigError: A slot holds no piece, a robot has it, or there is no such robot; nothing has changed.
+            ConfigError: If a slot has no piece, a robot already holds the piece, or the robot does not exist; nothing
+                changes.
         """
         self._require("hold", slots, _LOOSE)
         if type(holder) is not int or holder < 0 or (self.on_taken and holder >= len(self.on_taken)):
@@ -252,21 +262,23 @@ class GamePieceManager:
         quat: Quaternion = IDENTITY,
         flying: bool = True,
     ) -> int:
-        """Launch a held piece with a velocity; return its slot.
+        """Launch a held piece with a velocity, and return its slot.
+
+        The robot keeps the piece if an error is raised.
 
         Args:
-            holder: Number of the robot that holds it.
+            holder: Number of the robot that holds the piece.
             pos: Center of the piece at the muzzle, field frame [m].
-            vel: Velocity of the piece [m/s].
-            spin: Angular velocity of the piece [rad/s].
-            slot: Slot of the piece; None: the lowest slot that the robot holds.
-            quat: Attitude of the piece.
-            flying: Whether it is shot into the air; otherwise it is put down.
+            vel: Velocity of the piece, field frame [m/s].
+            spin: Angular velocity of the piece, field frame [rad/s].
+            slot: Slot of the piece; None for the lowest slot that the robot holds.
+            quat: Attitude of the piece, field frame.
+            flying: Whether the piece is shot into the air, instead of being put down.
 
         Raises:
-            CapacityError: The robot holds no piece, or not this one.
-            NonFiniteError: A value is not finite; the piece stays held.
-            ConfigError: It is faster than 1,000 m/s; the piece stays held.
+            CapacityError: If the robot does not hold a piece, or not this piece.
+            NonFiniteError: If a value is not finite.
+            ConfigError: If the speed is above 1,000 m/s.
         """
         held = self.held(holder) if type(holder) is int else self.held(-1)
         if len(held) == 0:
@@ -288,7 +300,7 @@ class GamePieceManager:
         return slot
 
     def _leave(self, slot: int, robot: int) -> None:
-        """Keep a launched piece from touching the robot of an engine row until it has come out of it."""
+        """Ignore contact between a launched piece and the robot with this engine row until the piece is outside it."""
         if self._is_ball[slot]:
             self._world.balls.leave(slot, robot)
         else:
@@ -296,7 +308,7 @@ class GamePieceManager:
             self._world.set_piece_touchable(self._pool.rows[slot], True, robots=False)
 
     def _let_touch_robots(self) -> None:
-        """Let pieces that are not balls touch the robots that shot them once they have come out."""
+        """Restore contact with robots for pieces that are not balls and are now outside the robot that shot them."""
         for slot, robot in list(self._leaving.items()):
             away = math.dist(self.state.pos[slot], self._world.bodies.of(robot)["pos"][0])
             is_here = self.state.status[slot] in ON_FIELD
@@ -306,7 +318,7 @@ class GamePieceManager:
                     self._world.set_piece_touchable(self._pool.rows[slot], True)
 
     def fly(self, slot: int, h: float) -> None:
-        """Advance a piece that was just launched by h [s]; one that is not a ball stays if something blocks it."""
+        """Advance a newly launched piece by h [s]; a piece that is not a ball does not move if its path is blocked."""
         if self._is_ball[slot]:
             self._world.balls.fly(self._balls.only(slice(slot, slot + 1)), h)
             return
@@ -327,14 +339,15 @@ class GamePieceManager:
             self._world.set_velocity(self._pool.rows[slot], vel, spin)
 
     def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
-        """Return the depth that a piece would have in the field's elements [m].
+        """Return the overlap that a piece would have with field elements at a pose [m].
 
-        For a piece on the field that is not a ball, a parked piece of its kind is tried instead; 0 if there is none.
+        For a piece on the field that is not a ball, the test uses a parked piece of the same kind; without a parked
+        piece, the result is 0.
 
         Args:
             slot: Slot of the piece.
-            pos: Center, field frame [m].
-            quat: Attitude.
+            pos: Center of the piece, field frame [m].
+            quat: Attitude of the piece, field frame.
         """
         if self._is_ball[slot]:
             return self._world.balls.depth(pos, float(self._pool.radius[slot]))
@@ -349,17 +362,17 @@ class GamePieceManager:
         return depth
 
     def is_free(self, slot: int, depth: float) -> bool:
-        """Return whether a piece at this depth in the field's elements [m] can be released there."""
+        """Return whether a piece with this overlap with field elements [m] can be released."""
         return depth < (_SOFT * float(self._pool.radius[slot]) if self._is_ball[slot] else _HARD)
 
     def require_room(self) -> None:
-        """Refuse pieces that are staged inside of the field's elements.
+        """Check that no piece is inside a field element.
 
         Raises:
-            ConfigError: A piece is inside of an element; the message names it and the depth.
+            ConfigError: If a piece is inside a field element; the message names the element and the depth.
         """
         for slot in self.on_field().tolist():
-            if self._is_ball[slot] and self._balls.hold[slot] > 0.0:  # wedged in
+            if self._is_ball[slot] and self._balls.hold[slot] > 0.0:  # lodged on purpose
                 continue
             kind = self._pool.types[self.state.kind[slot]]
             pos, reach = self.state.pos[slot].tolist(), 0.9 * float(self._pool.radius[slot])
@@ -374,16 +387,16 @@ class GamePieceManager:
             )
 
     def _depth_now(self, slot: int) -> float:
-        """Return the current depth of a piece on the field in the field's elements [m]."""
+        """Return the current overlap of a piece on the field with field elements [m]."""
         if self._is_ball[slot]:
             return self._world.balls.depth(tuple(self.state.pos[slot].tolist()), float(self._pool.radius[slot]))
         return float(self._world.engine.depth(self._pool.rows[slot]))
 
     def score(self, slots: IntArray) -> None:
-        """Take scored pieces off the field; sleepers that leaned on them wake.
+        """Remove scored pieces from the field and wake sleeping pieces that may have leaned on them.
 
         Raises:
-            ConfigError: A piece is not on the field; nothing has changed.
+            ConfigError: If a piece is not on the field; nothing changes.
         """
         self._require("score", slots, ON_FIELD)
         for slot in slots.tolist():
@@ -392,27 +405,28 @@ class GamePieceManager:
             self.state.status[slot] = _SCORED
 
     def set_aside(self, slots: IntArray) -> None:
-        """Stage scored pieces: people keep them and will put them on the field again.
+        """Stage scored pieces that people will put on the field again.
 
         Raises:
-            ConfigError: A piece has not scored; nothing has changed.
+            ConfigError: If a piece has not scored; nothing changes.
         """
         self._require("set_aside", slots, (_SCORED,))
         self.state.status[slots] = _STAGED
 
     def push(self, slots: IntArray, velocities: FloatArray, *, flying: bool = False) -> None:
-        """Give pieces on the field a velocity, and wake them.
+        """Set the velocities of pieces on the field and wake the pieces.
 
-        A lodged piece stays unless this velocity within a tick takes more force than holds it.
+        A lodged piece stays in place unless the force needed for this velocity within a tick exceeds the force that
+        frees it. Nothing changes if an error is raised.
 
         Args:
             slots: Slots of the pieces.
             velocities: Velocities, field frame [m/s], shape (n, 3).
-            flying: Whether they are in the air and touch nothing, as after a launch.
+            flying: Whether the pieces are in the air without contact, as after a launch.
 
         Raises:
-            ConfigError: A piece is not on the field, or a velocity is above 1,000 m/s.
-            NonFiniteError: A velocity is not finite. In each case nothing has changed.
+            ConfigError: If a piece is not on the field or a speed is above 1,000 m/s.
+            NonFiniteError: If a velocity is not finite.
         """
         self._require("push", slots, ON_FIELD)
         velocities = _rows("push", velocities, len(slots), 3)
@@ -440,14 +454,13 @@ class GamePieceManager:
         self.total = 0
 
     def spare(self, name: str, count: int) -> IntArray:
-        """Choose pieces that can be put on the field; return their slots.
+        """Choose pieces that can be put on the field, and return their slots.
 
-        Pieces that have not come into the match yet are staged first; then come those that wait off the field, then
-        those that have scored.
+        Unused pieces, which this method stages, are chosen first, then other staged pieces, then scored pieces.
 
         Raises:
-            UnknownNameError: There is no such type.
-            CapacityError: Too few are off the field and in no robot; nothing has changed.
+            UnknownNameError: If no kind has this name.
+            CapacityError: If too few pieces are neither on the field nor in robots; nothing changes.
         """
         require("spare", "count", count, COUNT)
         mine = self.state.kind == self._kind(name)
@@ -462,14 +475,14 @@ class GamePieceManager:
         return slots
 
     def put_down(self, slots: IntArray, places: FloatArray) -> None:
-        """Put pieces on the carpet, at rest, each at the nearest free place to a given one.
+        """Place pieces on the carpet at rest, each at the free position nearest to a given position.
 
         Args:
             slots: Slots of the pieces.
-            places: Places to be near, field frame [m], shape (n, 2).
+            places: Desired positions, field frame [m], shape (n, 2).
 
         Raises:
-            ConfigError: A slot holds no piece; nothing has changed.
+            ConfigError: If a slot has no piece or a robot holds the piece; nothing changes.
         """
         self._require("put_down", slots, _LOOSE)
         places = _rows("put_down", places, len(slots), 2)
@@ -477,7 +490,7 @@ class GamePieceManager:
             self._move_to_free_place(slot, (x, y))
 
     def make_room(self, robots: Sequence[Footprint]) -> None:
-        """Move pieces where a robot has just been placed to the nearest free places next to it.
+        """Move pieces inside the footprints of newly placed robots to the nearest free positions.
 
         Args:
             robots: Footprints of all robots at their current poses.
@@ -494,13 +507,13 @@ class GamePieceManager:
 
     @property
     def is_untouched(self) -> BoolArray:
-        """Whether each slot was shot and has touched nothing since, shape (n,)."""
+        """Whether the piece of each slot was shot and has not touched anything since, shape (n,)."""
         untouched: BoolArray = self._is_shot & (self._balls.is_touched == 0)
         return untouched
 
     @property
     def types(self) -> list[GamePieceConfig]:
-        """Types of pieces, in the order of `PieceState.kind`."""
+        """Kinds of pieces, in the order of `PieceState.kind`."""
         return self._pool.types
 
     def kind_name(self, slot: int) -> str:
@@ -508,42 +521,42 @@ class GamePieceManager:
         return str(self._pool.types[self.state.kind[slot]].name)
 
     def row(self, slot: int) -> int:
-        """Return the engine row of a slot's body, -1 for a ball."""
+        """Return the engine row of a piece, -1 for a ball."""
         return self._pool.rows[slot]
 
     def robots_touching(self, slot: int) -> list[int]:
-        """Return engine rows of the robots that a piece has touched: a ball in this tick, others in the last step."""
+        """Return the engine rows of the robots that a ball touched in this tick, or another piece in the last step."""
         if self._is_ball[slot]:
             return self._world.balls.robots_touching(slot)
         return [row for row in self._world.engine.touching(self._pool.rows[slot]) if row in self._world.robot_rows]
 
     @property
     def awake(self) -> IntArray:
-        """Slots of the pieces that move."""
+        """Slots of the awake pieces, including pieces in flight."""
         status = self.state.status
         slots: IntArray = ((status == _AWAKE) | (status == _IN_FLIGHT)).nonzero()[0]
         return slots
 
     @property
     def in_contact(self) -> IntArray:
-        """Slots of the pieces that move and touch something."""
+        """Slots of the awake pieces that touch something."""
         slots: IntArray = (self.state.status == _AWAKE).nonzero()[0]
         return slots
 
     @property
     def is_on_field(self) -> BoolArray:
-        """Whether each slot is on the field or in the air, shape (n,)."""
+        """Whether the piece of each slot is on the field or in the air, shape (n,)."""
         return self._pool.is_on_field
 
     def on_field(self, name: str | None = None) -> IntArray:
-        """Return slots on the field or in the air, of one type or all."""
+        """Return the slots of pieces on the field or in the air, of one kind or of all kinds."""
         here = self.is_on_field
         if name is not None:
             here &= self.state.kind == self._kind(name)
         return np.nonzero(here)[0]
 
     def attitudes(self, slots: IntArray) -> FloatArray:
-        """Return attitudes w, x, y, z, shape (n, 4); for a piece off the field the last one on it."""
+        """Return attitudes w, x, y, z, shape (n, 4); a piece off the field has its last attitude on the field."""
         quat = self._balls.quat
         if len(self._others):
             moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
@@ -565,19 +578,19 @@ class GamePieceManager:
 
     @property
     def size(self) -> FloatArray:
-        """Diameter of each slot's piece over that of its kind [-], shape (n,)."""
+        """Ratio of each piece's diameter to the diameter of its kind, by slot [-], shape (n,)."""
         return self._pool.size
 
     def air_of(self, slot: int) -> AirFactors:
-        """Return the aerodynamic factors of one piece."""
+        """Return the aerodynamic factors of a piece."""
         return self._pool.air_of(slot)
 
     def held(self, holder: int) -> IntArray:
-        """Return the slots that a robot holds."""
+        """Return the slots of the pieces that a robot holds."""
         return np.nonzero((self.state.status == _HELD) & (self.state.holder == holder))[0]
 
     def count(self, status: PieceStatus, name: str | None = None) -> int:
-        """Count the pieces in a status."""
+        """Count the pieces with a status, of one kind or of all kinds."""
         mask: BoolArray = self.state.status == int(status)
         if name is not None:
             mask &= self.state.kind == self._kind(name)
@@ -586,11 +599,14 @@ class GamePieceManager:
     # --- one tick -------------------------------------------------------------------------------------------------
 
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> float:
-        """Wake reachable pieces before a motion of dt [s]; return the engine's longest step for the pieces [s].
+        """Wake all pieces that moving objects can reach in this tick.
 
         Args:
-            robots: Footprints of all moving objects that are not pieces.
+            robots: Footprints of all moving objects other than pieces.
             dt: Duration of the tick [s].
+
+        Returns:
+            Longest engine step that the pieces allow [s].
         """
         state, self._robots = self.state, list(robots)
         self._start[:] = state.pos
@@ -609,7 +625,7 @@ class GamePieceManager:
         return self._longest_step()
 
     def apply_drag(self, h: float) -> None:
-        """Apply air drag to the pieces that are not balls, before the engine's step of h [s]."""
+        """Apply drag to pieces that are not balls, before the engine's step of h [s]."""
         slots = self._moving_others()
         if len(slots):
             slots = slots[_squares(self.state.vel[slots]) > _WINDY * _WINDY]
@@ -618,7 +634,7 @@ class GamePieceManager:
             self._world.engine.apply_forces(rows, self._pool.mass[slots][:, None] * drag)
 
     def gather(self, dt: float) -> None:
-        """Read the positions of the awake pieces once, after the engine has moved."""
+        """Read the positions of awake pieces from the engine, once per tick after a motion of dt [s]."""
         state, balls = self.state, self._balls
         state.before[:] = self._start
         others = self._moving_others()
@@ -641,14 +657,14 @@ class GamePieceManager:
             self._put_back(awake[~within.all(axis=1)])
 
     def settle(self, dt: float) -> None:
-        """Put pieces to sleep that have been slow for long enough, after a tick of dt [s]."""
+        """Put pieces to sleep if they have been slow for long enough, after a tick of dt [s]."""
         state, still = self.state, self._balls.still
         others = self._moving_others()
         if len(others):
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
             speed, calm = np.sqrt(_squares(state.vel[others])), self._balls.calm
             is_slow = (speed < _ROCKING) & (_squares(spin) < _TURNING**2)
-            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # speeding up: not in balance
+            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # a piece speeding up is not in balance
             calm[others] = np.where(begins, speed, calm[others])
             still[others] = np.where(begins, 0.0, still[others])
             still[others] = np.where(is_slow & (state.status[others] == _AWAKE), still[others] + dt, 0.0)
@@ -657,19 +673,19 @@ class GamePieceManager:
         if len(ready):
             x, y = state.pos[ready, 0], state.pos[ready, 1]
             out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
-            if out.any():  # behind a wall, or on top of it
+            if out.any():  # behind a wall or on top of a wall
                 self._put_back(ready[out])
                 ready = ready[~out]
             self._fall_asleep(ready)
 
     def _moving_others(self) -> IntArray:
-        """Return slots of the pieces that the engine moves."""
+        """Return the slots of awake pieces that are not balls, which the engine moves."""
         status = self.state.status[self._others]
         moving: IntArray = self._others[(status == _AWAKE) | (status == _IN_FLIGHT)]
         return moving
 
     def _wake_reached(self, awake: IntArray, dt: float) -> None:
-        """Wake sleepers that are not balls and that a moving object may reach within dt [s]."""
+        """Wake sleeping pieces that are not balls if a moving object can reach them within dt [s]."""
         state, radius = self.state, self._pool.radius
         status = state.status[self._others]
         asleep = self._others[(status == _ASLEEP) | (status == _PLACED)]
@@ -690,7 +706,7 @@ class GamePieceManager:
             self._wake(slot)
 
     def _near_balls(self, dt: float) -> tuple[IntArray, list[int]]:
-        """Return what balls may touch within dt [s]: slots of other pieces, and engine rows of hanging bodies."""
+        """Return the slots of other pieces and the rows of hanging bodies that balls could touch within dt [s]."""
         state, radius = self.state, self._pool.radius
         here = self.is_on_field
         balls, others = (here & self._is_ball).nonzero()[0], self._others[here[self._others]]
@@ -711,7 +727,7 @@ class GamePieceManager:
         return others[near], rows
 
     def _longest_step(self) -> float:
-        """Return the longest step of the engine that its pieces allow [s]."""
+        """Compute the longest engine step that awake pieces in the engine allow [s]."""
         slots = self._moving_others()
         if not len(slots):
             return math.inf
@@ -735,7 +751,7 @@ class GamePieceManager:
             self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake the sleepers around a piece that leaves its place on the field, as they may have leaned on it."""
+        """Wake sleeping pieces around a piece that is removed, as they may have leaned on it."""
         state = self.state
         if state.status[slot] not in ON_FIELD:
             return
@@ -746,7 +762,7 @@ class GamePieceManager:
                 self._wake(other)
 
     def _fall_asleep(self, slots: IntArray) -> None:
-        self.attitudes(slots)  # keeps the current attitude: a sleeper's is not read again
+        self.attitudes(slots)  # stores the current attitudes, as those of sleeping pieces are not read again
         self.state.status[slots] = _ASLEEP
         self.state.vel[slots] = self._balls.spin[slots] = 0.0
         for slot in slots.tolist():
@@ -772,7 +788,7 @@ class GamePieceManager:
                 self._fall_asleep(np.array([slot]))
 
     def _put_back(self, slots: IntArray) -> None:
-        """Put pieces on the carpet inside the field, at rest, each nearest to where it left."""
+        """Place pieces on the carpet at rest, each at the free position nearest to where it left the field."""
         for slot in slots.tolist():
             if self.out_of_field is not None and self.out_of_field(slot):
                 continue
@@ -781,9 +797,9 @@ class GamePieceManager:
             self.recovered += 1
 
     def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
-        """Put a piece on the carpet, at rest, at the nearest free place to a given one [m].
+        """Place a piece on the carpet at rest, at the free position nearest to `near` [m].
 
-        If the field has no free place, put it down above the given one.
+        If the field has no free position, the piece is placed above `near`.
         """
         kind, others = self._pool.types[self.state.kind[slot]], self.on_field()
         radius, height, taken = kind.bounding_radius, kind.rest_height, self.state.pos[others[others != slot]]
@@ -805,7 +821,7 @@ class GamePieceManager:
         self._release(np.array([slot]), place[None], [IDENTITY])
 
     def _require(self, what: str, slots: IntArray, allowed: Sequence[int]) -> None:
-        """Check a whole request before the first change."""
+        """Check the slots of a request and the statuses of their pieces, before any change."""
         count = len(self.state.status)
         if not (isinstance(slots, np.ndarray) and slots.ndim == 1 and np.issubdtype(slots.dtype, np.integer)):
             raise ConfigError(f"{what}: pieces must be an array of whole numbers, shape (n,), got {shown(slots)}")
@@ -818,7 +834,7 @@ class GamePieceManager:
             raise ConfigError(f"{what}: piece {int(wrong[0])} is {status}, it must be one of {names}")
 
     def _require_support(self, name: str, positions: FloatArray) -> None:
-        """Check that new pieces of a kind have something to lie on."""
+        """Check that new resting pieces of a kind have a support."""
         reach = self._pool.types[self._kind(name)].bounding_radius + _SUPPORT_REACH
         others = self.on_field()
         is_near = self._world.near_field(positions, np.full(len(positions), reach)) | (positions[:, 2] < reach)
@@ -832,20 +848,20 @@ class GamePieceManager:
 
 
 def _steps_of(shape: Shape) -> tuple[float, float, float]:
-    """Return the engine steps that a shape needs; see `_BOXES`."""
+    """Return the limits of the engine step for a shape; see `_BOXES`."""
     if all(isinstance(part.shape, Sphere | Box) for part in parts_of(shape)):
         return _BOXES
     return _PARTS if isinstance(shape, Compound) else _PLAIN
 
 
 def _squares(rows: FloatArray) -> FloatArray:
-    """Return squared lengths of vectors (..., 3), shape (...,)."""
+    """Return the squared lengths of vectors (..., 3), shape (...,)."""
     squares: FloatArray = np.einsum("...i,...i->...", rows, rows)
     return squares
 
 
 def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
-    """Check rows of finite numbers and return them; a single row may come without its list."""
+    """Convert values to `count` rows of `width` finite numbers; a single row need not be nested in a list."""
     try:
         rows = np.asarray(values, dtype=float).reshape(count, width)
     except (TypeError, ValueError, OverflowError):
@@ -856,12 +872,12 @@ def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
 
 
 def _require_speed(what: str, velocity: Sequence[float] | FloatArray) -> None:
-    """Refuse a velocity [m/s] that no piece has; the number of steps per tick grows with it."""
+    """Check that a speed [m/s] is plausible, as the number of steps per tick grows with the speed."""
     require(what, "speed", math.hypot(*velocity), _PIECE_SPEED)
 
 
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:
-    """Check unit quaternions x, y, z, w of pieces and return them."""
+    """Convert attitudes of `count` pieces to unit quaternions x, y, z, w; None for upright pieces."""
     if attitudes is None:
         return [IDENTITY] * count
     rows = _rows(what, attitudes, count, 4)
@@ -871,7 +887,7 @@ def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Qu
 
 
 def _spiral(spacing: float) -> Iterator[tuple[float, float]]:
-    """Yield offsets [m] around the middle, nearest first: rings `spacing` apart with places `spacing` apart."""
+    """Yield offsets from the middle, nearest first, on rings with `spacing` [m] between rings and offsets."""
     yield 0.0, 0.0
     tries, ring = 1, 1
     while tries < _MOST_TRIES:

@@ -1,7 +1,7 @@
-"""State of all pieces, allocated once, and the engine bodies of those that are not balls.
+"""State of all game pieces, allocated once, and engine bodies for pieces that are not balls.
 
-Balls live in the arrays of the loop (`simcore.loop.balls`), other pieces are bodies of the engine. A piece that is
-held, scored or not yet on the field is parked: nothing moves it.
+The loop moves balls (`simcore.loop.balls`); other pieces are bodies of the engine. Pieces that are held, scored or not
+yet on the field are parked and do not move.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ from simcore.world.world import PhysicsWorld
 
 __all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus", "ShownPieces"]
 
-_PARKING_HEIGHT = 50.0  # [m], above everything; 1 m apart: balls parked on one spot take seconds a step
+_PARKING_HEIGHT = 50.0  # [m], above everything; spaced by 1 m, as pieces parked on one spot take seconds per step
 
 
 class PieceStatus(IntEnum):
-    """Status of a piece."""
+    """Status of a game piece."""
 
     FREE = 0
     """Unused slot."""
     STAGED = 1
-    """Counted, but not on the field: e.g. in an outpost's chute."""
+    """In the match but not on the field, for example in an outpost's chute."""
     ASLEEP = 2
     """On the field, at rest and frozen."""
     AWAKE = 3
-    """On the field, moving or about to."""
+    """On the field and free to move."""
     HELD = 4
     """In a robot."""
     IN_FLIGHT = 5
-    """In the air: it touches nothing."""
+    """In the air without contact."""
     SCORED = 6
-    """Scored and taken off the field."""
+    """Scored and removed from the field."""
     PLACED = 7
-    """At rest and frozen in a place where it counts."""
+    """At rest and frozen in a place where the piece counts."""
 
 
 ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
 """Statuses of pieces on the field or in the air."""
 _IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], ON_FIELD)
-"""Whether each status is on the field or in the air."""
+"""Whether pieces of each status are on the field or in the air."""
 _IS_FROZEN: BoolArray = np.isin([int(status) for status in PieceStatus], (PieceStatus.ASLEEP, PieceStatus.PLACED))
-"""Whether each status is at rest and frozen."""
+"""Whether pieces of each status are at rest and frozen."""
 
 
 @dataclass(slots=True)
@@ -62,21 +62,21 @@ class PieceState:
     """State of all pieces, one row per slot; `n` is the capacity of the pool."""
 
     pos: FloatArray
-    """Center, field frame [m], shape (n, 3); for parked pieces the last one on the field."""
+    """Center, field frame [m], shape (n, 3); the last position on the field for parked pieces."""
     before: FloatArray
-    """Center at the start of the tick [m], shape (n, 3)."""
+    """Center at the start of the tick, field frame [m], shape (n, 3)."""
     vel: FloatArray
-    """Velocity, field frame [m/s], shape (n, 3); for pieces that are not balls the mean over the last tick."""
+    """Velocity, field frame [m/s], shape (n, 3); the mean over the last tick for pieces that are not balls."""
     status: npt.NDArray[np.uint8]
-    """A `PieceStatus` per slot, shape (n,)."""
+    """`PieceStatus` of each slot, shape (n,)."""
     kind: npt.NDArray[np.uint8]
-    """Index of the piece's type, shape (n,)."""
+    """Index of the piece's kind, shape (n,)."""
     holder: IntArray
     """Number of the robot that holds the piece, -1 for none, shape (n,)."""
 
 
 class PiecePool:
-    """Bodies and state of all pieces of a world. Slots of one type are contiguous."""
+    """Bodies and state of all pieces of a world; slots of one kind are contiguous."""
 
     def __init__(
         self,
@@ -87,9 +87,9 @@ class PiecePool:
         """Create all bodies.
 
         Args:
-            world: World that the bodies live in.
-            types: Each type with the maximum number of its pieces.
-            variation: Factors by which pieces differ from their kind; None: no differences.
+            world: World that contains the pieces.
+            types: Kinds of pieces, each with the largest number of pieces.
+            variation: Variation of single pieces; None for pieces without variation.
         """
         self._world = world
         self.types = [config for config, _ in types]
@@ -105,15 +105,15 @@ class PiecePool:
         self.rows: list[int] = []
         """Engine row of each slot, -1 for a ball."""
         self.changes = 0
-        """Counter that increases whenever a piece may have come, gone or moved."""
+        """Counter that increases whenever a piece may have been added, removed or moved."""
         self.size = np.ones(n) if variation is None else variation.diameter
-        """Diameter of each slot's piece over that of its kind [-], shape (n,)."""
+        """Ratio of each piece's diameter to the diameter of its kind, by slot [-], shape (n,)."""
         self.balls = make_balls(self.state.status, self.state.pos, self.state.vel)
-        """Arrays of the loop, which skips the rows of pieces that are not balls."""
+        """Ball arrays of the loop, which skips rows of pieces that are not balls."""
         self.radius, self.mass = self.balls.radius, self.balls.mass
         """Bounding radius [m] and mass [kg] of each slot's piece, shape (n,)."""
         self.drag = self.balls.air[:, 0]
-        """Drag factor of each slot's piece, see `AirFactors` [1/m], shape (n,)."""
+        """Drag factor of each slot's piece [1/m], shape (n,); see `AirFactors`."""
         slot = 0
         for kind, (config, count) in enumerate(types):
             mine, balls = slice(slot, slot + count), self.balls
@@ -133,7 +133,7 @@ class PiecePool:
                 self._make_bodies(slot, config, balls.surface[mine, 1])
             slot += count
         self.is_ball = self.balls.is_ball.astype(bool)
-        """Whether each slot is a ball, shape (n,)."""
+        """Whether the piece of each slot is a ball, shape (n,)."""
         world.balls.set_balls(self.balls)
 
     def _make_bodies(self, slot: int, config: GamePieceConfig, restitution: FloatArray) -> None:
@@ -151,27 +151,27 @@ class PiecePool:
 
     @property
     def is_on_field(self) -> BoolArray:
-        """Whether each slot is on the field or in the air, shape (n,)."""
-        here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # 1.3 us; three comparisons take 4
+        """Whether the piece of each slot is on the field or in the air, shape (n,)."""
+        here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # takes 1.3 us; three comparisons take 4 us
         return here
 
     @property
     def is_frozen(self) -> BoolArray:
-        """Whether each slot is on the field and sleeps, placed or not, shape (n,)."""
+        """Whether the piece of each slot is asleep or placed, shape (n,)."""
         frozen: BoolArray = _IS_FROZEN.take(self.state.status)
         return frozen
 
     def air_of(self, slot: int) -> AirFactors:
-        """Return the aerodynamic factors of one piece."""
+        """Return the aerodynamic factors of a piece."""
         drag, lift, saturation, spin_drag = self.balls.air[slot].tolist()
         return AirFactors(drag, lift, saturation, spin_drag)
 
     def take(self, kind: int, count: int) -> IntArray:
-        """Reserve free slots of a type; they stay parked.
+        """Return free slots of a kind; their pieces stay parked.
 
         Raises:
-            CapacityError: Too few are free.
-            ConfigError: The count is negative.
+            CapacityError: If too few slots are free.
+            ConfigError: If the count is negative.
         """
         if count < 0:
             raise ConfigError(f"{self.types[kind].name}: how many pieces must be >= 0, got {count}")
@@ -185,10 +185,10 @@ class PiecePool:
         return free[:count]
 
     def place(self, slot: int, pos: tuple[float, float, float], quat: Quaternion = IDENTITY) -> None:
-        """Take a piece out of parking and put it on the field, at rest and awake.
+        """Move a parked piece to a pose on the field, at rest and awake.
 
         Raises:
-            NonFiniteError: A value is NaN or infinite; nothing has moved.
+            NonFiniteError: If a value is NaN or infinite; the piece does not move.
         """
         if not all(map(math.isfinite, (*pos, *quat))):
             name = self.types[self.state.kind[slot]].name
@@ -205,7 +205,7 @@ class PiecePool:
             self._world.set_piece_touchable(row, True)
 
     def park(self, slot: int) -> None:
-        """Take a piece off the field. Its `pos` keeps the last position on the field."""
+        """Remove a piece from the field; `pos` keeps its last position on the field."""
         self.changes += 1
         self.state.vel[slot] = 0.0
         row = self.rows[slot]
@@ -225,13 +225,13 @@ class PiecePool:
 
 
 class ShownPieces:
-    """View of the pieces on the field for displays: slots and poses by kind.
+    """View of the pieces on the field, for displays: slots and poses by kind.
 
-    The arrays are read-only, and stay the same objects until something in the pool changes.
+    The arrays are read-only and stay the same objects until the pool changes.
 
     Args:
-        pool: The pieces.
-        attitudes: Function that returns the attitudes of slots, w, x, y, z, shape (n, 4).
+        pool: Pool of the pieces.
+        attitudes: Function that returns the attitudes w, x, y, z of the pieces in given slots, shape (n, 4).
     """
 
     def __init__(self, pool: PiecePool, attitudes: Callable[[IntArray], FloatArray]) -> None:
@@ -241,10 +241,13 @@ class ShownPieces:
         self._kept: dict[int, tuple[IntArray, FloatArray]] = {}
 
     def of(self, kind: int) -> tuple[IntArray, FloatArray]:
-        """Return slots of a kind on the field or in the air, rising, shape (n,), and rows x, y, z, qw, qx, qy, qz.
+        """Return slots and poses of the pieces of a kind that are on the field or in the air.
 
         Args:
             kind: Index of the kind.
+
+        Returns:
+            Slots in ascending order, shape (n,), and pose rows x, y, z, qw, qx, qy, qz, shape (n, 7).
         """
         pool = self._pool
         if pool.changes != self._changes:
@@ -253,7 +256,7 @@ class ShownPieces:
         if kind not in self._kept:
             slots = np.array((pool.is_on_field & (pool.state.kind == kind)).nonzero()[0])
             rows = np.empty((len(slots), 7))
-            rows[:, :3] = pool.state.pos.take(slots, axis=0)  # 1 us of 400, pos[slots] 14
+            rows[:, :3] = pool.state.pos.take(slots, axis=0)  # takes 1 us for 400 pieces; pos[slots] takes 14 us
             rows[:, 3:] = self._attitudes(slots)
             slots.setflags(write=False)
             rows.setflags(write=False)

@@ -1,7 +1,7 @@
-"""Resting places: places on the field where pieces stay and count, such as a pipe, a trough or a shelf.
+"""Resting places: places on the field where game pieces stay and count, such as a pipe, a trough or a shelf.
 
-Physics decides: a piece that has come to rest in a place, on something, and touches no robot counts as placed. It
-sleeps and wakes like any other piece, and stays placed until it leaves the place or a robot takes it.
+A piece counts as placed when it rests in a place, supported and without contact with a robot. It sleeps and wakes like
+any other piece, and counts until it leaves the place or a robot takes it.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ _TILT = Quantity("rad", 0.0, 0.5 * math.pi, is_open=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingPlace:
-    """Place where pieces stay and count."""
+    """Place on the field where pieces stay and count."""
 
     name: str
     level: str = ""
-    """Level that it counts for, e.g. that of all places of one height. A name that begins with `Blue` or `Red` is
-    published for that alliance: `BlueL4`."""
+    """Level under which pieces are counted, for example for all places of one height. A level whose name begins with
+    `Blue` or `Red` is published for this alliance: `BlueL4`."""
     alliance: Alliance | None = None
-    """Alliance that owns it; None: neither."""
+    """Alliance that owns the place; None for a neutral place."""
     zone: Zone
     """Zone that must contain the center of a piece."""
     capacity: int | None = None
-    """Maximum number of pieces that count in it; None: any number."""
+    """Largest number of pieces that count; None for no limit."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that count in it; empty: all."""
+    """Kinds of pieces that count; empty for all kinds."""
     axis: Vector | None = None
-    """Direction of the z axis of a piece's shape, of either sign, field frame; None: any."""
+    """Required direction, with either sign, of the z axis of a piece's shape, field frame; None for any attitude."""
     max_tilt: float = math.radians(30.0)
-    """Largest angle to that axis [rad]."""
+    """Largest angle between the z axis of a piece's shape and `axis` [rad]."""
 
     def __post_init__(self) -> None:
         owner = f"RestingPlace {self.name!r}"
@@ -60,24 +60,24 @@ class RestingPlace:
 
 @dataclass(frozen=True, slots=True)
 class PlaceEvent:
-    """Arrival of a piece in a place, or its departure."""
+    """Arrival of a piece in a resting place, or departure from it."""
 
     place: RestingPlace
     slot: int
     """Slot of the piece."""
     holder: int
-    """Number of the robot that took it, -1 for none."""
+    """Number of the robot that took the piece, -1 for none."""
 
 
 class RestingPlaces:
     """Assignment of pieces to resting places.
 
     Args:
-        places: Resting places with unique names; where two overlap, a piece counts in the first.
-        pool: Pieces to assign.
+        places: Resting places with unique names; where places overlap, a piece counts in the first of them.
+        pool: Pool of the pieces to assign.
 
     Raises:
-        ConfigError: Two places have the same name, or a kind of piece does not exist.
+        ConfigError: If two places have the same name or a kind of piece does not exist.
     """
 
     def __init__(self, places: Iterable[RestingPlace], pool: PiecePool) -> None:
@@ -93,7 +93,7 @@ class RestingPlaces:
         self._pool = pool
         self._place: IntArray = np.full(len(pool.rows), -1, dtype=np.int64)
         self._placed: list[PlaceEvent] = []
-        self._counts: dict[str, IntArray] = {}  # by level; empty after a piece has come or gone
+        self._counts: dict[str, IntArray] = {}  # by level; empty after an arrival or departure
         self._totals: dict[str, int] = {}
         self._numbers = {name: number for number, name in enumerate(names)}
         self._levels: dict[str, list[int]] = {}
@@ -102,12 +102,12 @@ class RestingPlaces:
                 self._levels.setdefault(place.level, []).append(number)
 
     def judge(self, slot: int, quat: tuple[float, float, float, float], touches_robot: bool) -> None:
-        """Place a piece that has just fallen asleep, if it is in a place.
+        """Assign a piece that has just fallen asleep to the resting place that contains it, if any.
 
         Args:
             slot: Slot of the piece.
             quat: Attitude of the piece, x, y, z, w.
-            touches_robot: Whether it touches a robot; then it does not count.
+            touches_robot: Whether the piece touches a robot, in which case it does not count.
         """
         state = self._pool.state
         if touches_robot:
@@ -123,7 +123,7 @@ class RestingPlaces:
             state.status[slot] = _PLACED
 
     def update(self) -> tuple[list[PlaceEvent], list[PlaceEvent]]:
-        """Return the arrivals and the departures since the last call."""
+        """Return the arrivals and departures since the last call."""
         state = self._pool.state
         removed = []
         for slot in np.nonzero((self._place >= 0) & (state.status != _PLACED))[0].tolist():
@@ -138,14 +138,14 @@ class RestingPlaces:
 
     @property
     def woken(self) -> IntArray:
-        """Return slots of the pieces that count in a place but have been woken there."""
+        """Slots of the pieces that count in a place but are awake."""
         return np.nonzero((self._place >= 0) & (self._pool.state.status == _AWAKE))[0]
 
     def slots(self, name: str | None = None, *, level: str | None = None) -> IntArray:
-        """Return slots of the pieces in a place, in all places of a level, or in all places.
+        """Return the slots of the pieces in a place, in all places of a level, or in all places.
 
         Raises:
-            UnknownNameError: There is no such place.
+            UnknownNameError: If no place has this name.
         """
         if name is not None and name not in self._numbers:
             raise UnknownNameError("resting place", name, self._numbers)
@@ -161,13 +161,13 @@ class RestingPlaces:
         return len(self.slots(name, level=level))
 
     def counts(self) -> Mapping[str, IntArray]:
-        """Return the number of pieces in each place of each level, in the order of the places; read-only."""
+        """Return the number of pieces in each place as read-only arrays by level, in the order of the places."""
         if not self._counts:
             self._count_levels()
         return self._counts
 
     def totals(self) -> Mapping[str, int]:
-        """Return the number of pieces in the places of each level, in the order of the levels."""
+        """Return the total number of pieces by level."""
         if not self._counts:
             self._count_levels()
         return self._totals
@@ -180,7 +180,7 @@ class RestingPlaces:
             counts.setflags(write=False)
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
-        """Return the index of the place that a piece is in and counts in, -1 for none."""
+        """Return the index of the place in which a piece counts, -1 for none."""
         state = self._pool.state
         kind, here = state.kind[slot], state.pos[slot][None]
         for number, place in enumerate(self.places):

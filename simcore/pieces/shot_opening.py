@@ -1,4 +1,4 @@
-"""Opening of a goal: the target of shooters, and the outline that a scoring shot passes through."""
+"""Opening of a goal: target of shooters, and outline through which a scoring shot passes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from simcore.world.rotation import Vector
 
 __all__ = ["ShotOpening"]
 
-_FLAT = 1e-3  # [m]; largest distance of corners from their common plane
+_FLAT = 1e-3  # [m]; largest distance of corners from a common plane
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,9 +22,9 @@ class ShotOpening:
     """Flat, convex opening with a rim, in any attitude."""
 
     corners: tuple[Vector, ...]
-    """Corners of the rim, in order around it, field frame [m]."""
+    """Corners of the rim, in order, field frame [m]."""
     approach: float
-    """Horizontal direction of a shot that approaches it straight on [rad]."""
+    """Heading of a shot that approaches the opening straight on, field frame [rad]."""
 
     def __post_init__(self) -> None:
         require_fields(self, corners=[(FIELD_PLACE,) * 3], approach=ANGLE)
@@ -38,23 +38,23 @@ class ShotOpening:
 
     @property
     def middle(self) -> FloatArray:
-        """Mean of the corners, the point to aim at, field frame [m], shape (3,)."""
+        """Point to aim at, the mean of the corners, field frame [m], shape (3,)."""
         mean: FloatArray = np.array(self.corners).mean(axis=0)
         return mean
 
     @property
     def inward(self) -> FloatArray:
-        """Unit normal toward the inside: downward, or along the straight approach, shape (3,)."""
+        """Unit normal toward the inside, which points downward or along the approach, shape (3,)."""
         first, second, third = np.array(self.corners[:3])
         normal: FloatArray = np.cross(second - first, third - second)
         ahead = np.array([math.cos(self.approach), math.sin(self.approach), -1.0])
         return normal * (math.copysign(1.0, normal @ ahead) / np.linalg.norm(normal))
 
     def holds(self, points: FloatArray) -> BoolArray:
-        """Return a mask of the points (n, 3) [m] that lie within the rim, seen along the normal, shape (n,)."""
+        """Return whether each point, (n, 3) [m], is within the rim seen along the normal, shape (n,)."""
         rows, inside = np.array(self.corners), np.ones((2, len(points)), dtype=bool)
         for corner, toward in zip(rows, np.cross(self.inward, np.roll(rows, -1, axis=0) - rows), strict=True):
             side = (points - corner) @ toward
-            inside &= np.stack([side >= 0.0, side <= 0.0])  # corners may go either way round
+            inside &= np.stack([side >= 0.0, side <= 0.0])  # corners may be clockwise or counter-clockwise
         within: BoolArray = inside[0] | inside[1]
         return within

@@ -1,10 +1,10 @@
-"""Aiming: the yaw, elevation and speed that bring a ball with drag down through a target, also on the move.
+"""Shot solver: yaw, elevation and speed at which a ball with drag falls through a target, also from a moving robot.
 
-Without lift a flight stays in one vertical plane, and in the field frame that plane contains muzzle and target. So the
-unknowns are slope and speed in that plane. For each slope exactly one speed hits; the remaining equation in the slope
-is that the launch *relative to the moving muzzle* has the requested elevation or speed.
+Without lift, a flight stays in the vertical plane that contains muzzle and target in the field frame. The unknowns are
+slope and speed in this plane. Each slope has exactly one speed that hits; the remaining equation for the slope is that
+the launch *relative to the moving muzzle* has the requested elevation or speed.
 
-Over the horizontal distance x the flight needs no event search: with the slope p = dz/dx and q = 1 / vx^2,
+As a function of the horizontal distance x, the flight needs no event search: with the slope p = dz/dx and q = 1 / vx^2,
     dp/dx = -g q,   dq/dx = 2 k q sqrt(1 + p^2),   dz/dx = p,   dt/dx = sqrt(q).
 """
 
@@ -24,31 +24,31 @@ from simcore.world.rotation import wrap_angle
 __all__ = ["NoShotError", "Shot", "solve_shot"]
 
 _Vector: TypeAlias = Sequence[float] | FloatArray
-_STEPS = 16  # RK4 steps to the target: within 0.1 mm of solve_ivp over half a field
+_STEPS = 16  # number of RK4 steps to the target: within 0.1 mm of solve_ivp over half a field
 _STEEPEST = math.radians(88.0)
-_MIN_DISTANCE = 0.05  # [m]; at less distance the direction to the target is undefined
+_MIN_DISTANCE = 0.05  # [m]; at a shorter distance the direction to the target is undefined
 
 
 class NoShotError(SimcoreError, ValueError):
-    """Error: no launch within the limits brings the ball to the target."""
+    """Error raised if no launch within the limits hits the target."""
 
     def __init__(self, reason: str, *, distance: float, height: float) -> None:
         self.reason = reason
         self.distance = distance
         """Horizontal distance from muzzle to target [m]."""
         self.height = height
-        """Height of the target over the muzzle [m]."""
+        """Height of the target above the muzzle [m]."""
         super().__init__(f"no shot at {distance:.2f} m away and {height:+.2f} m up: {reason}")
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Launch that hits, relative to the muzzle: setpoints for hood, wheels and turret."""
+    """Launch that hits the target, relative to the muzzle: setpoints for hood, wheels and turret."""
 
     yaw: float
-    """Direction of the launch, field frame [rad]."""
+    """Heading of the launch, field frame [rad]."""
     elevation: float
-    """Elevation over the horizontal [rad]."""
+    """Elevation above the horizontal [rad]."""
     speed: float
     """Speed relative to the muzzle [m/s]."""
     time_of_flight: float
@@ -63,26 +63,26 @@ def solve_shot(
     muzzle_offset: _Vector = (0.0, 0.0, 0.0), high_arc: bool = True, rising: bool = False, max_speed: float = math.inf,
     gravity: float = GRAVITY,
 ) -> Shot:  # fmt: skip
-    """Solve for the speed at a fixed elevation, or for the elevation at a fixed speed. Takes about 1 ms.
+    """Solve for the speed at a given elevation, or for the elevation at a given speed, in about 1 ms.
 
     Args:
         muzzle: Center of the ball at launch, field frame [m], shape (3,).
-        target: Point to fall through, field frame [m], shape (3,).
-        elevation: Elevation of the launch relative to the robot [rad]; give this or `speed`.
-        speed: Speed of the launch relative to the muzzle [m/s].
-        drag: k = rho Cd A / (2 m), `drag` of a kind's `air` [1/m]. Lift is not modeled.
+        target: Point through which the ball falls, field frame [m], shape (3,).
+        elevation: Elevation of the launch relative to the robot [rad]; None if `speed` is given.
+        speed: Speed of the launch relative to the muzzle [m/s]; None if `elevation` is given.
+        drag: Drag factor k = rho Cd A / (2 m), `drag` of a kind's `air` [1/m]. Lift is not modeled.
         robot_velocity: Velocity of the robot center, field frame [m/s], shape (3,).
         yaw_rate: Yaw rate of the robot, counter-clockwise positive [rad/s].
-        muzzle_offset: Vector from robot center to muzzle, field axes [m], shape (3,); only matters with a yaw rate.
-        high_arc: Whether to take the higher of the two elevations at a fixed speed.
-        rising: Whether the ball may also reach the target on its way up, as for a goal that is open to the front.
+        muzzle_offset: Vector from robot center to muzzle, field axes [m], shape (3,); needed only with a yaw rate.
+        high_arc: Whether to choose the higher of the two elevations at a given speed.
+        rising: Whether the ball may also reach the target on the way up, for goals that are open to the front.
         max_speed: Maximum speed of the launcher [m/s].
         gravity: Gravitational acceleration, downward [m/s^2].
 
     Raises:
-        NoShotError: Nothing hits; the message has the reason.
-        ConfigError: Not exactly one of elevation and speed is given, or a value is out of range.
-        NonFiniteError: A position or velocity is not finite.
+        NoShotError: If no launch hits; the message states the reason.
+        ConfigError: If not exactly one of elevation and speed is given, or a value is out of range.
+        NonFiniteError: If a position or velocity is not finite.
 
     >>> shot = solve_shot((0, 0, 0.5), (4.18, 0, 1.8288), elevation=math.radians(60), drag=0.0232)
     >>> round(shot.speed, 2), round(shot.time_of_flight, 2)
@@ -111,7 +111,7 @@ def solve_shot(
 
 
 class _Problem:
-    """Aiming task in the vertical plane through muzzle and target; an angle is the field-frame elevation."""
+    """Shot problem in the vertical plane through muzzle and target; angles are field-frame elevations."""
 
     def __init__(
         self, muzzle: _Vector, target: _Vector, velocity: _Vector, yaw_rate: float, offset: _Vector, drag: float,
@@ -131,7 +131,7 @@ class _Problem:
         self.bearing = math.atan2(north, east)
         c, s = east / self.distance, north / self.distance
         self.along = c * vx + s * vy  # muzzle velocity toward the target [m/s]
-        self.across = c * vy - s * vx  # muzzle velocity to the left of it [m/s]
+        self.across = c * vy - s * vx  # muzzle velocity across this direction, positive to the left [m/s]
         self.drag = drag
         self.gravity = gravity
         self.flattest = math.atan2(self.height, self.distance) + 1e-3  # line of sight
@@ -142,7 +142,7 @@ class _Problem:
         return NoShotError(reason, distance=self.distance, height=self.height)
 
     def angle_for_elevation(self, elevation: float) -> float:
-        """Return the field-frame angle whose launch has this elevation relative to the muzzle."""
+        """Return the field-frame angle at which the launch has a given elevation relative to the muzzle [rad]."""
         if self.along == self.across == self.up == 0.0:
             if elevation < self.flattest:
                 raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is below the line of sight")
@@ -154,12 +154,12 @@ class _Problem:
         def excess(angle: float) -> float:
             return self.shot(angle).elevation - elevation
 
-        # Search outward from the answer for a robot at rest: the first change of sign is the nearest answer.
+        # Search outward from the solution for a robot at rest; the first change of sign is the nearest solution.
         middle = min(max(elevation, self.flattest), _STEEPEST)
         ends, values, limits = [middle] * 2, [excess(middle)] * 2, [self.flattest, _STEEPEST]
         reach = math.radians(3.0)
         while ends != limits:
-            # The excess grows with the angle: first try the direction that should change its sign.
+            # The excess grows with the angle, so first try the direction in which its sign should change.
             for side in (0, 1) if values[1] > 0.0 else (1, 0):
                 if ends[side] != limits[side]:
                     end = min(max(ends[side] + (reach if side else -reach), self.flattest), _STEEPEST)
@@ -172,13 +172,13 @@ class _Problem:
         raise self.no_shot(f"no speed hits at {math.degrees(elevation):.1f} degrees from a robot that moves like this")
 
     def angle_for_speed(self, speed: float, high_arc: bool) -> float:
-        """Return the field-frame angle whose launch has this speed relative to the muzzle."""
+        """Return the field-frame angle [rad] at which the launch has a given speed relative to the muzzle [m/s]."""
         from scipy.optimize import brentq, minimize_scalar
 
         def excess(angle: float) -> float:
             return self.shot(angle).speed - speed
 
-        cheapest = 0.5 * (0.5 * math.pi + self.flattest)  # optimum in a vacuum at rest; close enough to start
+        cheapest = 0.5 * (0.5 * math.pi + self.flattest)  # optimum in a vacuum at rest, as a start value
         if excess(cheapest) > 0.0:
             found = minimize_scalar(
                 excess, bounds=(self.flattest, _STEEPEST), method="bounded", options={"xatol": 1e-4}
@@ -192,7 +192,7 @@ class _Problem:
         return float(brentq(excess, cheapest, end, xtol=1e-10))
 
     def shot(self, angle: float) -> Shot:
-        """Return the launch at this field-frame angle that hits."""
+        """Return the launch that hits at a given field-frame angle [rad]."""
         slope = math.tan(angle)
         q, end_slope, time = self._hit(slope)
         forward = 1.0 / math.sqrt(q)
@@ -207,13 +207,13 @@ class _Problem:
         )
 
     def _hit(self, slope: float) -> tuple[float, float, float]:
-        """Return q = 1 / vx^2 at the muzzle of the hit with this slope, and slope and time at the target."""
+        """Return q = 1 / vx^2 at the muzzle for a hit with a given initial slope, and slope and time [s] at the hit."""
         distance, k = self.distance, self.drag
-        drop = slope * distance - self.height  # [m], > 0; distance that gravity must bring the ball down
-        mean = self.height / distance  # slopes at start, middle and end of a flight without drag
+        drop = slope * distance - self.height  # [m], > 0; required drop below the straight line
+        mean = self.height / distance  # mean slope; without drag the slopes are `slope`, `mean`, 2 `mean` - `slope`
         stretch = (_length(slope) + 4.0 * _length(mean) + _length(2.0 * mean - slope)) / 6.0
         y = 2.0 * k * stretch * distance
-        growth = 2.0 * (math.expm1(y) - y) / (y * y) if 1e-4 < y < 500.0 else 1.0  # flight with a constant path factor
+        growth = 2.0 * (math.expm1(y) - y) / (y * y) if 1e-4 < y < 500.0 else 1.0  # for a constant path length factor
         q = 2.0 * drop / (self.gravity * distance * distance * growth)
         low, high, last_q, last_fall = 0.0, math.inf, 0.0, 0.0
         for _ in range(80):
@@ -221,7 +221,7 @@ class _Problem:
             low, high = (low, q) if fall > drop else (q, high)
             if abs(fall - drop) < 1e-8 or high - low < 1e-15 * q:
                 return q, end_slope, time
-            # The fall is nearly linear in q: use the secant (first one through zero), kept within the known bracket.
+            # The fall is nearly linear in q: use the secant method (first through zero) within the known bracket.
             guess = 0.0
             if math.isfinite(fall):
                 if fall != last_fall:
@@ -233,7 +233,10 @@ class _Problem:
 
 @compiled
 def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[float, float, float]:
-    """Return drop below the straight line, slope and time at the distance, by RK4; infinite if it falls short."""
+    """Integrate a flight by RK4; return drop below the straight line [m], slope and time [s] at the distance.
+
+    The drop is infinite if the ball falls short.
+    """
     h = distance / _STEPS
     half, sixth, k2 = 0.5 * h, h / 6.0, 2.0 * k
     slope, rise, time = p, 0.0, 0.0
@@ -249,7 +252,7 @@ def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[fl
         before = math.sqrt(q)
         p += sixth * (dp1 + 2.0 * (dp2 + dp3) + dp4)
         q += sixth * (dq1 + 2.0 * (dq2 + dq3) + dq4)
-        if p < -200.0:  # falls straight down: never gets there
+        if p < -200.0:  # the ball falls straight down and never reaches the distance
             return math.inf, p, math.inf
         time += sixth * (before + 4.0 * math.sqrt(0.5 * (q2 + q3)) + math.sqrt(q))
     return slope * distance - rise, p, time

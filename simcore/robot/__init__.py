@@ -1,1 +1,1 @@
-"""Robots: chassis, drivetrain, battery, gyro and mechanisms."""
+"""Robots: chassis, drivetrains, batteries, gyros, mechanisms, and the parts that handle game pieces."""

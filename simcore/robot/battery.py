@@ -1,4 +1,4 @@
-"""Battery of a robot, and the brown-outs and resets of its roboRIO."""
+"""Battery of a robot, and brown-outs and resets of the roboRIO."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ __all__ = ["Battery", "BatteryConfig", "BrownoutLog"]
 
 _log = logging.getLogger(__name__)
 
-_SERIES = 5.0  # [s]; a brown-out within this time of the last one belongs to the same series
-_MOST = 3  # most consumers that a message names
-_LEAST = 1.0  # [A]; a message does not name consumers below this
+_SERIES = 5.0  # [s]; a brown-out within this time after the last one belongs to the same series
+_MOST = 3  # largest number of consumers in a message
+_LEAST = 1.0  # [A]; smallest current of a consumer in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatteryConfig:
-    """Lead-acid battery of 18 Ah with its cables, and the brown-out levels of the roboRIO that it feeds.
+    """Config of a lead-acid battery of 18 Ah with cables, and of the roboRIO's brown-out levels.
 
-    The defaults are a good competition battery. 12.9 V charged and 11.7 V empty, both rested, are the usual values for
-    AGM batteries. WPILib's `BatterySim` also assumes 15 mohm inside and 5 mohm of breaker and cable.
+    The defaults are a good competition battery. 12.9 V charged and 11.7 V empty, after rest, are the usual values for
+    AGM batteries. WPILib's `BatterySim` also assumes 15 mohm inside the battery and 5 mohm of breaker and cable.
     """
 
     full_voltage: float = 12.9
@@ -36,35 +36,33 @@ class BatteryConfig:
     resistance: float = 0.020
     """Series resistance of battery, breaker and cable, which causes the immediate voltage drop [ohm]."""
     recovery_resistance: float = 0.008
-    """Resistance that causes the slow part of the drop [ohm]; estimate, +-50 %."""
+    """Resistance that causes the slow part of the voltage drop [ohm]; estimate, +-50 %."""
     recovery_time: float = 8.0
-    """Time constant of the slow part [s]; estimate, +-50 %: a battery recovers within some seconds."""
+    """Time constant of the slow part of the voltage drop [s]; estimate, +-50 %: batteries recover within seconds."""
     capacity_ah: float = 12.0
     """Charge available at match currents [A h]; the 18 Ah on the label are for a discharge over 20 hours."""
     initial_charge: float = 1.0
     """State of charge at the start [0..1]."""
     brownout_voltage: float = 6.75
-    """Voltage below which the roboRIO disables its outputs [V]. Motor controllers open their circuits at the next
-    heartbeat. The default is that of a roboRIO 2, which software can change; a roboRIO 1 has 6.3 V."""
+    """Voltage below which the roboRIO disables outputs [V]. Motor controllers open their circuits at the next
+    heartbeat. The default is the value of a roboRIO 2, which software can change; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
-    """Voltage above which the roboRIO enables the outputs again [V]. Source: NI roboRIO user manual, table 2."""
+    """Voltage above which the roboRIO enables outputs again [V]. Source: NI roboRIO user manual, table 2."""
     heartbeat: float = 0.020
-    """Period of the enable signal to motor controllers on CAN [s]. A dip between two heartbeats has no effect, and
-    outputs that a heartbeat has disabled stay off until the next. Source: WPILib documentation, "FRC CAN Device
-    Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
+    """Period of the enable signal to motor controllers on CAN [s]. A voltage dip between two heartbeats has no effect;
+    outputs that a heartbeat has disabled stay off until the next heartbeat. Source: WPILib documentation, "FRC CAN
+    Device Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
     reset_voltage: float = 4.5
-    """Voltage below which the roboRIO itself shuts down; it boots when the voltage is back [V]. Source: NI roboRIO user
+    """Voltage below which the roboRIO shuts down [V]; it boots when the voltage has recovered. Source: NI roboRIO user
     manual, table 2, stage 3."""
     reset_hold: float = 0.015
-    """Time for which its own capacitors carry the roboRIO below that voltage [s]; estimate, +-50 %: there is no
-    published figure, and at events robots with weak batteries brown out often but hardly ever reboot (Chief Delphi
-    144371)."""
+    """Time for which the roboRIO's capacitors bridge a voltage below `reset_voltage` [s]; estimate, +-50 %: no value is
+    published, and at events, robots with weak batteries often brown out but rarely reboot (Chief Delphi 144371)."""
     reboot_time: float = 25.0
-    """Time from the return of the voltage until robot code moves motors again [s]; estimate, 15 to 40 s, depending on
+    """Time from the recovery of the voltage until robot code moves motors again [s]; estimate, 15 to 40 s, depending on
     the size of the robot program."""
     brownout_enabled: bool = True
-    """Whether low voltage disables the outputs; False to study a motor, or to repeat a figure that ignores the
-    roboRIO."""
+    """Whether low voltage disables outputs; False for motor tests without a roboRIO."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -96,7 +94,7 @@ class BatteryConfig:
 
     @staticmethod
     def stiff(voltage: float = 12.0) -> BatteryConfig:
-        """Return a supply whose voltage never sags, for figures and tests."""
+        """Return the config of a supply whose voltage never drops, for motor data and tests."""
         return BatteryConfig(
             full_voltage=voltage,
             empty_voltage=voltage,
@@ -107,16 +105,16 @@ class BatteryConfig:
 
 
 class Battery:
-    """State of one robot's battery; robots share nothing.
+    """State of a robot's battery.
 
-    The open-circuit voltage falls with the charge drawn. A resistance and one slow RC element follow in series
-    (Thevenin model), so that the voltage of a robot at rest recovers over some seconds.
+    The open-circuit voltage falls with the charge drawn. A resistance and a slow RC element are in series (Thevenin
+    model), so the voltage recovers over a few seconds when the robot rests.
 
-    The heartbeat keeps a robot that draws too much from stopping: motors stay on until the next heartbeat reports the
-    low voltage, and off until the one after, when the voltage has long recovered. The model leaves out the inductance
-    of the cables (2 uH) and the controllers' capacitors (some mF): both act for less than a millisecond.
+    An overloaded robot stutters with the heartbeat instead of stopping: motors stay on until a heartbeat reports the
+    low voltage, and then off until the next heartbeat, when the voltage has recovered. The model ignores cable
+    inductance (2 uH) and the controllers' capacitors (some mF), which act for less than a millisecond.
 
-    The loop steps it together with all motors of its robot (`simcore.loop.battery`).
+    The loop steps the battery together with all motors of the robot (`simcore.loop.battery`).
     """
 
     __slots__ = ("_config", "_reported", "on_brownout", "on_reset", "records")
@@ -128,14 +126,14 @@ class Battery:
         self.config = config or BatteryConfig()
         self._reported = 0, 0
         self.on_brownout: Callable[[], None] | None = None
-        """Callback after a brown-out begins; `noted` holds the values of that moment."""
+        """Callback after the start of a brown-out; `noted` holds voltage and current at the start."""
         self.on_reset: Callable[[], None] | None = None
-        """Callback after the roboRIO shuts down."""
+        """Callback after a shutdown of the roboRIO."""
         self.reset()
 
     @property
     def config(self) -> BatteryConfig:
-        """Parameters of the battery; a new config applies from the next step on."""
+        """Config of the battery; a new config applies from the next step on."""
         return self._config
 
     @config.setter
@@ -167,18 +165,18 @@ class Battery:
         return float(self.records[name][0])
 
     def reset(self) -> None:
-        """Swap in a rested battery with the initial charge; keep the minimum voltage of the run."""
+        """Replace the battery with a rested battery at the initial charge; the minimum voltage of the run is kept."""
         self._set(charge=self.config.initial_charge)
         begin_battery(self.records, 0)
         self.begin_tick()
         self.report()
 
     def begin_tick(self) -> None:
-        """Start a new tick: clear the minimum voltage of the last one."""
+        """Start a new tick, with a new minimum voltage."""
         self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
 
     def report(self) -> None:
-        """Call `on_brownout` and `on_reset` for events since the last call."""
+        """Call `on_brownout` and `on_reset` for events since the last call of this method."""
         before, self._reported = self._reported, (self.brownouts, self.resets)
         if self._reported[1] > before[1] and self.on_reset is not None:
             self.on_reset()
@@ -192,7 +190,7 @@ class Battery:
 
     @property
     def current(self) -> float:
-        """Current drawn in the last step [A]; negative while motors feed energy back."""
+        """Current drawn in the last step [A]; negative while motors regenerate."""
         return self._get("current")
 
     @property
@@ -202,37 +200,37 @@ class Battery:
 
     @property
     def min_voltage(self) -> float:
-        """Lowest voltage since the start [V]."""
+        """Lowest voltage since the start of the run [V]."""
         return self._get("min_voltage")
 
     @property
     def tick_min_voltage(self) -> float:
-        """Lowest voltage since the tick began [V]."""
+        """Lowest voltage since the start of the tick [V]."""
         return self._get("tick_min_voltage")
 
     @property
     def browned_out(self) -> bool:
-        """Whether motor controllers hold their outputs off, according to the last heartbeat."""
+        """Whether motor controller outputs are off, according to the last heartbeat."""
         return bool(self.records["is_off"][0])
 
     @property
     def tick_browned_out(self) -> bool:
-        """Whether outputs were off at any moment since the tick began."""
+        """Whether outputs were off at any time since the start of the tick."""
         return bool(self.records["tick_was_off"][0])
 
     @property
     def brownouts(self) -> int:
-        """Number of brown-outs since the start."""
+        """Number of brown-outs since the start of the run."""
         return int(self.records["brownouts"][0])
 
     @property
     def off_time(self) -> float:
-        """Total time with outputs off since the start [s]."""
+        """Total time with outputs off since the start of the run [s]."""
         return self._get("off_time")
 
     @property
     def resets(self) -> int:
-        """Number of times since the start that the roboRIO shut down and had to boot."""
+        """Number of roboRIO shutdowns since the start of the run."""
         return int(self.records["resets"][0])
 
     @property
@@ -247,14 +245,14 @@ class Battery:
 
     @property
     def open_voltage(self) -> float:
-        """Voltage behind the series resistance [V]: the terminals would show it if the load vanished now."""
+        """Voltage behind the series resistance [V]: terminal voltage right after a sudden removal of the load."""
         return float(open_voltage(self.records, 0))
 
 
 class BrownoutLog:
-    """Log of brown-outs: a line with the largest consumers as a series begins, and a count at the end.
+    """Log of brown-outs: one line with the largest consumers at the start of a series, and a count at the end.
 
-    Every reset of the roboRIO, which ends most matches, gets its own line.
+    Every reset of the roboRIO, which ends most matches for the robot, has its own line.
 
     Args:
         number: Number of the robot.
@@ -283,7 +281,7 @@ class BrownoutLog:
         return f"{volts:.1f} V with {amps:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
-        """Log a reset, and the start of a series, of the tick that ended at a time [s]."""
+        """Log a reset, or the start of a series of brown-outs, in the tick that ended at `time` [s]."""
         if self._reset:
             _log.warning(
                 "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
@@ -300,7 +298,7 @@ class BrownoutLog:
         self._first, self._last = "", time
 
     def log_total(self) -> None:
-        """Log the number of brown-outs at the end of a run, if there were any."""
+        """Log the number of brown-outs at the end of a run, unless it is zero."""
         battery = self._battery
         if battery.brownouts:
             resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""

@@ -1,6 +1,6 @@
-"""Chassis of a robot in the world: its mass, wheels and pose.
+"""Chassis of a robot in a world: mass, wheels, pose and velocity.
 
-The loop moves it (`simcore.loop.robots`). Tires and motors see the motion that results; nothing forces a pose.
+The loop moves the chassis (`simcore.loop.robots`) by the forces of tires and contacts; no pose is prescribed.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from simcore.world.world import PhysicsWorld
 
 __all__ = ["ChassisSimulation", "GroundClearance", "ground_clearance"]
 
-_CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground touches it
-_LOWERED = 0.003  # [m]; the middle wheels of a dropped center are lower by this
-_FAR_BELOW = 5.0  # [m]
+_CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground counts as touching
+_LOWERED = 0.003  # [m]; drop of the middle wheels of a dropped-center drive
+_FAR_BELOW = 5.0  # [m]; depth to which wheels search for ground
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +43,7 @@ class GroundClearance:
     """Result of `ground_clearance`."""
 
     height: float
-    """Height of the lowest wheel above the surface under it [m]; slightly below 0 when a tire is compressed."""
+    """Smallest gap between a wheel and the surface below [m]; slightly negative when a tire is compressed."""
     is_airborne: bool
     """Whether no wheel touches the ground."""
 
@@ -51,16 +51,16 @@ class GroundClearance:
 def ground_clearance(
     wheel_points: FloatArray, surface_heights: FloatArray, *, tolerance: float = 0.01
 ) -> GroundClearance:
-    """Compute the ground clearance from the wheels' lowest points, so that a tilted robot on a bump is not airborne.
+    """Compute the ground clearance from the lowest point of each wheel; a tilted robot on a bump is not airborne.
 
     Args:
         wheel_points: Lowest point of each wheel, field frame [m], shape (n, 3).
         surface_heights: Height of carpet, bump or ramp under each point, from a ray or a map [m], shape (n,).
-        tolerance: Height below which a wheel counts as touching [m].
+        tolerance: Gap below which a wheel counts as touching the ground [m].
 
     Raises:
-        ConfigError: There is no wheel, or the shapes do not match.
-        NonFiniteError: A value is NaN or infinite.
+        ConfigError: If there is no wheel or the shapes do not match.
+        NonFiniteError: If a value is NaN or infinite.
 
     >>> ground_clearance(np.array([[0.3, 0.0, 0.12], [-0.3, 0.0, 0.10]]), np.array([0.0, 0.0]))
     GroundClearance(height=0.1, is_airborne=True)
@@ -81,16 +81,16 @@ _ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class ChassisSimulation:
-    """Robot body that a drivetrain model or external forces drive.
+    """Robot body, driven by a drivetrain model or by external forces.
 
     Args:
-        world: World that the robot stands in.
+        world: World that contains the robot.
         config: Mass, shape and wheels.
         pose: Start pose, field frame [m, m, rad].
-        drivetrain: Model of motors and tires; None: the wheels roll freely, and `apply_forces` drives the body.
+        drivetrain: Model of motors and tires; None for free-rolling wheels and a body driven by `apply_forces`.
         mechanisms: Mechanisms that draw current from the robot's battery.
-        name: Name for messages.
-        mass: Mass, center and inertia of the whole robot at the start; None: those of the config.
+        name: Name of the robot, for messages.
+        mass: Mass distribution of the whole robot at the start; None for the mass distribution in `config`.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class ChassisSimulation:
         self.distribution = mass or MassDistribution(
             config.mass, (0.0, 0.0, config.center_of_mass_height), config.inertia
         )
-        """Mass with held pieces and mechanisms in their current positions; see `set_mass`."""
+        """Current mass distribution, with held pieces and moving masses; see `set_mass`."""
         self.name = name
         self._world = world
         self._drivetrain = drivetrain
@@ -128,7 +128,7 @@ class ChassisSimulation:
         self.soles = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         """Lowest point of each wheel, robot frame [m], shape (n, 3)."""
         self.wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
-        """Distance of the outermost wheel from the robot's origin [m]."""
+        """Largest distance of a wheel from the robot's origin [m]."""
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, drivetrain, mechanisms)
         lowered = () if drivetrain is None else drivetrain.robot.lowered
@@ -141,9 +141,9 @@ class ChassisSimulation:
         self._set_mass()
         world.set_pose(self.row, *self.standing(pose))
         self.pos: Vector = (0.0, 0.0, 0.0)
-        """Robot origin, field frame [m]: the point on the underside at carpet level."""
+        """Robot origin, the center of the robot at the height of the wheels' lowest points, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
-        """Attitude, x, y, z, w."""
+        """Attitude, field frame, quaternion x, y, z, w."""
         self.vel: Vector = (0.0, 0.0, 0.0)
         """Velocity of the center of mass, field frame [m/s]."""
         self.rate: Vector = (0.0, 0.0, 0.0)
@@ -153,10 +153,10 @@ class ChassisSimulation:
     # --- driving ------------------------------------------------------------------------------------------------
 
     def apply_forces(self, force: Vector, torque: Vector = _ZERO) -> None:
-        """Apply a force and a torque at the center of mass, field frame [N, N m], until the next command.
+        """Apply a force [N] at the center of mass and a torque [N m], field frame, until the next call.
 
         Raises:
-            NonFiniteError: A value is not finite; the last forces stay in effect.
+            NonFiniteError: If a value is not finite; the old force and torque stay in effect.
         """
         self._require_finite("force", force)
         self._require_finite("torque", torque)
@@ -164,11 +164,11 @@ class ChassisSimulation:
         request["force"], request["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
-        """Place the robot at rest, on the carpet or on whatever robots can drive over [m, m, rad].
+        """Place the robot at rest on the drivable ground at a pose, field frame [m, m, rad].
 
         Raises:
-            NonFiniteError: A value is not finite; the robot stays where it is.
-            ConfigError: A value is outside of any field; the robot stays where it is.
+            NonFiniteError: If a value is not finite; the robot stays where it is.
+            ConfigError: If a value is outside any field; the robot stays where it is.
         """
         self._require_finite("pose", (x, y, yaw))
         require_row(self.name, "pose", (x, y, yaw), POSE)
@@ -176,7 +176,7 @@ class ChassisSimulation:
         self.read()
 
     def set_mass(self, mass: MassDistribution, vel: Vector, rate: Vector) -> None:
-        """Change mass, center and inertia between two steps; the pose of the body stays.
+        """Change mass distribution and velocity between two steps; the pose of the body stays.
 
         Args:
             mass: New mass distribution.
@@ -188,7 +188,7 @@ class ChassisSimulation:
         self._world.set_velocity(self.row, vel, rate)
 
     def _set_mass(self) -> None:
-        """Pass the robot's mass to the loop and the drivetrain."""
+        """Pass the robot's mass distribution to the loop and the drivetrain."""
         mass, center, inertia = self.distribution
         if self._drivetrain is not None:
             self._drivetrain.set_mass_properties(mass, inertia[2], center)
@@ -210,13 +210,13 @@ class ChassisSimulation:
         body = self._world.bodies.of(self.row)
         self.pos, self.quat = tuple(body["pos"][0].tolist()), tuple(body["quat"][0].tolist())
         self.vel, self.rate = tuple(body["vel"][0].tolist()), tuple(body["rate"][0].tolist())
-        self._yaw = yaw_of(self.quat)  # used eight times a tick
+        self._yaw = yaw_of(self.quat)  # stored because it is used eight times per tick
 
     # --- state -------------------------------------------------------------------------------------------------
 
     @property
     def normal_loads(self) -> list[float]:
-        """Load of each wheel in the last sub-step [N]; zeros without a drivetrain."""
+        """Normal force on each wheel in the last sub-step [N]; zeros without a drivetrain."""
         if self._drivetrain is None:
             return [0.0] * len(self.config.wheel_positions)
         return self._drivetrain.normal_loads
@@ -229,12 +229,12 @@ class ChassisSimulation:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Position and heading, field frame [m, m, rad]."""
+        """Planar pose x, y and heading, field frame [m, m, rad]."""
         return self.pos[0], self.pos[1], self._yaw
 
     @property
     def roll_pitch_yaw(self) -> Vector:
-        """Attitude, WPILib's Rotation3d order [rad]."""
+        """Roll, pitch and yaw as in WPILib's Rotation3d [rad]."""
         return rpy(self.quat)
 
     @property
@@ -252,16 +252,16 @@ class ChassisSimulation:
 
     @property
     def speed(self) -> float:
-        """Speed of the fastest corner [m/s]."""
+        """Upper bound on the speed of any bumper corner [m/s]."""
         return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
-        """Return the radius around the origin that the bumpers cannot leave within dt [s], in plan [m]."""
+        """Return the radius of a circle around the origin that the bumpers cannot leave within dt [s], in plan [m]."""
         return self._half_diagonal + dt * self.speed
 
     @property
     def origin_velocity(self) -> Vector:
-        """Velocity of the point at `pos`, field frame [m/s]."""
+        """Velocity of the robot origin, field frame [m/s]."""
         cx, cy, cz = self.distribution.center
         ax, ay, az = rotate(self.quat, (-cx, -cy, -cz))
         (vx, vy, vz), (wx, wy, wz) = self.vel, self.rate
@@ -269,20 +269,20 @@ class ChassisSimulation:
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float]:
-        """Pose x, y, yaw, half length and half width of the bumpers [m, rad], speed of the fastest corner [m/s]."""
+        """Pose x, y, yaw [m, m, rad], half length and half width of the bumpers [m], and `speed` [m/s]."""
         x, y, yaw = self.pose
         return x, y, yaw, self.config.bumper_length / 2, self.config.bumper_width / 2, self.speed
 
     def standing(self, pose: Vector) -> tuple[Vector, Quaternion]:
-        """Return position of the origin, field frame [m], and attitude of the robot standing at a pose [m, m, rad]."""
+        """Return the position of the origin [m] and the attitude of the robot when it stands at a pose [m, m, rad]."""
         return self._world.standing(self._number, pose)
 
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
-        """Return the wheels' lowest points and the ground height under them.
+        """Return the lowest point of each wheel and the ground height under it.
 
         Returns:
-            Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable surface straight
-            under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
+            Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable surface vertically
+            below [m], shape (n,); without ground, the height is 5 m below the wheel's axle.
         """
         soles = self.soles @ matrix(self.quat).T + self.pos
         if self._world.is_flat(self.pos[0], self.pos[1], self.wheel_reach):

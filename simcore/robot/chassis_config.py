@@ -1,8 +1,8 @@
 """Robot as a rigid body: shape, mass, center of mass, inertia and moving masses.
 
-A robot's stated mass, center and inertia are those of the whole robot at the start, without pieces. Its body is the
-rest without the moving masses. Moving masses and held pieces are point masses: their inertia about their own centers
-stays with the body, or is left out (0.02 kg m^2 for 50 balls of 0.215 kg).
+Mass, center of mass and inertia in a robot's config are those of the whole robot at the start, without game pieces. The
+body is the robot without its moving masses. Moving masses and held pieces are point masses: the inertia of moving
+masses about their own centers stays with the body; that of pieces is ignored (0.02 kg m^2 for 50 balls of 0.215 kg).
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ PointMass: TypeAlias = tuple[float, Vector]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovingMass:
-    """Part of the robot's mass that mechanisms move: an elevator stage, a carriage, an arm."""
+    """Part of the robot's mass that mechanisms move, such as an elevator stage, a carriage or an arm."""
 
     name: str
     mass: float
-    """Mass of the part, included in that of the whole robot [kg]."""
+    """Mass of the part, included in the mass of the whole robot [kg]."""
     joints: tuple[Joint, ...]
-    """Joints that move it, from the robot outward."""
+    """Joints that move the part, from the robot outward."""
     center: Vector = (0.0, 0.0, 0.0)
     """Center of mass in the frame after the last joint [m]."""
 
@@ -65,19 +65,19 @@ class MassDistribution(NamedTuple):
     center: Vector
     """Center of mass [m]."""
     inertia: Vector
-    """Moments of inertia about the center of mass, along the robot's axes [kg m^2].
+    """Moments of inertia about the axes through the center of mass parallel to the robot axes [kg m^2].
 
-    Products of inertia are left out: the wheels limit roll and pitch, and the yaw moment does not need them.
+    Products of inertia are ignored: the wheels limit roll and pitch, and yaw does not depend on these products.
     """
 
 
 def moved_points(parts: Iterable[MovingMass], mechanisms: Mapping[str, MechanismMotion]) -> list[PointMass]:
-    """Return the moving masses as points at the current positions of their mechanisms."""
+    """Return the moving masses as point masses at the current positions of the mechanisms."""
     return [(part.mass, part_pose(part.joints, mechanisms, part.center)[0]) for part in parts]
 
 
 def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDistribution:
-    """Combine a body and point masses into one rigid body; points of negative mass are removed from it.
+    """Combine a body and point masses into one rigid body; negative masses remove points from the body.
 
         m = sum m_i,   c = sum m_i r_i / m,   I_x = sum (I_xi + m_i (y_i^2 + z_i^2)) - m (c_y^2 + c_z^2), ...
 
@@ -86,7 +86,7 @@ def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDist
     (40.0, 0.3, [3.2, 3.2, 3.0])
     """
     m0, (x0, y0, z0), (ix, iy, iz) = body
-    # Sums are taken about the body's own center, so that without points the result is the body, bit for bit.
+    # Sums are about the body's center of mass, so that the result without points is bit-identical to the body.
     mass = m0
     sx = sy = sz = xx = yy = zz = 0.0
     for m, (x, y, z) in points:
@@ -102,17 +102,18 @@ def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDist
 BUMPER_STIFFNESS = 1e6
 """Contact stiffness of bumpers: force per depth and per length of contact [N/m^2]; estimate, within a factor of 2.
 
-E x height / thickness of a pool noodle of 2.5 in (0.0635 m), 5 in (0.127 m) tall, on rigid plywood, with Young's
-modulus of polyethylene foam, some 0.5 MPa. The bumpers give 1 mm when a robot pushes a wall with full traction, and
-11 mm when it hits the wall flat at 3 m/s."""
+The value is E x height / thickness of pool noodles of 2.5 in (0.0635 m), 5 in (0.127 m) tall, on rigid plywood, with
+Young's modulus of polyethylene foam, about 0.5 MPa. The bumpers yield 1 mm when a robot pushes a wall with full
+traction, and 11 mm in a flat impact on the wall at 3 m/s.
+"""
 FRAME_STIFFNESS = 4e6
-"""Contact stiffness of the frame above the bumpers: aluminum tubes and mounted parts; estimate, within a factor of
-3."""
+"""Contact stiffness of the frame above the bumpers, aluminum tubes and mounted parts [N/m^2]; estimate, within a factor
+of 3."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChassisConfig:
-    """Mass, shape and wheels of a robot. The defaults are a 55 kg robot with bumpers of 0.8 x 0.8 m."""
+    """Mass, shape and wheels of a robot; the defaults describe a 55 kg robot with bumpers of 0.8 x 0.8 m."""
 
     mass: float = 55.0
     """Mass with bumpers and battery [kg]."""
@@ -121,19 +122,20 @@ class ChassisConfig:
     bumper_width: float = 0.8
     """Width over the bumpers, along y [m]."""
     clearance: float = 0.05
-    """Height of the lowest part of frame and bumpers above the carpet [m]."""
+    """Ground clearance of frame and bumpers [m]."""
     bumper_top: float = 0.25
-    """Upper edge of the bumpers above the carpet [m]."""
+    """Height of the upper edge of the bumpers above the carpet [m]."""
     height: float = 0.5
-    """Height of the highest part of the robot above the carpet [m]."""
+    """Height of the robot above the carpet [m]."""
     bumper_thickness: float = 0.085
     """Distance from the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
     bay: tuple[float, float] | None = None
-    """Depth and width of an opening in the back of bumpers and frame [m], e.g. for a climber; None: there is none."""
+    """Depth and width of an opening in the back of bumpers and frame, for example for a climber [m]; None for a closed
+    back."""
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the carpet [m]."""
     yaw_inertia: float | None = None
-    """Yaw inertia about the center of mass [kg m^2]; None: that of a uniform plate of the bumpers' size."""
+    """Yaw moment of inertia about the center of mass [kg m^2]; None for a uniform plate of the bumpers' size."""
     wheel_positions: tuple[tuple[float, float], ...] = (
         (0.2667, 0.2667),
         (0.2667, -0.2667),
@@ -144,9 +146,9 @@ class ChassisConfig:
     wheel_radius: float = 0.0508
     """Radius of the wheels [m]."""
     friction: float = RUBBER.friction
-    """Friction of the treads on carpet for the modes without a drivetrain model [-]."""
+    """Coefficient of friction of treads on carpet, used without a drivetrain model [-]."""
     surface: TerrainSurface = BUMPER
-    """Surface material of the outside in contacts with pieces."""
+    """Surface of the robot's outside in contacts with game pieces."""
     bumper_friction: float = BUMPER_CLOTH
     """Friction factor of the bumper fabric against walls and robots [-]."""
 
@@ -190,14 +192,14 @@ class ChassisConfig:
 
     @classmethod
     def around(cls, drivetrain: SwerveConfig | FixedWheelConfig, *, bumper: tuple[float, float]) -> ChassisConfig:
-        """Return the chassis for a drivetrain, with its mass and wheels; other fields keep their defaults.
+        """Return a chassis config with the mass and wheels of a drivetrain; other fields keep their defaults.
 
         Args:
             drivetrain: Drivetrain of the robot.
             bumper: Length and width over the bumpers [m].
 
         Raises:
-            ConfigError: A wheel is outside of the bumpers, or there are fewer than three.
+            ConfigError: If a wheel is outside the bumpers or there are fewer than three wheels.
         """
         return cls(
             mass=drivetrain.mass,
@@ -212,19 +214,19 @@ class ChassisConfig:
 
     @property
     def inertia(self) -> Vector:
-        """Principal moments about the center of mass [kg m^2]: of a uniform box, except for a given `yaw_inertia`."""
+        """Moments of inertia of a uniform box about the center of mass, with `yaw_inertia` if given [kg m^2]."""
         a, b, c, m = self.bumper_length, self.bumper_width, self.height, self.mass
         yaw = self.yaw_inertia if self.yaw_inertia is not None else m * (a * a + b * b) / 12.0
         return (m * (b * b + c * c) / 12.0, m * (a * a + c * c) / 12.0, yaw)
 
     @property
     def shape(self) -> Compound:
-        """Collision shape: boxes for bumpers and frame, balls for wheels that roll over edges; origin on the carpet."""
+        """Collision shape with its origin on the carpet: boxes for bumpers and frame, spheres for wheels."""
         return _shape(self)
 
     @property
     def bumpers(self) -> tuple[BumperPart, ...]:
-        """Boxes that touch walls and robots: the bumpers and the frame above them."""
+        """Parts that collide with walls and robots: the bumpers and the frame above them."""
         inset = 2.0 * self.bumper_thickness
         length, width = self.bumper_length, self.bumper_width
         layers = [(length, width, self.clearance, self.bumper_top, BUMPER_STIFFNESS)]
@@ -243,11 +245,11 @@ class ChassisConfig:
 
     @property
     def points(self) -> tuple[Vector, ...]:
-        """Contact points of bumpers and frame with the field and robots, each the center of a ball of 10 mm [m]."""
+        """Contact points of bumpers and frame with the field: centers of spheres of 10 mm radius [m]."""
         return _points(self)
 
     def around_bay(self, length: float, width: float, top: float) -> list[Part]:
-        """Return a box from the clearance up to `top` [m], or three boxes around the bay."""
+        """Return a box from the ground clearance up to `top` [m], divided into three boxes if there is a bay."""
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
         if self.bay is None:
             return [Part(Box((length, width, tall)), (0.0, 0.0, z))]
@@ -262,11 +264,11 @@ class ChassisConfig:
 
     @property
     def traction_radius(self) -> float:
-        """Mean distance of the wheels from the center [m]: the lever arm of traction against yaw."""
+        """Mean distance of the wheels from the robot center, the lever arm of traction against yaw [m]."""
         return plain_sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)
 
 
-@lru_cache(maxsize=64)  # one object for each config, so that data derived from a shape are cached with it
+@lru_cache(maxsize=64)  # one shape object per config, because other caches use the shape as key
 def _shape(config: ChassisConfig) -> Compound:
     parts = config.around_bay(config.bumper_length, config.bumper_width, config.bumper_top)
     inset = 2.0 * config.bumper_thickness
@@ -281,7 +283,7 @@ _BALL = 0.01  # [m]
 
 @lru_cache(maxsize=64)
 def _points(config: ChassisConfig) -> tuple[Vector, ...]:
-    """Return corners and midpoints of the sides at three heights, except those in the bay."""
+    """Return the corners and side midpoints of bumpers and frame at three heights, except points in the bay."""
     found: dict[Vector, None] = {}
     half_x, half_y = 0.5 * config.bumper_length - _BALL, 0.5 * config.bumper_width - _BALL
     inset, bay = config.bumper_thickness, config.bay

@@ -1,8 +1,8 @@
-"""Climbers: hooks on mechanisms, and the rungs of the field that they hang on.
+"""Climbers: hooks, moved by mechanisms, that hang on rungs of the field.
 
-A hook that moves down onto a rung engages it. The rung then pushes the hook like a stiff spring, never downward. The
-force lifts the robot and loads the mechanism through its gears. The hook disengages when it rises off the rung. A
-rung on a hanging body moves with the body, which feels the reaction.
+A hook engages a rung by moving down onto it. The rung then pushes the hook like a stiff spring, never downward. The
+force lifts the robot and loads the mechanism through the gears. A hook disengages by rising off the rung. A rung on a
+hanging body moves with the body and passes the reaction force to it.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from simcore.world.rotation import Vector, minus, rotate, rotate_back
 
 __all__ = ["Climber", "ClimberConfig", "Rung"]
 
-_STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium bends about 1 cm under a robot's weight
-_DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within some tenths of a second
-_GRIP = 0.3  # [-]; coefficient of friction of a hook along a rung, steel on aluminium
-_SPREAD = 3.0  # [m]; greatest distance of a hook from the center of its robot, in plan
-_FAR = 0.5  # [m]; a hook farther than this plus its reach from all rungs touches none in the next sub-step
+_STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminum bends about 1 cm under a robot's weight
+_DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within a few tenths of a second
+_GRIP = 0.3  # [-]; coefficient of friction of a hook along a rung, steel on aluminum
+_SPREAD = 3.0  # [m]; largest distance of a hook from the center of its robot, in plan
+_FAR = 0.5  # [m]; a hook farther than this plus its reach from all rungs cannot touch one in the next sub-step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rung:
-    """Straight bar of the field."""
+    """Straight bar on the field for climbers."""
 
     name: str
     start: Vector
-    """One end, field frame [m]."""
+    """First end of the rung, field frame [m]."""
     end: Vector
-    """The other end [m]."""
+    """Second end of the rung, field frame [m]."""
     mount: str = ""
-    """Name of the hanging body that carries it; `start` and `end` are then its place while the body hangs at rest.
-    Empty: the rung is fixed."""
+    """Name of the hanging body that carries the rung, with `start` and `end` given for the body at rest; empty for a
+    fixed rung."""
     alliance: Alliance | None = None
-    """Alliance that owns it; None: neither."""
+    """Alliance that owns the rung; None for a neutral rung."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Rung {self.name!r}", start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3)
@@ -50,7 +50,7 @@ class Rung:
             raise ConfigError(f"Rung {self.name!r}: its ends must differ, got {self.start} and {self.end}")
 
     def nearest(self, point: Vector) -> Vector:
-        """Return the point on the bar nearest to a point [m]."""
+        """Return the point on the rung nearest to a given point [m]."""
         direction = [b - a for a, b in zip(self.start, self.end, strict=True)]
         along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, direction, strict=True))
         share = min(1.0, max(0.0, along / math.fsum(w * w for w in direction)))
@@ -60,14 +60,14 @@ class Rung:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClimberConfig:
-    """Hook of a climber and the joints that move it."""
+    """Config of a climber: a hook and the joints that move it."""
 
     joints: tuple[Joint, ...]
-    """Joints from the robot to the hook; the last one lifts."""
+    """Joints from the robot to the hook; the last joint lifts the robot."""
     offset: Vector = (0.0, 0.0, 0.0)
     """Inside of the hook in the frame after the last joint [m]."""
     reach: float = 0.04
-    """Greatest distance between rung and inside of the hook at which the hook engages [m]: half of its mouth."""
+    """Largest distance between rung and inside of the hook at which the hook engages, half the hook's opening [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, offset=(ROBOT_PLACE,) * 3, reach=ROBOT_LENGTH)
@@ -76,18 +76,18 @@ class ClimberConfig:
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:
-        """Names of the mechanisms that it uses."""
+        """Names of the mechanisms that the climber uses."""
         return tuple(joint.mechanism for joint in self.joints)
 
 
 class Climber:
-    """One climber of a robot.
+    """Climber of a robot.
 
     Args:
-        config: Hook and mechanism.
+        config: Config of the climber.
         mechanisms: Mechanisms of the robot, by name.
         chassis: Chassis of the robot.
-        rungs: Rungs that it can hang on.
+        rungs: Rungs that the climber can hang on.
         mounts: Hanging bodies that carry rungs, by name.
     """
 
@@ -105,15 +105,15 @@ class Climber:
         self._chassis = chassis
         self._mounts = mounts
         far = config.reach + _FAR
-        self._boxes: list[tuple[Rung, list[float], list[float]]] = []  # around where each rung can be
+        self._boxes: list[tuple[Rung, list[float], list[float]]] = []  # boxes around the possible positions of rungs
         for rung in rungs:
             axes = list(zip(*self._reached(rung), strict=True))
             self._boxes.append((rung, [min(axis) - far for axis in axes], [max(axis) + far for axis in axes]))
         self.rung: Rung | None = None
-        """Rung that the hook hangs on."""
+        """Rung that the hook hangs on; None if it hangs on no rung."""
 
     def _reached(self, rung: Rung) -> list[Vector]:
-        """Return corners of the region that a rung can reach as it swings."""
+        """Return two opposite corners of the region that a swinging rung can reach, field frame [m]."""
         mount = self._mounts.get(rung.mount)
         if mount is None:
             return [rung.start, rung.end]
@@ -123,7 +123,7 @@ class Climber:
 
     @property
     def is_near(self) -> bool:
-        """Whether the hook hangs or could engage a rung in the next sub-step; if not, `push` can be skipped."""
+        """Whether the hook is on a rung or could engage one in the next sub-step; otherwise `push` can be skipped."""
         if self.rung is not None:
             return True
         c = self._chassis
@@ -132,13 +132,13 @@ class Climber:
             if ax - _SPREAD < x < bx + _SPREAD and ay - _SPREAD < y < by + _SPREAD:
                 break
         else:
-            return False  # saves computing the pose of the mechanism
+            return False  # early, to avoid computing the pose of the hook
         pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
         hook = [p + a for p, a in zip(c.pos, rotate(c.quat, pos), strict=True)]
         return any([_is_inside(hook, low, high) for _, low, high in self._boxes])
 
     def push(self, h: float) -> tuple[Vector, Vector]:
-        """Load the mechanism, pull the rung, and return the wrench on the robot for the next sub-step.
+        """Apply the rung's force to mechanism and rung, and return the wrench on the robot for the next sub-step.
 
         Args:
             h: Length of the sub-step [s].
@@ -187,7 +187,7 @@ class Climber:
         if mount is not None:
             (x0, y0, _), (x1, y1, _) = mount.from_rest(self.rung.start), mount.from_rest(self.rung.end)
             vel = minus(vel, mount.velocity_at(near))
-            # Implicit Euler: explicit steps would let a light body on a spring this stiff oscillate.
+            # Implicit Euler, because a light body on such a stiff spring would oscillate with explicit steps.
             divisor += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
             dx, dy = dx - vel[0] * h, dy - vel[1] * h
         up = _STIFFNESS * dz - _DAMPING * vel[2]
@@ -195,7 +195,7 @@ class Climber:
             return (0.0, 0.0, 0.0)
         fx, fy = (_STIFFNESS * dx - _DAMPING * vel[0]) / divisor, (_STIFFNESS * dy - _DAMPING * vel[1]) / divisor
         size = math.hypot(fx, fy)
-        if size > up:  # a hook whose side force exceeds its load slips over the rung
+        if size > up:  # a hook whose side force exceeds the vertical load slips over the rung
             fx, fy = fx * up / size, fy * up / size
         length = math.hypot(x1 - x0, y1 - y0)
         ax, ay = (x1 - x0) / length, (y1 - y0) / length
@@ -221,6 +221,6 @@ class Climber:
 
 
 def _is_inside(place: Sequence[float], low: Sequence[float], high: Sequence[float]) -> bool:
-    """Whether a place is in a box [m]."""
+    """Return whether a point is inside a box [m]."""
     (x, y, z), (ax, ay, az), (bx, by, bz) = place, low, high
     return ax < x < bx and ay < y < by and az < z < bz

@@ -1,4 +1,4 @@
-"""Poses of the moving parts of all robots at once, from the records of the loop."""
+"""Poses of the moving parts of all robots, computed together from the records of the loop."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Components", "carried"]
 _f = np.float64
 _JOINT = np.dtype(
     [
-        ("shaft", np.int64),  # row of its mechanism among the shafts of the loop
+        ("shaft", np.int64),  # row of the mechanism among the shafts of the loop
         ("axis", _f, (3,)),
         ("origin", _f, (3,)),  # [m]
         ("slides", np.uint8),
@@ -29,15 +29,15 @@ _JOINT = np.dtype(
     ],
     align=True,
 )
-"""Joint of a chain; see `simcore.world.linkage.Joint`."""
+"""Record type of a joint; see `simcore.world.linkage.Joint`."""
 
 
 class Components:
-    """Moving parts of the robots, in the order of `RobotConfig.components`.
+    """Moving parts of all robots, in the order of `RobotConfig.components`.
 
     Args:
         robots: All robots.
-        shaft_of: Row of each mechanism among the shafts of the loop, by `id` of the mechanism.
+        shaft_of: Row of each mechanism among the shafts of the loop, by the `id` of the mechanism object.
     """
 
     def __init__(self, robots: Sequence[Robot], shaft_of: Mapping[int, int]) -> None:
@@ -66,9 +66,9 @@ class Components:
         self._views: list[FloatArray] = [self._rows[span] for span in self._spans]
 
     def poses(self, shafts: Records) -> list[FloatArray]:
-        """Return pose rows `x, y, z, qw, qx, qy, qz` in the frames of their robots, shape (n, 7) each; read-only.
+        """Return the poses of each robot's parts in the robot frame as a read-only array, shape (n, 7) each.
 
-        The array of a robot stays the same object while none of its parts moves.
+        Rows are `x, y, z, qw, qx, qy, qz`. The array of a robot stays the same object while no part of the robot moves.
 
         Args:
             shafts: Records of all robots' shafts.
@@ -84,12 +84,12 @@ class Components:
 
 
 def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArray:
-    """Transform pose rows from robot frames to the field frame; return them, shape (n, 7).
+    """Transform the poses of held pieces from robot frames to the field frame, shape (n, 7).
 
     Args:
-        rows: Poses of pieces in the frames of their robots, shape (n, 7).
+        rows: Pose of each piece in the frame of the robot that holds it, shape (n, 7).
         owners: Number of the robot that holds each piece, shape (n,).
-        places: Poses of the robots, shape (m, 7).
+        places: Poses of the robots, field frame, shape (m, 7).
     """
     found = np.empty_like(rows)
     _carry(rows, owners, places, found)
@@ -100,7 +100,7 @@ def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArra
 def _multiply(
     aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
 ) -> tuple[float, float, float, float]:
-    """Return the product of two quaternions w, x, y, z: the rotation b followed by the rotation a."""
+    """Compute the product a b of two quaternions w, x, y, z: rotation b first, then a."""
     return (
         aw * bw - ax * bx - ay * by - az * bz,
         aw * bx + ax * bw + ay * bz - az * by,
@@ -114,9 +114,9 @@ def _place(
     shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray,
     before: FloatArray, rows: FloatArray, moved: npt.NDArray[np.uint8],
 ) -> None:  # fmt: skip
-    """Write the pose of each part, and whether it has moved.
+    """Write the pose of each part to `rows`, and whether the part has moved to `moved`.
 
-    Compute it along the chain of joints of the part as in `simcore.world.linkage.part_pose`.
+    The pose follows the part's chain of joints, as in `simcore.world.linkage.part_pose`.
     """
     last = -1
     x = y = z = 0.0
@@ -154,7 +154,7 @@ def _place(
 
 @compiled
 def _carry(rows: FloatArray, owners: IntArray, places: FloatArray, found: FloatArray) -> None:
-    """Write the poses of `carried`."""
+    """Write the field-frame poses of held pieces to `found`; see `carried`."""
     for i in range(len(rows)):
         p, q, row = rows[i], places[owners[i]], found[i]
         x, y, z = rotate((q[4], q[5], q[6], q[3]), p[0], p[1], p[2])

@@ -1,8 +1,7 @@
-"""Swerve modules and wheel treads on the market, by name.
+"""COTS swerve modules and wheel treads, by name.
 
-Source: MapleSim 0.4 `COTS` table, whose ratios are from the vendors' pages and whose tread coefficients are from
-Spectrum 3847's tests on carpet. No catalogue gives steer inertia, efficiency and losses: see the defaults of
-`SwerveModuleConfig`.
+Source: `COTS` table of MapleSim 0.4, with ratios from the vendors' pages and tread coefficients from tests by Spectrum
+3847 on carpet. Vendors publish no steer inertia, efficiency or losses; the defaults of `SwerveModuleConfig` apply.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ __all__ = ["MODULES", "TREADS", "SwerveModuleType", "swerve_module", "tread"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveModuleType:
-    """Gear ratios and wheel of one product."""
+    """Gear ratios and wheel radius of a COTS swerve module."""
 
     name: str
     drive_gearings: tuple[float, ...]
-    """Drive ratios on sale, from slowest to fastest [-]."""
+    """Available drive gear ratios, from slowest to fastest [-]."""
     steer_gearing: float
-    """Rotor turns per turn of the azimuth [-]."""
+    """Rotor turns per turn of the module [-]."""
     wheel_radius: float = inches(2.0)
     """Radius of the wheel with a new tread [m]."""
 
@@ -52,8 +51,10 @@ _ROWS = (
     _row("Thrifty Swerve", (6.75, 6.23, 6.00, 5.79, 5.54, 5.14), 25.0),
 )
 MODULES: dict[str, SwerveModuleType] = {m.name: m for m in _ROWS}
-"""Products by name. WCP publishes no final ratios of its first SwerveX (steer 11.3142): set `drive_gearing`
-yourself."""
+"""Products by name.
+
+WCP publishes no final drive ratios for the first SwerveX (steer ratio 11.3142), so it is not in this table.
+"""
 
 TREADS = {
     "colson": 0.899,
@@ -69,7 +70,7 @@ def tread(name: str) -> float:
     """Look up the coefficient of friction of a tread [-].
 
     Raises:
-        UnknownNameError: There is no such tread; the message lists the nearest names.
+        UnknownNameError: If no tread has this name; the message lists the nearest names.
     """
     if name not in TREADS:
         raise UnknownNameError("tread", name, TREADS)
@@ -86,24 +87,24 @@ def swerve_module(
     drive_stator_limit: float | None = None,
     drive_supply_limit: float | None = None,
 ) -> SwerveModuleConfig:
-    """Return the config of a catalogue module at the robot center; `SwerveConfig.square` or `replace` positions it.
+    """Return the config of a COTS module at the robot center; `SwerveConfig.square` or `replace` sets the position.
 
     Example:
         >>> swerve_module("SDS MK4i", gearing=6.75).steer_gearing
         21.428571428571427
 
     Args:
-        name: Key of `MODULES`.
-        gearing: One of the product's ratios, to 1 % (6.75 or L2's exact 6.746).
-        drive_motor: Drive motor; None: Kraken X60.
-        steer_motor: Steer motor; None: Kraken X60.
-        wheel_cof: Coefficient of friction of the wheels on carpet; see `tread`.
-        drive_stator_limit: Stator current limit [A]; None: the motor controller's factory default.
-        drive_supply_limit: Supply current limit [A]; None: the motor controller's factory default.
+        name: Product name, a key of `MODULES`.
+        gearing: Drive gear ratio, within 1 % of one of the product's ratios (6.75, or L2's exact 6.746) [-].
+        drive_motor: Drive motor; None for a Kraken X60.
+        steer_motor: Steer motor; None for a Kraken X60.
+        wheel_cof: Coefficient of friction of the wheels on carpet [-]; see `tread`.
+        drive_stator_limit: Stator current limit of the drive motor [A]; None for the controller's factory default.
+        drive_supply_limit: Supply current limit of the drive motor [A]; None for the controller's factory default.
 
     Raises:
-        UnknownNameError: The product is unknown.
-        ConfigError: The product is not sold with that ratio.
+        UnknownNameError: If the product is unknown.
+        ConfigError: If the product is not available with this gear ratio.
     """
     if name not in MODULES:
         raise UnknownNameError("swerve module", name, MODULES)

@@ -1,4 +1,4 @@
-"""DC motors: the linear model, and a table of all motors in WPILib."""
+"""DC motors: linear model, and datasheet values of all motors in WPILib."""
 
 from __future__ import annotations
 
@@ -45,23 +45,26 @@ _DATA = {
     "Romi built-in": (0.1765, 1.25, 0.13, 150.0),
     "Vex 775pro": (0.71, 134.0, 0.7, 18730.0),
 }
-"""Datasheet values at 12 V (Romi: at 4.5 V), by product name. Source: WPILib's `DCMotor`, 2026."""
+"""Datasheet values at 12 V, for the Romi motor at 4.5 V, by product name. Source: WPILib's `DCMotor`, 2026."""
 _ROMI_VOLTS = 4.5
 
 MOTOR_NAMES = tuple(_DATA)
-"""Names of the motors in WPILib's `DCMotor`, as printed on the box."""
+"""Product names of the motors in WPILib's `DCMotor`."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
-"""Inertia of a brushless rotor [kg m^2]; estimate, +-50 %: vendors publish none for Kraken, Falcon, NEO or Vortex."""
+"""Moment of inertia of a brushless rotor [kg m^2]; estimate, +-50 %.
+
+Vendors publish no values for Kraken, Falcon, NEO or Vortex.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorModel:
-    """Permanent-magnet DC motor as its datasheet describes it.
+    """Permanent-magnet DC motor, described by the values in its datasheet.
 
     Current and torque are linear in speed: I = (V - Omega / kv) / R and tau = kt * I, as in WPILib's `DCMotor`. Some
-    datasheets contradict themselves: where `kt * kv` is above 1 (NEO: 1.25), the published stall torque and free speed
-    give more mechanical than electrical power near free speed, even before gear losses.
+    datasheets contradict themselves: if `kt * kv` is above 1 (NEO: 1.25), the published stall torque and free speed
+    imply more mechanical than electrical power near free speed, even before gear losses.
     """
 
     name: str
@@ -74,13 +77,14 @@ class MotorModel:
     free_speed: float
     """No-load speed at nominal voltage [rad/s]."""
     nominal_voltage: float = 12.0
-    """Voltage of the datasheet [V]."""
+    """Voltage at which the datasheet values apply [V]."""
     rotor_inertia: float = _DEFAULT_ROTOR_INERTIA
-    """Inertia of the rotor about its own axis [kg m^2]."""
+    """Moment of inertia of the rotor about its axis [kg m^2]."""
     supply_resistance: float = 0.0
-    """Resistance of supply and leads in the vendor's measurement, part of `nominal_voltage / stall_current` [ohm]. It
-    acts fully at full duty; at lower duty and at a current limit the controller compensates for it, so that a volt
-    gives more torque. 0 unless the vendor has published stall below the nominal voltage."""
+    """Resistance of supply and leads in the vendor's measurement, part of `nominal_voltage / stall_current` [ohm]. This
+    resistance acts only at full duty cycle; at a lower duty cycle and at a current limit the controller compensates for
+    it, so that the torque per volt is higher. 0 unless the vendor has published stall data below the nominal
+    voltage."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -94,7 +98,7 @@ class MotorModel:
             rotor_inertia=INERTIA_OR_NONE,
             supply_resistance=Quantity("ohm", 0.0, 10.0),
         )
-        # 0 < free current < stall current keeps R, kt and kv positive; the model needs a resistance above zero.
+        # 0 < free current < stall current keeps R, kt and kv positive, and the model needs a resistance above zero.
         require(self.name, "stall_current - free_current", self.stall_current - self.free_current, CURRENT)
         require(
             self.name,
@@ -105,26 +109,26 @@ class MotorModel:
 
     @property
     def resistance(self) -> float:
-        """Resistance at full duty: windings, controller and the datasheet's supply [ohm]."""
+        """Resistance at full duty cycle: windings, controller, and the supply in the vendor's measurement [ohm]."""
         return self.nominal_voltage / self.stall_current
 
     @property
     def winding_resistance(self) -> float:
-        """Resistance behind the controller, on which its output voltage acts [ohm]."""
+        """Resistance of windings and controller, without the supply [ohm]."""
         return self.resistance - self.supply_resistance
 
     @property
     def kt(self) -> float:
-        """Torque per current [N m/A]."""
+        """Torque constant: torque per current [N m/A]."""
         return self.stall_torque / self.stall_current
 
     @property
     def kv(self) -> float:
-        """Speed per volt of back-EMF [rad/s/V]."""
+        """Speed constant: speed per volt of back-EMF [rad/s/V]."""
         return self.free_speed / (self.nominal_voltage - self.resistance * self.free_current)
 
     def varied(self, *, kt: float, resistance: float) -> MotorModel:
-        """Return a copy with stronger magnets or a warmer winding; the friction torque stays.
+        """Return a copy with other magnets or another winding temperature, and an unchanged friction torque.
 
         Args:
             kt: Factor on torque per current and on back-EMF per speed [-].
@@ -136,7 +140,7 @@ class MotorModel:
         (1.02, 1.02, 1.1)
         """
         if kt == resistance == 1.0:
-            return self  # exact to the last bit
+            return self  # bit-identical
         free_current = self.free_current / kt
         return replace(
             self,
@@ -149,7 +153,7 @@ class MotorModel:
 
 
 def motor(name: str) -> MotorModel:
-    """Look up a motor by name; case, spaces, dots and dashes do not matter.
+    """Look up a motor by name, ignoring case, spaces, dots and dashes.
 
     >>> round(motor("Kraken X60").stall_torque, 2)
     7.09
@@ -157,7 +161,7 @@ def motor(name: str) -> MotorModel:
     True
 
     Raises:
-        UnknownNameError: WPILib has no such motor; the message lists the nearest names.
+        UnknownNameError: If WPILib has no motor with this name; the message lists the nearest names.
     """
     wanted = _plain(name)
     for known in MOTOR_NAMES:
@@ -167,10 +171,10 @@ def motor(name: str) -> MotorModel:
 
 
 def as_motor(source: Any) -> MotorModel:
-    """Return a simcore motor unchanged, and WPILib's `DCMotor` (2026 or 2027) converted.
+    """Convert a WPILib `DCMotor` (2026 or 2027) to a `MotorModel`; return a `MotorModel` unchanged.
 
     Raises:
-        ConfigError: The source is neither.
+        ConfigError: If the source is of neither type.
     """
     if isinstance(source, MotorModel):
         return source
@@ -189,13 +193,14 @@ _SPARK_LIMITS = (80.0, math.inf)
 def controller_limits(
     model: MotorModel, stator: float | None = None, supply: float | None = None
 ) -> tuple[float, float]:
-    """Return stator and supply limit in force [A]: the configured ones, else the controller's factory defaults.
+    """Return the stator and supply limit [A]: configured values or, if None, factory defaults of the controller.
 
-    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. Other
-    motors, mostly brushed ones with a PWM controller, have no limit except a 40 A breaker, which takes seconds to trip.
+    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK limits a NEO or Vortex to 80 A.
+    Other motors, mostly brushed motors with a PWM controller, are limited only by a 40 A breaker, which takes seconds
+    to trip.
 
-    Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (that supply current falls to 40 A after a
-    second at 70 A is left out); default smart current limit of REV's SPARK MAX and Flex.
+    Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (without the drop of the supply limit to 40 A
+    after a second at 70 A); default smart current limit of REV's SPARK MAX and Flex.
 
     >>> controller_limits(motor("Kraken X60")), controller_limits(motor("NEO")), controller_limits(motor("CIM"))
     ((120.0, 70.0), (80.0, inf), (inf, inf))
@@ -217,7 +222,7 @@ def _plain(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())
 
 
-# Rotors clearly outside the 60 mm brushless class; estimates from rotor mass and radius, +-50 %.
+# Rotors that differ clearly from the 60 mm brushless class; estimates from rotor mass and radius, +-50 %.
 _ROTOR_INERTIA = {
     "CIM": 7.8e-5,
     "Mini CIM": 5.0e-5,
@@ -234,8 +239,8 @@ _ROTOR_INERTIA = {
     "Romi built-in": 1.0e-7,
 }
 
-# At 4 V the vendor's dynamometer measured 2.15 N m and 39 A from the supply: 117 A in the windings, so 34 of the
-# 47 mohm of 12 V / 257 A. Source: motors.vex.com, quoted in Chief Delphi 392256.
+# At 4 V the vendor's dynamometer measured 2.15 N m and 39 A of supply current. The windings then carry 117 A and have
+# 34 of the 47 mohm of 12 V / 257 A. Source: motors.vex.com, quoted in Chief Delphi 392256.
 _SUPPLY_RESISTANCE = {"Falcon 500": 0.0127}
 
 

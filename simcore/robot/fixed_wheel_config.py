@@ -27,44 +27,44 @@ _CONTRADICTED = 0.885
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedWheelConfig(WheelConfig, DrivetrainConfig):
-    """Drivetrain on wheels that do not steer: the fields that `TankConfig` and `MecanumConfig` share."""
+    """Base of `TankConfig` and `MecanumConfig`, drivetrains with wheels that do not steer."""
 
     motor: MotorModel = field(default_factory=lambda: motor("NEO"))
     gearing: float = 8.45
-    """Rotor turns per wheel turn [-]; kit-bot toughbox 10.71 or 8.45."""
+    """Rotor turns per wheel turn [-]; the KitBot's Toughbox has 10.71 or 8.45."""
     wheel_radius: float = 0.0762
     """Radius of the wheels [m]."""
     wheel_cof: float = 1.0
-    """Coefficient of friction of the wheels on carpet, along them [-]."""
+    """Coefficient of friction of the wheels on carpet, along the wheels [-]."""
     wheel_inertia: float = 1.5e-3
-    """Inertia of one wheel with its sprocket [kg m^2]; estimate, +-50 %."""
+    """Moment of inertia of a wheel with sprocket about the axle [kg m^2]; estimate, +-50 %."""
     rolling_resistance: float = 0.015
-    """Drag per load [-]; estimate for carpet and chains, +-50 %."""
+    """Coefficient of rolling resistance [-]; estimate for carpet and chains, +-50 %."""
     friction_volts: float = 0.25
-    """Voltage at which a free shaft just turns [V]; see `SwerveModuleConfig.drive_friction_volts`."""
+    """Smallest voltage that turns a free shaft [V]; see `SwerveModuleConfig.drive_friction_volts`."""
     efficiency: float = 0.90
-    """Of gearbox and chains, both ways [-]."""
+    """Efficiency of gearbox and chains, in both directions [-]."""
     free_speed_share: float | None = None
-    """Free speed of the drive over that by the motors' datasheet [-]; None: see `speed_share`."""
+    """Ratio of actual to datasheet free speed of the motors [-]; None for the default of `speed_share`."""
     stator_limit: float | None = None
-    """Stator current limit per motor [A]; None: the controller's factory default (`controller_limits`), `math.inf`:
-    none."""
+    """Stator current limit per motor [A]; None for the controller's factory default (`controller_limits`), `math.inf`
+    for no limit."""
     supply_limit: float | None = None
     """Supply current limit per motor, drawing and regenerating [A]; None and `math.inf` as for `stator_limit`."""
     brake: bool = True
-    """Whether the motors brake at zero command; False: they coast."""
+    """Whether the motors brake in neutral, instead of coasting."""
     kp: float = 1.0
-    """Feedback gain of the on-board speed loop [V per m/s]."""
+    """Proportional gain of the on-board velocity loop [V per m/s]."""
     mass: float = 50.0
     """Mass of the robot [kg]."""
     yaw_inertia: float = 5.3
-    """Yaw inertia of the robot [kg m^2]."""
+    """Yaw moment of inertia of the robot [kg m^2]."""
 
     def __post_init__(self) -> None:
         self.require_robot("fixed wheels")
 
     def require_robot(self, owner: str) -> None:
-        """Validate all fields of wheels, motors and robot, and place the wheels; messages name `owner`."""
+        """Validate the fields of wheels, motors and robot, and compute `positions`; messages name `owner`."""
         self.require_wheel(owner)
         require_fields(
             self,
@@ -80,7 +80,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         DrivetrainConfig.require_robot(self, owner)
 
     def shaft_motor(self, count: int) -> LimitedMotor:
-        """Return the motors of one drive shaft combined.
+        """Return the combined constants of all motors on a drive shaft.
 
         Args:
             count: Number of motors on the shaft.
@@ -97,39 +97,44 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
 
     @property
     def speed_share(self) -> float:
-        """Free speed over the datasheet's [-]: as given, else 1, but .885 of motors whose datasheet contradicts itself.
+        """Ratio of actual to datasheet free speed [-]: `free_speed_share` if given, otherwise 1 or .885.
 
-        The NEO's has torque and speed of which both are not possible (`MotorModel`); a kit chassis on four of them was
-        measured with .87 to .89. A tank on Falcons was as fast as theirs says.
+        The default is .885 for motors with contradictory datasheets such as the NEO, whose stall torque and free speed
+        are not both possible (`MotorModel`): a kit chassis with four NEOs reached .87 to .89 in a measurement. A tank
+        drive with Falcons reached the datasheet speed.
         """
         if self.free_speed_share is not None:
             return self.free_speed_share
         return _CONTRADICTED if self.motor.kt * self.motor.kv > 1.1 else 1.0
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
-        """Return the inertia of a shaft's wheels and geared rotors about the axle [kg m^2]."""
+        """Return the moment of inertia of a shaft's wheels and geared rotors about the axle [kg m^2]."""
         return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TankConfig(FixedWheelConfig):
-    """Kit-bot: wheels in a row on each side, chained to one gearbox per side. The defaults are FIRST's AM14U class."""
+    """Config of a tank drive with a row of chained wheels and one gearbox per side.
+
+    The defaults describe the KitBot chassis, FIRST's AM14U series.
+    """
 
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
-    """Positions of one side's wheels, forward of the robot center [m]."""
+    """x coordinates of the wheels on one side, forward of the robot center [m]."""
     dropped_center: bool = True
-    """Whether the inner wheels of a row of three or more are lower, by some 3 mm in a kit chassis. The robot then
-    stands on them and on the end that its load leans toward, so that it turns without scrubbing both ends."""
+    """Whether the inner wheels of a row of three or more are lower, by about 3 mm in a kit chassis. The robot then
+    stands on the inner wheels and on one end, so that it turns without scrubbing both ends."""
     trackwidth: float = 0.56
-    """Between left and right wheels [m]."""
+    """Distance between left and right wheels [m]."""
     friction_volts: float = 0.65
-    """As SysId finds it, so with what rolling takes. Constants of public tanks run from .13 to 1.31 V, their median is
-    near .65; a kit chassis (4 NEO, 8.46) was measured with .7 to .8 V."""
+    """Friction voltage measured by SysId, including rolling resistance [V]. Constants of public tank drives range from
+    .13 to 1.31 V, with a median near .65; a kit chassis (4 NEO, 8.46) was measured at .7 to .8 V."""
     rolling_resistance: float = 0.0
-    """In `friction_volts`."""
+    """Coefficient of rolling resistance [-]; 0 because `friction_volts` includes it."""
     motors_per_side: int = 2
+    """Number of motors on each side."""
     right_efficiency: float | None = None
-    """`efficiency` of the right side, where it differs [-]; None: that of the left one."""
+    """Efficiency of the right side [-]; None if equal to `efficiency`."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -146,7 +151,7 @@ class TankConfig(FixedWheelConfig):
 
     @property
     def sides(self) -> tuple[TankConfig, TankConfig]:
-        """Left and right side, each as if the other were like it."""
+        """Configs of the left and right side, each as a drivetrain with two equal sides."""
         right = self.efficiency if self.right_efficiency is None else self.right_efficiency
         return replace(self, right_efficiency=None), replace(self, efficiency=right, right_efficiency=None)
 
@@ -158,13 +163,14 @@ class TankConfig(FixedWheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MecanumConfig(FixedWheelConfig):
-    """Four mecanum wheels with rollers at 45 degrees, each with its own gearbox; from above the rollers form an X."""
+    """Config of a mecanum drive: four wheels, each with a gearbox, whose 45 degree rollers form an X from above."""
 
     places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
-    """Centers of the wheels: front left, front right, rear left, rear right [m]."""
+    """Centers of the front left, front right, rear left and rear right wheel, robot frame [m]."""
     motors_per_wheel: int = 1
+    """Number of motors on each wheel."""
     wheel_cof: float = 0.8
-    """Coefficient of friction of the rollers on carpet, along their axes [-]; estimate, +-20 %."""
+    """Coefficient of friction of the rollers on carpet, along the roller axes [-]; estimate, +-20 %."""
 
     def __post_init__(self) -> None:
         require_fields(self, "mecanum", motors_per_wheel=MOTORS, places=((ROBOT_PLACE, ROBOT_PLACE),) * 4)

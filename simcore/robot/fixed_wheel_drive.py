@@ -1,18 +1,18 @@
 """Tank (differential) and mecanum drives, with the motor and tire models of the swerve drive.
 
-A tank drive has two sides of chained wheels. A mecanum drive has four wheels whose rollers grip along one diagonal
-each. The roller on the floor turns freely about its axis, so the floor pushes it along that axis only, at 45 degrees
-to the wheel: front left and rear right along d = (1, -1) / sqrt 2, the others along (1, 1) / sqrt 2. A wheel that turns
-at w moves the contact point by w r d_x along d. Each is therefore a wheel that points along d, with the radius r d_x
-and a tread without lateral grip:
+A tank drive has a row of coupled wheels on each side. A mecanum drive has four wheels, each with rollers that grip
+along one diagonal. The roller on the floor turns freely about its axis, so the floor pushes it only along this axis, at
+45 degrees to the wheel: d = (1, -1) / sqrt 2 front left and rear right, d = (1, 1) / sqrt 2 front right and rear left.
+A wheel that turns at w moves the contact point at w r d_x along d. The model of a mecanum wheel is therefore a wheel
+that points along d, with the radius r d_x and no lateral grip:
 
     slip            s = r d_x w - d . v         v: velocity of the contact point over the ground
-    tire force      F = mu N s / max(|s|, s0) along d, nothing across it
+    tire force      F = mu N s / max(|s|, s0) along d, zero across d
     torque          r d_x F on the shaft
 
-Where no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as in WPILib's MecanumDriveKinematics. The traction
-limit is mu N / sqrt 2 along each of the robot's axes. The model leaves out bearing friction of the rollers: strafing is
-as easy as driving forward, whereas real robots lose some force.
+While no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as in WPILib's MecanumDriveKinematics. The traction
+limit is mu N / sqrt 2 along each of the robot's axes. The model ignores bearing friction of the rollers: strafing is as
+easy as driving forward, whereas real robots lose some force.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ FixedT = TypeVar("FixedT", bound=FixedWheelConfig)
 
 _HALF = math.sqrt(0.5)
 _AT_ONCE = 1e9
-"""Slope of the friction feed-forward over the commanded speed [s/m]: so steep that it is a step."""
+"""Slope of the friction feed-forward over the commanded speed [s/m], steep enough to act as a step."""
 _SIDES = (-1.0, 1.0, 1.0, -1.0)
-"""Signs of d_y: front left, front right, rear left, rear right."""
+"""Sign of d_y for the front left, front right, rear left and rear right wheel."""
 
 
 class FixedWheelDrive(WheeledDrive[FixedT]):
-    """Base of `TankDrive` and `MecanumDrive`: each drive shaft takes a voltage, a speed or neutral.
+    """Base of `TankDrive` and `MecanumDrive`, whose shafts can be commanded by voltage or speed, or to neutral.
 
     Args:
-        config: Robot as robot code and the on-board loops know it.
-        battery: Battery of the robot; None: a stiff 12 V supply.
+        config: Nominal drivetrain, as assumed by robot code and the on-board loops.
+        battery: Battery of the robot; None for a stiff 12 V supply.
         wheels: Wheels in the order of `config.positions`.
         shafts: Shafts that turn the wheels.
-        groups: Name of each shaft's group of motors.
+        groups: Name of each shaft's motor group.
         directions: Cosine and sine of the direction in which each shaft's wheels grip.
     """
 
@@ -74,16 +74,17 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self._rest([0.0] * len(shafts))
 
     def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Reset everything: encoders and time to zero, battery rested, wheels rolling with the chassis.
+        """Zero encoders and time, reset the battery, and set the wheels rolling at a chassis velocity.
+
+        The velocity of the chassis itself does not change.
 
         Args:
-            vx: Forward velocity of the center of mass with which the wheels roll [m/s]. The chassis velocity is
-                separate.
-            vy: Velocity to the left; the wheels of a tank drive cannot roll that way [m/s].
+            vx: Forward velocity of the center of mass [m/s].
+            vy: Leftward velocity of the center of mass [m/s]; no effect on a tank drive's wheels.
             omega: Yaw rate [rad/s].
 
         Raises:
-            NonFiniteError: A number is not finite; nothing has changed.
+            NonFiniteError: If an argument is not finite; the drive is left unchanged.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"reset {name}", value)
@@ -91,26 +92,32 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self.stop()
 
     def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
-        """Return the speed of each shaft's treads without sliding [m/s]."""
+        """Return the tread speed of each shaft at a chassis velocity without slip [m/s]."""
         raise NotImplementedError
 
     # ---------------------------------------------------------------- commands
 
     def stop(self) -> None:
-        """Command neutral: brake or coast."""
+        """Command neutral output; motors brake or coast, as configured."""
         self._command(NEUTRAL, [0.0] * self._driven)
 
     def set_shaft_volts(self, volts: Sequence[float]) -> None:
-        """Command a voltage per shaft [V]: left, right; mecanum: front left, front right, rear left, rear right.
+        """Command the voltage of each shaft [V].
+
+        Args:
+            volts: Voltages of left and right side, or of the front left, front right, rear left and rear right wheel.
 
         Raises:
-            NonFiniteError: A voltage is missing, NaN or infinite; nothing has changed.
-            ConfigError: There is not one voltage per shaft.
+            NonFiniteError: If a voltage is missing, NaN or infinite; the old command is kept.
+            ConfigError: If the number of voltages is not the number of shafts.
         """
         self._command(VOLTS, self._checked("volts", volts))
 
     def set_shaft_speeds(self, speeds: Sequence[float]) -> None:
-        """Command the on-board speed loop: tread speed of each shaft [m/s]; raises as `set_shaft_volts`."""
+        """Command the tread speed of each shaft by the on-board loops [m/s].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self._command(TARGET, self._checked("speed", speeds))
 
     def _checked(self, what: str, values: Sequence[float]) -> tuple[float, ...]:
@@ -121,21 +128,21 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     # ---------------------------------------------------------------- readings
 
     def shaft_emf(self, shaft: int) -> float:
-        """Volts at which a motor of a shaft carries no current, as in an open circuit [V]."""
+        """Return the back-EMF of each motor of a shaft: the voltage at which the motor carries no current [V]."""
         return float(self.shaft_speeds[shaft]) * self.config.shaft_motor(1).emf
 
     def wheel_angles(self) -> list[float]:
-        """Return the direction in which each wheel alone moves the robot [rad]; `wheel_distances` are along it."""
+        """Return the grip direction of each wheel, along which `wheel_distances` are measured [rad]."""
         sin, cos = self.shafts["sin"], self.shafts["cos"]
         return [math.atan2(sin[g], cos[g]) for g in self._shaft_of_wheel]
 
     def motor_currents(self) -> dict[str, list[float]]:
-        """Return each motor's stator current in the last inner step [A]: `left` and `right`, or `drive` for mecanum."""
+        """Return each motor's stator current in the last inner step [A], by group: `left` and `right`, or `drive`."""
         return self._by_group(self.drive_motors.current)
 
     @property
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per wheel turn of each motor, grouped as in `motor_currents` [-]."""
+        """Rotor turns per wheel turn of each motor, by the groups of `motor_currents` [-]."""
         return self._by_group([self.config.gearing] * self._driven)
 
     def _by_group(self, values: Sequence[float]) -> dict[str, list[float]]:
@@ -146,7 +153,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     @property
     def max_speed(self) -> float:
-        """Top speed straight ahead at 12 V, where motor torque equals friction and rolling drag [m/s]."""
+        """Top speed straight ahead at 12 V, at which motor torque equals friction and rolling drag [m/s]."""
         return super().max_speed / self._share
 
     @property
@@ -157,7 +164,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
-    """Tank drive of one robot, commanded by side.
+    """Tank drive of a robot, commanded by side.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -177,9 +184,9 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         """Start at rest.
 
         Args:
-            config: Robot as robot code and the on-board loops know it.
-            battery: Battery of the robot; None: a stiff 12 V supply.
-            built: Motors and wheels of the left and right side as actually built; None: as in the config.
+            config: Nominal drivetrain, as assumed by robot code and the on-board loops.
+            battery: Battery of the robot; None for a stiff 12 V supply.
+            built: Motors and wheels of the left and right side as actually built; None for the values in the config.
         """
         n, motors = len(config.wheel_xs), config.motors_per_side
         sides: Sequence[FixedWheelConfig] = built or config.sides
@@ -196,15 +203,18 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         )
 
     def set_volts(self, left: float, right: float) -> None:
-        """Command a voltage per side [V]; raises as `set_shaft_volts`."""
+        """Command the voltage of each side [V]; raises the same errors as `set_shaft_volts`."""
         self.set_shaft_volts((left, right))
 
     def set_speeds(self, left: float, right: float) -> None:
-        """Command the on-board loop: ground speed per side [m/s]; raises as `set_shaft_volts`."""
+        """Command the ground speed of each side by the on-board loops [m/s].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self.set_shaft_speeds((left, right))
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
-        """Command the on-board loop: forward speed [m/s] and yaw rate [rad/s], computed without wheel scrub."""
+        """Command forward speed [m/s] and yaw rate [rad/s] by the on-board loops; wheel scrub is ignored."""
         vx, omega = checked_number("chassis speed vx", vx), checked_number("chassis speed omega", omega)
         half = 0.5 * self.config.trackwidth * omega
         self.set_speeds(vx - half, vx + half)
@@ -214,7 +224,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):
-    """Mecanum drive of one robot, commanded by wheel.
+    """Mecanum drive of a robot, commanded by wheel.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -235,9 +245,9 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         """Start at rest.
 
         Args:
-            config: Robot as robot code and the on-board loops know it.
-            battery: Battery of the robot; None: a stiff 12 V supply.
-            built: Motors and tires of each wheel as actually built; None: as in the config.
+            config: Nominal drivetrain, as assumed by robot code and the on-board loops.
+            battery: Battery of the robot; None for a stiff 12 V supply.
+            built: Motor and tire of each wheel as actually built; None for the values in the config.
         """
         wheels: Sequence[FixedWheelConfig] = built or [config] * 4
         motors = config.motors_per_wheel
@@ -255,15 +265,21 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         )
 
     def set_volts(self, volts: Sequence[float]) -> None:
-        """Command a voltage per wheel [V], in the order of `MecanumConfig.places`; raises as `set_shaft_volts`."""
+        """Command the voltage of each wheel, in the order of `MecanumConfig.places` [V].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self.set_shaft_volts(volts)
 
     def set_speeds(self, speeds: Sequence[float]) -> None:
-        """Command the on-board loop: tread speed of each wheel [m/s]; raises as `set_shaft_volts`."""
+        """Command the tread speed of each wheel by the on-board loops [m/s].
+
+        Raises the same errors as `set_shaft_volts`.
+        """
         self.set_shaft_speeds(speeds)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Command the on-board loop: robot-frame velocity [m/s, m/s, rad/s]; scaled down if too fast."""
+        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops, limited to `max_speed`."""
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
         speeds = self._treads(vx, vy, omega)

@@ -1,4 +1,4 @@
-"""What telemetry shows of all robots of a match at once, from the records of the loop."""
+"""Telemetry values of all robots of a match, computed together from the records of the loop."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ __all__ = ["FleetView"]
 
 
 class FleetView:
-    """Poses, wheels and modules of robots, as arrays with a row each.
+    """Poses, wheels and module states of n robots, in arrays with one row per robot.
 
     Args:
-        robots: All of them.
+        robots: All robots of the match.
     """
 
     def __init__(self, robots: Sequence[Robot]) -> None:
@@ -35,20 +35,22 @@ class FleetView:
         ]
         self._has_targets = np.zeros(count, np.uint8)
         self.places = np.empty((count, 7))
-        """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
+        """Poses x, y, z, qw, qx, qy, qz, field frame, shape (n, 7)."""
         self.heights = np.empty(count)
-        """Height of the lowest wheel over the floor [m], shape (n,)."""
+        """Height of the lowest wheel above the floor [m], shape (n,)."""
         self.slips = np.empty(count)
-        """Speed of the fastest sliding tire [m/s], shape (n,)."""
+        """Slip speed of the fastest sliding tire [m/s], shape (n,)."""
         self.believed = np.zeros((count, 7))
-        """Poses where programs believe to be, to 1 mm and 1 mrad: a gyro's noise would change them at rest, too."""
+        """Pose estimates of robot code, rounded to 1 mm and 1 mrad to hide gyro noise at rest, shape (n, 7)."""
         self.module_states: list[FloatArray | None] = []
-        """Speed [m/s] and angle [rad] of the modules of each swerve drive, by encoder, to 1 mm/s and 1 mrad."""
+        """Speed [m/s] and steer angle [rad] of each swerve drive's modules by encoder, rounded to 1 mm/s and 1 mrad;
+        None for other drives."""
         self.module_setpoints: list[FloatArray | None] = []
-        """The same as they are wanted; no rows while nothing says it."""
+        """Speed and angle setpoints of each swerve drive's modules, like `module_states`; no rows without
+        setpoints."""
 
     def look(self, fleet: Fleet, bodies: Records) -> None:
-        """See where the robots are now, by the records of the loop."""
+        """Update all values from the current records of the loop."""
         states, targets = np.empty((2, int(self._first_module[-1]), 2))
         believed = np.array([robot.believed_pose for robot in self._robots])
         _look(
@@ -68,7 +70,7 @@ class FleetView:
 
 
 def _settled(rows: FloatArray) -> FloatArray:
-    """Return states of modules as they are shown, shape (n, 2)."""
+    """Round module states for telemetry, shape (n, 2)."""
     found = np.empty((len(rows), 2))
     for number, (speed, angle) in enumerate(rows.tolist()):
         found[number] = _shown_state(speed, angle)
@@ -78,14 +80,14 @@ def _settled(rows: FloatArray) -> FloatArray:
 
 @inlined
 def _rounded(value: float, scale: float) -> float:
-    """Return a value to one part of a scale, without -0.0, which would be another value."""
+    """Round a value to a multiple of 1 / scale, with 0.0 instead of -0.0, which would count as a change."""
     rounded: float = np.rint(value * scale) / scale + 0.0
     return rounded
 
 
 @compiled
 def _shown_state(speed: float, angle: float) -> tuple[float, float]:
-    """Return the state of a module to 1 mm/s and 1 mrad, with the angle within half a turn."""
+    """Round a module state to 1 mm/s and 1 mrad, and wrap the angle to -pi..pi."""
     return _rounded(speed, 1e3), _rounded(math.atan2(math.sin(angle), math.cos(angle)), 1e3)
 
 
@@ -107,7 +109,7 @@ def _look(
     targets: FloatArray,
     has_targets: npt.NDArray[np.uint8],
 ) -> None:
-    """Write what `FleetView` has of each robot."""
+    """Write the values of all robots to the arrays of `FleetView`."""
     for number in range(len(robots)):
         robot = robots[number]
         body = bodies[robot["body"]]
@@ -116,7 +118,7 @@ def _look(
         place = places[number]
         place[0], place[1], place[2] = pos[0], pos[1], pos[2]
         place[3], place[4], place[5], place[6] = w, x, y, z
-        along, across = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)  # rise of its axes
+        along, across = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)  # z components of the robot's x and y axes
         height = math.inf
         for k in range(first_sole[number], first_sole[number + 1]):
             height = min(height, soles[k, 0] * along + soles[k, 1] * across + pos[2])

@@ -1,4 +1,4 @@
-"""Drives of mechanisms: DC motors behind a gear, their friction, and controllers that turn a goal into volts."""
+"""Gearboxes of mechanisms: DC motors, gearing, friction, and controllers that compute a voltage for a setpoint."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _LIMIT = replace(CURRENT_LIMIT, is_open=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GearboxConfig:
-    """Motors of one kind that drive one shaft together.
+    """One or more equal motors that drive a mechanism through a gear.
 
     >>> from simcore.robot.dc_motor import motor
     >>> shooter = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
@@ -44,18 +44,18 @@ class GearboxConfig:
     """
 
     motor: MotorModel
-    """One motor: `motor("Kraken X60")`, or WPILib's `DCMotor.krakenX60(1)`, which is converted."""
+    """Model of one motor: `motor("Kraken X60")`, or WPILib's `DCMotor.krakenX60(1)`, which is converted."""
     motors: int = 1
     """Number of motors that share the load."""
     gearing: float
-    """Rotor turns per turn of the mechanism; above 1 the mechanism turns slower [-]."""
+    """Rotor turns per turn of the mechanism [-]; a value above 1 is a reduction."""
     stator_current_limit: float = math.inf
     """Stator current limit of each motor, in both directions [A]."""
     supply_current_limit: float = math.inf
-    """Supply current limit of each motor, drawing and regenerating [A]; applied with the speed at the start of a
-    step."""
+    """Supply current limit of each motor, for drawing and for regenerating [A]; applied with the speed at the start of
+    a step."""
     friction_torque: float = 0.0
-    """Coulomb friction at the mechanism, against the motion and before it starts [N m]."""
+    """Coulomb friction at the mechanism, equal in motion and at rest [N m]."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motor", as_motor(self.motor))
@@ -70,12 +70,12 @@ class GearboxConfig:
 
     @property
     def torque_per_amp(self) -> float:
-        """Torque at the mechanism for one amp in every motor [N m/A]."""
+        """Torque at the mechanism for a current of one ampere in each motor [N m/A]."""
         return self.motors * self.gearing * self.motor.kt
 
     @property
     def volts_per_speed(self) -> float:
-        """Back-EMF for one rad/s of the mechanism [V s/rad]; also the feed-forward gain of a velocity loop."""
+        """Back-EMF per angular velocity of the mechanism [V s/rad]; also the feed-forward gain of a velocity loop."""
         return self.gearing / self.motor.kv
 
     @property
@@ -84,46 +84,46 @@ class GearboxConfig:
         return self.motor.resistance
 
     def varied(self, *, kt: float, resistance: float) -> GearboxConfig:
-        """Return a copy whose motors differ from their type.
+        """Return a copy whose motors deviate from the datasheet.
 
         Args:
-            kt: Mean factor on torque per current and on back-EMF per speed [-].
-            resistance: Mean factor on the resistance [-].
+            kt: Factor on torque per current and on back-EMF per speed, averaged over the motors [-].
+            resistance: Factor on the resistance, averaged over the motors [-].
         """
         motor = self.motor.varied(kt=kt, resistance=resistance)
         return self if motor is self.motor else replace(self, motor=motor)
 
     def free_speed(self, volts: float) -> float:
-        """Return the speed at which the back-EMF equals `volts`, without friction [rad/s]."""
+        """Return the free speed at a voltage [V], without friction [rad/s]."""
         return volts / self.volts_per_speed
 
     def stall_torque(self, volts: float) -> float:
-        """Return the torque at rest, before friction and within the current limit [N m]."""
+        """Return the stall torque at a voltage [V], without friction and within the current limit [N m]."""
         require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
         return self.torque_per_amp * min(
             max(volts / self.resistance, -self.stator_current_limit), self.stator_current_limit
         )
 
     def holding_volts(self, torque: float) -> float:
-        """Return the voltage that gives `torque` [N m] at rest [V]."""
+        """Return the voltage that produces `torque` [N m] at rest [V]."""
         return torque * self.resistance / self.torque_per_amp
 
 
-# Without friction a released mechanism would turn forever. Two figures are known without a measurement: the no-load
-# current of the motor's datasheet, which covers its own bearings and iron, and the kS that gearboxes, belts and
-# bearings usually add.
+# Without friction, a released mechanism would turn forever. Two values are available without a measurement: the no-load
+# current in the datasheet, which covers bearing and iron losses of the motor, and the usual kS of gears, belts and
+# bearings.
 GEARED_FRICTION_VOLTS = 0.2
-"""Voltage that starts a mechanism with gears, belts and bearings [V]; estimate, -50 % to +100 %.
+"""Voltage needed to start a mechanism with gears, belts and bearings [V]; estimate, -50 % to +100 %.
 
-Source: the friction voltage that CTRE's Tuner X generates for both motors of a swerve module
-(`SwerveModuleConstants.drive_friction_voltage`, `steer_friction_voltage`); no vendor publishes one for mechanisms.
+Source: the friction voltages that CTRE's Tuner X generates for a swerve module
+(`SwerveModuleConstants.drive_friction_voltage`, `steer_friction_voltage`); no vendor publishes values for mechanisms.
 """
 
 
 def no_load_friction(gearbox: GearboxConfig) -> float:
-    """Return the no-load friction torque of the motors, at the mechanism [N m].
+    """Compute the friction torque of the motors without load, at the mechanism [N m].
 
-    Source: no-load current of the datasheet times kT, which gives the datasheet's free speed.
+    The torque is the datasheet's no-load current times kT, which reproduces the datasheet's free speed.
 
     >>> from simcore.robot.dc_motor import motor
     >>> krakens = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
@@ -134,14 +134,14 @@ def no_load_friction(gearbox: GearboxConfig) -> float:
 
 
 def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
-    """Convert a kS into a friction torque at the mechanism [N m].
+    """Convert a kS to a friction torque at the mechanism [N m].
 
     Args:
         gearbox: Motors and gears of the mechanism.
-        volts: kS, e.g. from SysId [V]; the sign does not matter.
+        volts: kS, for example from SysId [V]; the sign does not matter.
 
     Raises:
-        ConfigError: The volts are not finite.
+        ConfigError: If `volts` is not finite.
     """
     if not math.isfinite(volts):
         raise ConfigError(f"friction volts must be a finite number, got {volts}")
@@ -149,11 +149,12 @@ def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
 
 
 def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float:
-    """Return the friction of a mechanism without measured friction [N m].
+    """Estimate the friction torque of a mechanism without a measurement [N m].
 
     Args:
         gearbox: Motors and gears of the mechanism.
-        has_gears: Whether gears or belts add friction; False for a flywheel, which has little beyond the motors' own.
+        has_gears: Whether gears or belts add friction; False for a flywheel, which has little friction beyond the
+            motors'.
     """
     own = no_load_friction(gearbox)
     return max(own, friction_from_volts(gearbox, GEARED_FRICTION_VOLTS)) if has_gears else own
@@ -161,14 +162,14 @@ def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VelocityController:
-    """Back-EMF feed-forward plus a proportional term; stateless, so it cannot wind up."""
+    """Velocity controller with back-EMF feed-forward and a proportional term; no integral term, so no windup."""
 
     kv: float
     """Velocity feed-forward gain [V s/rad]."""
     kp: float = 0.0
     """Proportional gain on the velocity error [V s/rad]."""
     ks: float = 0.0
-    """Friction feed-forward, in the direction of the goal [V]."""
+    """Static friction feed-forward, in the direction of the goal [V]."""
     max_volts: float = 12.0
     """Voltage limit, in both directions [V]."""
 
@@ -177,7 +178,7 @@ class VelocityController:
 
     @classmethod
     def for_gearbox(cls, gearbox: GearboxConfig, *, kp: float = 0.0, max_volts: float = 12.0) -> VelocityController:
-        """Return a controller with feed-forward gains that match the motor and its friction."""
+        """Return a controller whose feed-forward gains match the gearbox and its friction."""
         return cls(
             kv=gearbox.volts_per_speed,
             kp=kp,
@@ -186,7 +187,7 @@ class VelocityController:
         )
 
     def volts(self, goal: float, velocity: float) -> float:
-        """Return the voltage that drives `velocity` to `goal` [rad/s]; at a goal of zero only `kp` brakes."""
+        """Compute the voltage that drives `velocity` to `goal` [rad/s]; at a goal of zero, only `kp` brakes [V]."""
         friction = self.ks if goal > 0.0 else -self.ks if goal < 0.0 else 0.0
         volts = friction + self.kv * goal + self.kp * (goal - velocity)
         return min(max(volts, -self.max_volts), self.max_volts)
@@ -194,12 +195,12 @@ class VelocityController:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositionController:
-    """Proportional-derivative controller of an angle or a length, with gravity feed-forward as an input."""
+    """Proportional-derivative controller of an angle, with gravity feed-forward as an input."""
 
     kp: float
     """Proportional gain on the position error [V/rad]."""
     kd: float = 0.0
-    """Derivative gain: volts against the velocity [V s/rad]."""
+    """Derivative gain: voltage against the velocity [V s/rad]."""
     max_volts: float = 12.0
     """Voltage limit, in both directions [V]."""
 
@@ -207,13 +208,13 @@ class PositionController:
         require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
 
     def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
-        """Return the voltage that drives `position` to `goal` and stops there.
+        """Compute the voltage that drives `position` to `goal` and holds it there [V].
 
         Args:
             goal: Goal position [rad].
             position: Current position [rad].
             velocity: Current velocity [rad/s].
-            feedforward: Voltage added before the limit, such as `ArmSim.holding_volts` [V].
+            feedforward: Voltage to add before the limit, for example `ArmSim.holding_volts` [V].
         """
         volts = feedforward + self.kp * (goal - position) - self.kd * velocity
         return min(max(volts, -self.max_volts), self.max_volts)

@@ -1,4 +1,4 @@
-"""Gyro model: its readings and their errors."""
+"""Gyro model with drift, scale error, noise and disturbance by impacts."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ __all__ = ["GYROS", "Gyro", "GyroConfig", "gyro_config"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroConfig:
-    """Errors of a gyro. Each figure holds for any length of a step."""
+    """Errors of a gyro, independent of the length of a step."""
 
     name: str = "ideal"
     drift_deg_per_minute: float = 0.0
-    """1-sigma of the yaw rate that it shows at rest, drawn once per run [deg/min]: what calibration has left."""
+    """Standard deviation of the yaw drift at rest after calibration, drawn once per run [deg/min]."""
     bias_dps: float = 0.0
-    """The same, always the same [deg/s]."""
+    """Constant yaw rate at rest, added to the random drift [deg/s]."""
     scale_error: float = 0.0
     """Standard deviation of the constant scale error of yaw, drawn once per run [-]; 0.01 is 3.6 deg per turn."""
     rate_noise: float = 0.0
-    """Standard deviation of each reported rate, as a fraction of that rate [-]; does not affect the angles."""
+    """Standard deviation of each reported rate, as a fraction of the rate [-]; does not affect the angles."""
     rate_noise_floor_dps: float = 0.0
     """Standard deviation of each reported rate at rest [deg/s]."""
     tilt_noise_deg: float = 0.0
     """Standard deviation of each reported pitch and roll [deg]."""
     impact_deg: float = 0.0
-    """Standard deviation of the yaw jump from an impact of `impact_accel`; harder impacts in proportion [deg]."""
+    """Standard deviation of the yaw jump from an impact of `impact_accel` [deg]; proportional for harder impacts."""
     impact_accel: float = 500.0
     """Yaw acceleration above which an impact disturbs the sensor [rad/s^2]."""
 
@@ -52,9 +52,9 @@ class GyroConfig:
         )
 
 
-# Drift: of the navX about 1 degree a minute, as its maker says of it; of the others an estimate, a factor of 2 either
-# way: the table in the Pigeon 2's guide could not be looked up. Rate noise: MapleSim's COTS table. Scale and tilt
-# errors are estimates, +-50 %: vendors state no figure per unit.
+# Drift: the navX has about 1 degree per minute according to its maker; the others are estimates, within a factor of 2,
+# because the table in the Pigeon 2's guide was not accessible. Rate noise: MapleSim's COTS table. Scale and tilt errors
+# are estimates, +-50 %: vendors publish no figures.
 GYROS = {
     "ideal": GyroConfig(),
     "pigeon2": GyroConfig(
@@ -88,28 +88,28 @@ GYROS = {
 
 
 def gyro_config(name: str) -> GyroConfig:
-    """Look up a preset by name: ideal, pigeon2, navx2, generic.
+    """Look up a preset by name: ideal, pigeon2, navx2 or generic.
 
     Raises:
-        UnknownNameError: There is no such preset; the message lists the nearest names.
+        UnknownNameError: If no preset has this name; the message lists the nearest names.
     """
     if name not in GYROS:
         raise UnknownNameError("gyro", name, GYROS)
     return GYROS[name]
 
 
-_DRAWN = 600  # normal numbers at once: a call costs 3 us, for 6 of them or for 100
+_DRAWN = 600  # random numbers per call: a call takes 3 us, whether for 6 numbers or for 100
 
 
 class Gyro:
-    """Gyro that follows the true attitude with errors; two gyros with equal generators read the same."""
+    """Gyro that follows the true attitude with errors; gyros with equal random generators have equal readings."""
 
     def __init__(self, config: GyroConfig, rng: np.random.Generator) -> None:
-        """Start level at yaw 0.
+        """Start level, with a yaw of 0.
 
         Args:
             config: Errors of the gyro.
-            rng: Generator of all random errors.
+            rng: Random generator for all errors.
         """
         self.config = config
         self._rng = rng
@@ -121,16 +121,16 @@ class Gyro:
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
-        """Set the reading to `yaw` [rad] while the robot's true yaw is `true_yaw` [rad].
+        """Reset the readings to `yaw` [rad], level, at a true yaw of `true_yaw` [rad].
 
         Raises:
-            NonFiniteError: A value is not finite; nothing has changed.
+            NonFiniteError: If a value is not finite; the gyro is left unchanged.
         """
         yaw, true_yaw = checked_number("gyro: yaw", yaw), checked_number("gyro: true_yaw", true_yaw)
         self.yaw = yaw
         """Reported yaw, continuous over turns [rad]."""
         self.pitch = 0.0
-        """Reported pitch, nose down positive as in WPILib [rad]."""
+        """Reported pitch, positive nose down, as in WPILib [rad]."""
         self.roll = 0.0
         """Reported roll [rad]."""
         self.rates: FloatArray = np.zeros(3)
@@ -139,21 +139,21 @@ class Gyro:
         self._true_rate: float | None = None
 
     def set_yaw(self, yaw: float) -> None:
-        """Set the reading as robot code's `set_yaw` does [rad]; the robot does not move. Raises as `reset`."""
+        """Set the reported yaw [rad], like `set_yaw` in robot code; raises the same errors as `reset`."""
         self.yaw = checked_number("gyro: yaw", yaw)
 
     def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Advance the readings by `dt`.
+        """Update the readings to the end of a step.
 
         Args:
             dt: Time since the last step [s].
-            yaw: True yaw at the end of the step, wrapped or not [rad]; changes by less than half a turn per step.
-            pitch: True pitch [rad].
-            roll: True roll [rad].
+            yaw: True yaw at the end of the step, wrapped or continuous [rad]; must change by less than half a turn.
+            pitch: True pitch at the end of the step [rad].
+            roll: True roll at the end of the step [rad].
             rates: True rates about the robot axes [rad/s], shape (3,).
 
         Raises:
-            NonFiniteError: An argument is not finite; nothing has changed.
+            NonFiniteError: If an argument is not finite; the gyro is left unchanged.
         """
         if not all(map(math.isfinite, (dt, yaw, pitch, roll, *rates))):
             raise NonFiniteError(f"gyro: need finite numbers, got dt={dt}, yaw={yaw}, pitch={pitch}, roll={roll}")

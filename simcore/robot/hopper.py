@@ -1,8 +1,8 @@
-"""Hopper: the pieces in a robot as balls that fall, roll and jam in a box, in the robot frame.
+"""Hopper: simulation of balls that fall, roll and jam in a box inside a robot, in the robot frame.
 
-Position-based dynamics (Macklin and Mueller, "Small steps in physics simulation", 2019): in each of a few sub-steps,
-gravity, the robot's acceleration and the belt move the balls, and then contacts push them out of walls and each other.
-Rates, fill and jams follow from the geometry; nothing is random.
+The method is position-based dynamics (Macklin and Mueller, "Small steps in physics simulation", 2019): in each of a few
+sub-steps, gravity, the robot's acceleration and the belt move the balls; contacts then push balls out of walls and
+apart. Feed rates, fill and jams follow from the geometry, without random numbers.
 """
 
 from __future__ import annotations
@@ -27,54 +27,59 @@ Side: TypeAlias = Literal["front", "back", "left", "right", "bottom"]
 FACES: dict[str, tuple[int, int]] = {
     "front": (0, 1), "back": (0, -1), "left": (1, 1), "right": (1, -1), "bottom": (2, -1)
 }  # fmt: skip
-"""Axis and sign of each side's outward normal."""
+"""Axis and sign of the outward normal of each side."""
 OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
 _LEAN = Quantity("rad", 0.0, 1.2)
 _STEPS = 5  # per tick; 50 balls take 0.9 ms
 _SHARE = 0.5
-"""Fraction of its overlap that a contact corrects in a step [-]; with more, balls with six neighbors tremble. A ball
-with k balls on it therefore overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k."""
+"""Fraction of an overlap that a contact corrects in a step [-]; with larger values, balls with six neighbors tremble.
+
+A ball with k balls on top therefore overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k.
+"""
 _LEVER = pair_rolling(FOAM.rolling, FOAM.friction, WALL.rolling, WALL.friction)  # [m]; rolling resistance in the box
-_STANDS = 0.01  # [m/s]; on a slower belt balls roll, a faster one carries them
+_STANDS = 0.01  # [m/s]; balls roll on a slower belt and move with a faster belt
 _ENTRY = 1.0  # [m/s]; speed at which intakes feed pieces in, away from the wall. Estimate, within a factor of two
-_RUBBING = 6.0  # [1/s]; rate at which friction equalizes the velocities of two touching balls. Estimate, factor of two
-_FASTEST = 5.0  # [m/s]; speed limit in the robot: a third of a ball's radius per step
-_TOUCH = 0.03  # [-] of a radius; foam gives, so balls touch up to this gap
+_RUBBING = 6.0  # [1/s]; rate at which friction equalizes the velocities of touching balls. Estimate, factor of two
+_FASTEST = 5.0  # [m/s]; speed limit relative to the robot: a third of a ball's radius per step
+_TOUCH = 0.03  # [-] of a radius; largest gap at which balls touch, as foam is soft
 _ASIDE = 0.04
-"""Fraction of its radius by which a ball enters off its place, depending on its slot [-]: none is exactly above
-another."""
-_FREE = 0.9  # [-] of two radii; a place is free if a ball there would overlap no other by more than a tenth
+"""Offset of an entering ball from the chosen position, as a fraction of the radius [-].
+
+The offset depends on the ball's slot, so that no ball is exactly above another.
+"""
+_FREE = 0.9  # [-] of two radii; a position is free if a ball there overlaps others by at most a tenth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HopperConfig:
-    """Outlet, inlet, belt and friction of a storage; `StorageConfig` has the box."""
+    """Config of a hopper: outlet, inlet, belt and friction; `StorageConfig` defines the box."""
 
     outlet: Side = "front"
     """Side with the opening to the shooter."""
     outlet_width: float
-    """Width of the outlet along y, or along x in the left or right side [m]. Below two diameters two balls can bridge
-    it."""
+    """Width of the outlet along y, or along x in the left or right side [m]; two balls can bridge an outlet narrower
+    than two diameters."""
     outlet_height: float | None = None
-    """Height of the outlet, or its length along x in the bottom [m]; None: equal to the width."""
+    """Height of the outlet, or length along x of an outlet in the bottom [m]; None if equal to the width."""
     outlet_place: tuple[float, float] | None = None
-    """Center of the outlet, across and up (in the bottom: along y and x), robot frame [m]; None: in the middle of the
+    """Center of the outlet, across and up (along y and x in the bottom), robot frame [m]; None for the middle of the
     side, at the floor."""
     inlet: Side | None = None
-    """Wall at the top of which intakes feed pieces in; None: opposite the outlet."""
+    """Wall where intakes feed pieces in, at the top; None for the wall opposite the outlet."""
     belt: str | None = None
-    """Mechanism that moves the pieces on the floor toward the outlet, or away from the inlet if the outlet is in the
-    bottom; None: no belt."""
+    """Mechanism that moves pieces on the floor toward the outlet, or away from the inlet if the outlet is in the
+    bottom; None without a belt."""
     belt_travel: float = 0.025
-    """Travel of a piece per radian of that mechanism [m]: the radius of its roller, or half of it where pieces roll
-    along a fixed ceiling; negative if it turns backward to feed."""
+    """Travel of a piece per radian of `belt` [m]: the radius of the roller, or half the radius if pieces roll along a
+    fixed ceiling; negative if the mechanism turns backward to feed."""
     funnel: float = 0.0
-    """Angle by which the walls next to the outlet lean toward it [rad]; 0: pieces in the dead corners stay there."""
+    """Angle by which the walls next to the outlet are tilted toward the outlet [rad]; at 0, pieces in the dead corners
+    stay there."""
     slope: float = 0.0
     """Slope of the floor, down to an outlet in a wall [rad]."""
     friction: float = pair_friction(FOAM.friction, WALL.friction)
-    """Coulomb coefficient of pieces on the belt, and within an arch at its ends and between them [-]. Estimate: 0.4,
-    that of foam on a wall; foam on foam may have 0.6."""
+    """Coefficient of friction of pieces on the belt, and of the contacts in an arch [-]. The default is an estimate of
+    0.4, for foam on a wall; foam on foam may have 0.6."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -88,12 +93,12 @@ class HopperConfig:
 
 
 class Hopper:
-    """Balls in one robot's hopper.
+    """State of the balls in a robot's hopper.
 
     Args:
-        config: Outlet, belt and floor.
-        low: Smallest corner of the box, robot frame [m].
-        high: Largest corner [m].
+        config: Config of the hopper.
+        low: Corner of the box with the smallest coordinates, robot frame [m].
+        high: Corner of the box with the largest coordinates, robot frame [m].
     """
 
     def __init__(self, config: HopperConfig, low: Vector, high: Vector) -> None:
@@ -103,9 +108,9 @@ class Hopper:
         self.pos: FloatArray = np.zeros((0, 3))
         """Centers of the balls, robot frame [m], shape (n, 3)."""
         self.vel: FloatArray = np.zeros((0, 3))
-        """Velocities relative to the robot [m/s], shape (n, 3)."""
+        """Velocities of the balls relative to the robot, robot frame [m/s], shape (n, 3)."""
         self.radius: FloatArray = np.zeros(0)
-        """Radii [m], shape (n,)."""
+        """Radii of the balls [m], shape (n,)."""
         self.is_jammed = False
         """Whether two balls bridge the outlet."""
         self._low, self._high = np.array(low), np.array(high)
@@ -123,20 +128,20 @@ class Hopper:
         axis, sign = FACES[OPPOSITE[inlet] if config.outlet == "bottom" else config.outlet]
         self._belt = np.zeros(3)
         self._belt[axis] = sign
-        # distance before the outlet at which its funnel begins
+        # position of the start of the funnel, as (negative) distance through the outlet
         self._fore = -math.tan(config.funnel) * float(self._high[self._across] - self._low[self._across])
-        self._limits = self.pos, self.pos  # of the centers in the box
+        self._limits = self.pos, self.pos  # lower and upper limits of the balls' centers
         self._innermost = self.radius
 
     # --- contents ---------------------------------------------------------------------------------------------------
 
     def follow(self, slots: Sequence[int], radii: Sequence[float], places: Sequence[Vector]) -> None:
-        """Update the contents. New balls enter at the inlet, or elsewhere in the box if it is occupied.
+        """Update the contents; new balls enter at the inlet, or elsewhere in the box if the inlet is occupied.
 
         Args:
             slots: Slots of all pieces in the hopper.
-            radii: Radii of these pieces [m].
-            places: Places to try when the inlet is occupied, robot frame [m].
+            radii: Radii of all pieces in the hopper [m].
+            places: Positions to try if the inlet is occupied, robot frame [m].
         """
         sizes = np.array(radii)
         if slots == self.slots and np.array_equal(sizes, self.radius):
@@ -168,7 +173,7 @@ class Hopper:
         self._innermost = np.minimum(self._sign * low[:, self._axis], self._sign * high[:, self._axis])
 
     def room_at_inlet(self, size: float) -> int:
-        """Return how many balls of a radius [m] can enter at the same time now."""
+        """Return the number of balls of a given radius [m] that can enter now at the same time."""
         candidates = self._inlets(size)
         count, last = 0, -math.inf
         for place in candidates[
@@ -179,13 +184,13 @@ class Hopper:
         return count
 
     def at_outlet(self) -> list[int]:
-        """Return slots of the balls whose center is past the outlet, the foremost first."""
+        """Return the slots of the balls whose centers are past the outlet, foremost first."""
         ahead = self._sign * self.pos[:, self._axis] - self._plane
         rows = np.argsort(-ahead, kind="stable")
         return [self.slots[row] for row in rows.tolist() if ahead[row] >= 0.0]
 
     def _inlets(self, size: float) -> FloatArray:
-        """Return places along the top of the inlet's wall, spaced closer than a diameter [m], shape (m, 3)."""
+        """Return positions along the top of the inlet's wall, less than a diameter apart [m], shape (m, 3)."""
         axis, sign = self._inlet
         low, high = self._low + size, self._high - size
         places = np.tile(high if sign > 0 else low, (1 + max(0, math.floor((high - low)[1 - axis] / (0.5 * size))), 1))
@@ -202,7 +207,7 @@ class Hopper:
             pull: Gravity minus the acceleration of the robot's origin, robot frame [m/s^2].
             spin: Angular velocity of the robot, robot frame [rad/s].
             turn: Angular acceleration of the robot, robot frame [rad/s^2].
-            belt_speed: Speed of the belt toward its wall [m/s].
+            belt_speed: Speed of the belt, positive toward the outlet [m/s].
 
         Returns:
             Whether the outlet has just jammed.
@@ -216,7 +221,7 @@ class Hopper:
         return self.is_jammed and not was_jammed
 
     def _step(self, pull: FloatArray, belt_speed: float) -> bool:
-        """Advance by one tick under accelerations (n, 3); return whether the outlet is jammed."""
+        """Advance by one tick under accelerations (n, 3) [m/s^2]; return whether the outlet is jammed."""
         h, grip = TICK / _STEPS, self.config.friction if abs(belt_speed) > _STANDS else _LEVER / (1.4 * self.radius)
         drag = grip * np.maximum(0.0, -pull[:, 2])  # [m/s^2]; friction of balls on the floor
         belt = belt_speed * self._belt
@@ -238,7 +243,7 @@ class Hopper:
             gap = np.sqrt(np.einsum("ij,ij->i", between, between))
             deep = _SHARE * np.maximum(0.0, touch / np.maximum(gap, 1e-6) - 1.0)
             away = deep[:, None] * between
-            gives = np.where(jammed[ends], 0.0, np.where(jammed[others], 1.0, 0.5))  # a held ball does not yield
+            gives = np.where(jammed[ends], 0.0, np.where(jammed[others], 1.0, 0.5))  # a jammed ball does not move
             pos += _sums(ends, gives[:, None] * np.concatenate((away, -away)), n)
             self._keep_inside(pos)
             pos[jammed] = self.pos[jammed]
@@ -249,7 +254,7 @@ class Hopper:
         return bool(jammed.any())
 
     def _pairs(self, pull: FloatArray) -> tuple[IntArray, IntArray]:
-        """Return the pairs of balls that may touch within a tick."""
+        """Return the rows of all pairs of balls that could touch within a tick."""
         between = self.pos[:, None] - self.pos[None]
         gap = np.sqrt(np.einsum("ijk,ijk->ij", between, between))
         fastest = min(_FASTEST, float(np.abs(self.vel).max()) + TICK * float(np.abs(pull).max()))
@@ -258,7 +263,7 @@ class Hopper:
         return i, j
 
     def _keep_inside(self, pos: FloatArray) -> None:
-        """Push balls out of edges, floor and walls."""
+        """Move balls out of the outlet's edges, the floor and the walls."""
         axis, sign = self._axis, self._sign
         ahead, across, up, window = self._at_opening(pos)
         rows = np.nonzero(ahead > self._fore - 2.0 * self.radius)[0]
@@ -275,41 +280,41 @@ class Hopper:
                 pos[rows, axis] += sign * deep * ahead[rows]
                 pos[rows, self._up] -= side * deep * over
             for half, middle, along in zip(self._half, self._middle, (self._across, self._up), strict=True):
-                most = np.where(through & (ahead[rows] > 0.0), np.maximum(0.0, half - r), np.inf)  # in its throat
+                most = np.where(through & (ahead[rows] > 0.0), np.maximum(0.0, half - r), np.inf)  # inside the outlet
                 pos[rows, along] = np.minimum(np.maximum(pos[rows, along], middle - most), middle + most)
         if axis != 2:
             floor = np.maximum(0.0, self._floor_depth(pos))
             pos[:, 2] += floor * math.cos(self.config.slope)
             pos[:, axis] += sign * math.sin(self.config.slope) * floor
         low, high = self._limits
-        outermost = np.where(window, self._plane + self.radius, self._plane - self.radius)  # where the feeder stops it
+        outermost = np.where(window, self._plane + self.radius, self._plane - self.radius)  # stop at the feeder or wall
         ahead = np.minimum(sign * pos[:, axis], np.maximum(outermost, self._innermost))
         np.minimum(np.maximum(pos, low, out=pos), high, out=pos)
         pos[:, axis] = sign * np.maximum(ahead, self._innermost)
 
     def _beside_outlet(self, ahead: FloatArray, across: FloatArray) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
-        """Return normal and distance [m] of one side's wall, funnel or edge for each ball.
+        """Return the normal and distance [m] of the nearest wall, funnel or edge on one side of the outlet.
 
         Args:
-            ahead: Distance through the outlet [m], shape (n,).
-            across: Distance from its center toward that side [m], shape (n,).
+            ahead: Distance of each ball through the outlet [m], shape (n,).
+            across: Distance of each ball from the outlet's center toward this side [m], shape (n,).
         """
         c, s = math.cos(self.config.funnel), math.sin(self.config.funnel)
         out = across - self._half[0]
-        at_edge = out * c < ahead * s  # the edge is nearer than the wall
+        at_edge = out * c < ahead * s  # whether the edge is nearer than the wall
         away = np.where(at_edge, np.hypot(ahead, out), -ahead * c - out * s)
         size = np.maximum(away, 1e-9)
         return (np.where(at_edge, ahead / size, -c), np.where(at_edge, out / size, -s)), away
 
     def _at_opening(self, pos: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-        """Return distances through the outlet, across and up from its center [m], and a mask of aligned balls."""
+        """Return the distances of balls through, across and up from the outlet's center [m], and whether they align."""
         ahead = self._sign * pos[:, self._axis] - self._plane
         across, up = pos[:, self._across] - self._middle[0], pos[:, self._up] - self._middle[1]
         window: BoolArray = (np.abs(across) < self._half[0]) & (np.abs(up) < self._half[1])
         return ahead, across, up, window
 
     def _floor_depth(self, pos: FloatArray) -> FloatArray:
-        """Return the depth of balls in the floor [m], negative above it."""
+        """Return the overlap of balls with the floor [m]; negative for balls above the floor."""
         slope = self.config.slope
         height = pos[:, 2] - self._low[2]
         if slope:
@@ -318,11 +323,11 @@ class Hopper:
         return depth
 
     def _bridging(self, pull: FloatArray, drag: FloatArray) -> BoolArray:
-        """Return a mask of the balls that form an arch over the outlet.
+        """Return whether each ball is part of an arch that blocks the outlet, shape (n,).
 
         Args:
             pull: Gravity minus the acceleration of the robot at each ball [m/s^2], shape (n, 3).
-            drag: Acceleration from the belt, toward its wall [m/s^2], shape (n,).
+            drag: Acceleration of each ball by the belt, positive in the belt's direction [m/s^2], shape (n,).
         """
         held = np.zeros(len(self.slots), dtype=np.bool_)
         ahead, across, up, _ = self._at_opening(self.pos)
@@ -356,18 +361,19 @@ def arch_holds(
     pulls: Sequence[tuple[float, float]],
     friction: float,
 ) -> bool:
-    """Return whether two balls of equal mass that touch each other, and a wall or an edge each, stay in place.
+    """Return whether an arch of two balls holds: the balls touch each other, and each touches a wall or an edge.
 
-    Two contacts hold each ball. Torque balance makes the friction at both equal, T; force balance in two directions on
-    two balls gives T and the three normal forces. The arch holds if all of these press, and T <= mu N at each.
+    Each ball, of equal mass, has two contacts. By torque balance, both contacts have the same friction force T; the
+    force balance of two balls in two directions gives T and the three normal forces. The arch holds if all normal
+    forces are positive and T <= mu N at each contact.
 
     Args:
-        normals: Unit normals from the supports of each ball, in a plane: through the outlet, and across.
-        between: Vector from the first ball to the second [m].
-        pulls: External forces on them per mass [m/s^2].
-        friction: Coulomb coefficient mu [-].
+        normals: Unit normal from the wall or edge to each ball, in the plane through and across the outlet.
+        between: Vector from the first ball to the second ball [m].
+        pulls: External force per mass on each ball [m/s^2].
+        friction: Coefficient of friction mu [-].
 
-    Example: two balls next to each other at an opening of one and a half diameters, and the same pulled back.
+    Example: Two balls side by side at an opening of 1.5 diameters, pulled through the opening and away from it.
 
     >>> edges = ((-0.866, -0.5), (-0.866, 0.5))
     >>> [arch_holds(edges, (0.0, -2.0), (pull, pull), 0.5) for pull in ((1.0, 0.0), (-1.0, 0.0))]
@@ -389,12 +395,19 @@ def arch_holds(
 
 
 def _sums(rows: IntArray, vectors: FloatArray, n: int) -> FloatArray:
-    """Sum the vectors of each of n rows; return shape (n, 3)."""
+    """Sum vectors by their row numbers, from 0 to n - 1; return the sums, shape (n, 3)."""
     return np.stack([np.bincount(rows, vectors[:, axis], n) for axis in range(3)], axis=1)
 
 
 def _clearances(candidates: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:
-    """Return the clearance of places from all balls beyond what a ball of a radius needs [m], shape (m,)."""
+    """Return the smallest clearance between a new ball at each candidate position and existing balls [m], shape (m,).
+
+    Args:
+        candidates: Positions of the new ball [m], shape (m, 3).
+        size: Radius of the new ball [m].
+        pos: Centers of the existing balls [m], shape (n, 3).
+        radius: Radii of the existing balls [m], shape (n,).
+    """
     if not len(pos):
         return np.ones(len(candidates))
     between = candidates[:, None] - pos[None]

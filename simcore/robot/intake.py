@@ -1,7 +1,7 @@
-"""Intakes: boxes on the robot, or on a moving part, that take pieces in while a roller turns.
+"""Intakes: zones on the robot, or on a moving part, in which a turning roller takes game pieces in.
 
-Each tick tests all pieces at once, along their paths relative to the robot since the last tick, so that no piece
-passes through the box between two ticks.
+Each tick tests the paths of all pieces relative to the robot since the last tick, so that no piece can pass through a
+zone between two ticks.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from simcore.world.zones import BoxZone, box_crossed
 
 __all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed", "on_part"]
 
-_DEPLOYED = 0.8  # [-]; fraction of the travel to its stop beyond which an intake counts as deployed
+_DEPLOYED = 0.8  # [-]; fraction of the travel to the hard stop beyond which an intake counts as deployed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntakeZone:
-    """Box in the robot frame (x forward, y left, z up from the floor); contains the pieces whose center is inside.
+    """Box in the robot frame (x forward, y left, z up from the floor), which contains a piece if the center is inside.
 
     >>> zone = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
     >>> zone.contains(np.array([[-0.4, 0.0, 0.075], [0.4, 0.0, 0.075]])).tolist()
@@ -43,7 +43,7 @@ class IntakeZone:
     y_max: float
     """Upper bound along y [m]."""
     z_min: float = -0.10
-    """Lower bound along z [m]; below the floor plane, for a robot that pitches over a bump."""
+    """Lower bound along z [m]; below the floor by default, for a robot that pitches on a bump."""
     z_max: float
     """Upper bound along z [m]."""
 
@@ -56,7 +56,7 @@ class IntakeZone:
 
     @property
     def corners(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner [m]."""
+        """Corners with the smallest and largest coordinates [m]."""
         return (self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max)
 
     @property
@@ -65,24 +65,24 @@ class IntakeZone:
         return _ball(*self.corners)
 
     def contains(self, pos_robot: FloatArray) -> BoolArray:
-        """Return a mask of the positions in the box; False for NaN.
+        """Return whether each piece is in the box.
 
         Args:
-            pos_robot: Centers, robot frame [m], shape (n, 3).
+            pos_robot: Centers of the pieces, robot frame [m], shape (n, 3).
 
         Returns:
-            Mask, shape (n,).
+            Mask, shape (n,); False for NaN.
         """
         return BoxZone(*self.corners).contains(pos_robot)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Return a mask of the pieces that are in the box or went through it since the last tick.
+        """Return whether each piece is in the box or passed through it since the last tick.
 
-        A path is a straight line in the robot frame, so it does not matter whether piece or robot moved.
+        Paths are straight lines in the robot frame, so a moving robot and a moving piece count alike.
 
         Args:
-            prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
-            now_robot: Centers now, in the robot frame of now [m], shape (n, 3).
+            prev_robot: Centers of the pieces a tick ago, in the robot frame of that time [m], shape (n, 3).
+            now_robot: Current centers of the pieces, in the current robot frame [m], shape (n, 3).
 
         Returns:
             Mask, shape (n,).
@@ -91,14 +91,14 @@ class IntakeZone:
 
 
 def _ball(low: Vector, high: Vector) -> tuple[Vector, float]:
-    """Return center and radius of the bounding sphere of the box between two corners [m]."""
+    """Return the center and radius of a box's bounding sphere [m]."""
     middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
     return middle, 0.5 * math.dist(low, high)
 
 
 def _swept(low: Vector, high: Vector, before: FloatArray, now: FloatArray) -> BoolArray:
-    """Return a mask of the straight paths between places (n, 3) that touch the box between two corners [m]."""
-    # Few pieces are near: testing the bounding boxes of all paths (18 us for 400) leaves those worth the exact test.
+    """Return whether each straight path from `before` to `now`, (n, 3) each [m], touches a box, shape (n,)."""
+    # The bounding boxes of all paths are tested first (18 us for 400), as only the few near paths need the exact test.
     near: BoolArray = np.all((np.maximum(before, now) >= low) & (np.minimum(before, now) <= high), axis=1)
     if near.any():
         near[near] = box_crossed(low, high, before[near], now[near])
@@ -109,31 +109,31 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
     """Transform positions from the field frame to the robot frame.
 
     Args:
-        pos_field: Field frame [m], shape (n, 3).
-        robot_pos: Origin of the robot frame, field frame [m], shape (3,).
-        robot_rotation: Robot to field, unit quaternion xyzw, shape (4,).
+        pos_field: Positions, field frame [m], shape (n, 3).
+        robot_pos: Origin of the robot, field frame [m], shape (3,).
+        robot_rotation: Rotation from robot to field axes, unit quaternion x, y, z, w, shape (4,).
 
     Returns:
-        Robot frame [m], shape (n, 3).
+        Positions, robot frame [m], shape (n, 3).
     """
     x, y, z, w = (float(c) for c in robot_rotation)
     if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
         raise ConfigError(f"field_to_robot: need a unit quaternion xyzw, got {robot_rotation}")
-    result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R is R transposed times each
+    result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R are R transposed times columns
     return result
 
 
 class StoppedMotion(MechanismMotion, Protocol):
-    """Mechanism between two hard stops."""
+    """Mechanism with two hard stops."""
 
     @property
     def stops(self) -> tuple[float, float]:
-        """Lower and upper hard stop [rad]."""
+        """Positions of the lower and upper hard stop [rad]."""
         ...
 
 
 def is_deployed(position: float, stops: tuple[float, float], deployed_at: Literal["upper", "lower"]) -> bool:
-    """Return whether a mechanism is near the hard stop at which it is deployed [rad]."""
+    """Return whether a mechanism at `position` [rad] is near the hard stop for the deployed state."""
     low, high = stops
     fraction = (position - low) / (high - low)
     return fraction > _DEPLOYED if deployed_at == "upper" else fraction < 1.0 - _DEPLOYED
@@ -141,28 +141,28 @@ def is_deployed(position: float, stops: tuple[float, float], deployed_at: Litera
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntakeConfig:
-    """Zone of an intake, and the conditions under which it takes pieces in."""
+    """Config of an intake: zone, roller and deployment."""
 
     zone: IntakeZone
-    """Zone in the robot frame; with `joints`, in the frame after the last of them."""
+    """Zone in the robot frame, or in the frame after the last of `joints`."""
     roller: str | None = None
-    """Mechanism that pulls pieces in; None: the intake takes whatever is in the zone."""
+    """Mechanism that pulls pieces in; None for an intake that takes every piece in the zone."""
     roller_speed: float = math.tau
-    """Forward speed above which the roller takes pieces [rad/s]."""
+    """Roller speed above which the intake takes pieces [rad/s]."""
     roller_reversed: bool = False
-    """Whether it takes pieces while the roller turns backward instead."""
+    """Whether the roller pulls pieces in while turning backward."""
     deploy: str | None = None
-    """Mechanism that must be deployed; None: the intake always is."""
+    """Mechanism that deploys the intake; None for an intake that is always deployed."""
     deployed_at: Literal["upper", "lower"] = "upper"
-    """Hard stop at which `deploy` is out."""
+    """Hard stop of `deploy` at which the intake is deployed."""
     joints: tuple[Joint, ...] = ()
-    """Joints that carry the zone; empty: it is fixed on the robot."""
+    """Joints that move the zone; empty for a zone fixed to the robot."""
     stretch: Joint | None = None
-    """Sliding joint whose travel from the retracted position extends the zone; None: the zone keeps its size."""
+    """Sliding joint whose travel from the retracted position extends the zone; None for a zone of constant size."""
     storage: str = ""
-    """Name of the storage that the intake fills; empty: the robot's first."""
+    """Name of the storage that the intake fills; empty for the robot's first storage."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that the intake takes; empty: all."""
+    """Kinds of pieces that the intake takes; empty for all kinds."""
 
     def __post_init__(self) -> None:
         require_fields(self, roller_speed=TURN_RATE)
@@ -171,7 +171,7 @@ class IntakeConfig:
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
-        """Names of the mechanisms that it uses."""
+        """Names of the mechanisms that the intake uses; may contain None."""
         stretch = None if self.stretch is None else self.stretch.mechanism
         return (self.roller, self.deploy, stretch, *(joint.mechanism for joint in self.joints))
 
@@ -180,12 +180,12 @@ class Intake:
     """One intake of a robot.
 
     Args:
-        config: Zone and conditions.
+        config: Config of the intake.
         mechanisms: Mechanisms of the robot, by name.
 
     Raises:
-        UnknownNameError: The config names a mechanism that the robot does not have.
-        ConfigError: `deploy` has no stops.
+        UnknownNameError: If the config names a mechanism that the robot does not have.
+        ConfigError: If `deploy` has no hard stops.
     """
 
     def __init__(self, config: IntakeConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
@@ -198,7 +198,7 @@ class Intake:
 
     @property
     def is_active(self) -> bool:
-        """Whether the intake is deployed and its roller pulls in."""
+        """Whether the intake is deployed and its roller pulls pieces in."""
         c = self.config
         if c.roller is not None:
             forward = self._mechanisms[c.roller].velocity
@@ -211,7 +211,7 @@ class Intake:
 
     @property
     def corners(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of the zone at the mechanisms' current positions, in the carrying frame [m]."""
+        """Low and high corners of the zone at the current extension, in the frame after the last joint [m]."""
         low, high = self.config.zone.corners
         stretch = self.config.stretch
         if stretch is None:
@@ -225,13 +225,13 @@ class Intake:
 
     @property
     def zone(self) -> IntakeZone:
-        """Zone at the mechanisms' current positions, in the carrying frame."""
+        """Zone at the current extension, in the frame after the last joint."""
         (a, b, c), (d, e, f) = self.corners
         return IntakeZone(x_min=a, x_max=d, y_min=b, y_max=e, z_min=c, z_max=f)
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """Centers of the zone's bounding sphere a tick ago and now, robot frame, and its radius [m]."""
+        """Bounding sphere of the zone: centers a tick ago and now, robot frame, and radius [m]."""
         middle, radius = _ball(*self.corners)
         if not self.config.joints:
             return middle, middle, radius
@@ -239,21 +239,21 @@ class Intake:
         return on_part(self._part_before or part, middle), on_part(part, middle), radius
 
     def pass_tick(self) -> None:
-        """Record the zone's pose in a tick in which there is nothing to take in."""
+        """Record the zone's pose in a tick without pieces to test."""
         if self.config.joints:
             self._part_before = part_pose(self.config.joints, self._mechanisms)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Return a mask of the pieces that the intake takes: in its zone now, or through it since the last tick.
+        """Return whether the intake takes each piece: the piece is in the zone or passed through it in this tick.
 
-        Call this or `pass_tick` once a tick.
+        Call either this or `pass_tick` once per tick.
 
         Args:
-            prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
-            now_robot: Centers now, in the robot frame of now [m], shape (n, 3).
+            prev_robot: Centers of the pieces a tick ago, in the robot frame of that time [m], shape (n, 3).
+            now_robot: Current centers of the pieces, in the current robot frame [m], shape (n, 3).
 
         Returns:
-            Mask, shape (n,); all False while the intake is not active.
+            Mask, shape (n,); all False while the intake is inactive.
         """
         before = self._part_before
         self._part_before = part = None if not self.config.joints else part_pose(self.config.joints, self._mechanisms)
@@ -265,7 +265,7 @@ class Intake:
 
 
 def on_part(part: tuple[Vector, Quaternion], point: Vector) -> Vector:
-    """Transform a point from the frame of a part to the frame of the part's pose [m]."""
+    """Transform a point from the frame of a part to the frame in which the part's pose is given [m]."""
     (x, y, z), quat = part
     dx, dy, dz = rotate(quat, point)
     return x + dx, y + dy, z + dz

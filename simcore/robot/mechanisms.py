@@ -1,8 +1,8 @@
-"""Mechanisms: a motor-driven shaft as arm, elevator, flywheel, rack or roller; pneumatic cylinders and servos.
+"""Mechanisms: arms, elevators, flywheels, racks and rollers on motor-driven shafts; pneumatic cylinders and servos.
 
-A shaft is a record in the arrays of the loop, which steps it together with its robot; `step` advances a shaft on its
-own. A step of the loop is exact for a motor at constant voltage; current limits, reversing friction and hard stops are
-evaluated every millisecond.
+A shaft is a record in the arrays of the loop, which steps the shaft together with its robot; `step` advances a shaft
+without a robot. A step of the loop is exact for a motor at constant voltage; current limits, reversing friction and
+hard stops are evaluated every millisecond.
 """
 
 from __future__ import annotations
@@ -57,21 +57,21 @@ __all__ = [
 ]
 
 
-_USUAL_VOLTS = 1e3  # [V]; what is beyond is looked at twice
+_USUAL_VOLTS = 1e3  # [V]; larger values take the slow check
 
 
 class ShaftSim:
-    """Motors, a gear and an inertia, with optional load, friction, current limit and hard stops.
+    """Shaft with motors, a gear and an inertia, and optional load, friction, current limits and hard stops.
 
     Args:
         gearbox: Motors and gears.
-        inertia: Inertia of all turning parts, seen at the mechanism [kg m^2].
-        lower_stop: Hard stop [rad]; an impact on it is fully inelastic.
-        upper_stop: Hard stop [rad].
+        inertia: Moment of inertia of all turning parts, referred to the mechanism [kg m^2].
+        lower_stop: Position of the lower hard stop [rad]; impacts on hard stops are fully inelastic.
+        upper_stop: Position of the upper hard stop [rad].
         position: Initial position [rad].
 
     Raises:
-        ConfigError: The inertia is not positive, or the initial position is not between the stops.
+        ConfigError: If the inertia is not positive or the initial position is not between the stops.
     """
 
     __slots__ = (
@@ -102,7 +102,7 @@ class ShaftSim:
         self.motors = gearbox.motors
         """Number of motors that share the current."""
         self.stops = lower_stop, upper_stop
-        """Lower and upper hard stop [rad]; infinite without a stop."""
+        """Positions of the lower and upper hard stop [rad]; infinite without a stop."""
         self.record = records(SHAFT)
         model, request = self.record["model"], self.record["request"]
         for name, value in {
@@ -127,13 +127,13 @@ class ShaftSim:
 
     @property
     def record(self) -> Records:
-        """Record of this shaft in the arrays of the loop, shape (1,); a world's loop has those of all its robots."""
+        """Record of this shaft in the arrays of the loop, shape (1,)."""
         return self._record
 
     @record.setter
     def record(self, record: Records) -> None:
         self._record, request = record, record["request"]
-        # Fields that are asked for many times a tick: by name one takes 0.23 us, so 0.05.
+        # Fields read many times per tick: by name a read takes 0.23 us, by view 0.05 us.
         self._position, self._speed = record["position"], record["speed"]
         self._mode, self._value, self._brakes = request["mode"], request["value"], request["brakes"]
 
@@ -157,27 +157,27 @@ class ShaftSim:
 
     @property
     def volts(self) -> float:
-        """Commanded voltage, before the battery limits it, or the voltage of a duty cycle [V]; `set_volts` sets it."""
+        """Commanded voltage before the limit by the battery, or the voltage of a commanded duty cycle [V]."""
         return float(self._record["volts"][0] if self._mode[0] == DUTY else self._value[0])
 
     @property
     def motor_output(self) -> tuple[float, float]:
-        """Voltage at each motor [V] and current in it [A] at the end of the last step."""
+        """Voltage [V] and current [A] of each motor at the end of the last step."""
         return float(self.record["volts"][0]), float(self.record["current"][0])
 
     @property
     def current(self) -> float:
-        """Stator current of all motors together, mean over the last step [A]."""
+        """Total stator current of all motors, averaged over the last step [A]."""
         return float(self.record["mean_current"][0])
 
     @property
     def supply_current(self) -> float:
-        """Supply current of all motors together, mean over the last step; negative while regenerating [A]."""
+        """Total supply current of all motors, averaged over the last step [A]; negative while regenerating."""
         return float(self.record["mean_supply"][0])
 
     @property
     def time_constant(self) -> float:
-        """Time in which the speed covers 63 % of the difference to its final value [s]."""
+        """Time constant of the speed at constant voltage: time to 63 % of a change [s]."""
         box = self.gearbox
         return box.resistance * self.inertia / (box.torque_per_amp * box.volts_per_speed)
 
@@ -187,46 +187,46 @@ class ShaftSim:
         return 0.5 * self.inertia * self.velocity * self.velocity
 
     def set_volts(self, volts: float) -> None:
-        """Apply this voltage from the next step on; zero volts brake.
+        """Apply a voltage [V] from the next step on; zero volts brake.
 
         Raises:
-            NonFiniteError: `volts` is NaN or infinite.
+            NonFiniteError: If `volts` is NaN or infinite.
         """
         if type(volts) is not float or not abs(volts) < _USUAL_VOLTS:
             volts = checked_number(f"{type(self).__name__}: volts", volts)
         self._mode[0], self._value[0], self._brakes[0] = VOLTS, volts, 1
 
     def set_duty_cycle(self, share: float) -> None:
-        """Apply this fraction of the battery voltage from the next step on, -1 to 1; zero brakes.
+        """Apply a duty cycle, -1 to 1, from the next step on; zero brakes.
 
         Raises:
-            NonFiniteError: `share` is NaN or infinite.
+            NonFiniteError: If `share` is NaN or infinite.
         """
         share = checked_number(f"{type(self).__name__}: duty cycle", share)
         self._mode[0], self._value[0], self._brakes[0] = DUTY, min(max(share, -1.0), 1.0), 1
 
     @property
     def load_torque(self) -> float:
-        """External torque on the mechanism, along positive motion [N m]."""
+        """External torque on the mechanism, positive along positive motion [N m]."""
         return float(self.record["request"]["load"][0])
 
     def set_load(self, torque: float) -> None:
-        """Apply this external torque [N m], along positive motion, from the next step on."""
+        """Apply an external torque [N m], positive along positive motion, from the next step on."""
         self.record["request"]["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
 
     def keep_limits(self, stator: float, supply: float) -> None:
-        """Limit each motor's stator and supply current [A] from the next step on, within the gearbox's own limits."""
+        """Limit each motor's stator and supply current [A] from the next step on; the gearbox's limits still apply."""
         request, box = self.record["request"], self.gearbox
         request["stator_limit"] = min(stator, box.stator_current_limit)
         request["supply_limit"] = min(supply, box.supply_current_limit)
 
     def coast(self) -> None:
-        """Open the circuit: no current flows until the next command."""
+        """Coast: leave the motor circuit open until the next command."""
         request = self.record["request"]
         request["mode"], request["value"], request["brakes"] = NEUTRAL, 0.0, 0
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
-        """Set position and velocity, and command zero volts."""
+        """Set position [rad] and velocity [rad/s], and command zero volts."""
         position = checked_number(f"{type(self).__name__}: position", position)
         velocity = checked_number(f"{type(self).__name__}: velocity", velocity)
         lower, upper = self.stops
@@ -236,14 +236,14 @@ class ShaftSim:
         record["mean_current"] = record["mean_supply"] = 0.0
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Advance by `dt` at the held voltage; for a mechanism that belongs to no robot.
+        """Advance a mechanism without a robot by `dt` at the commanded voltage.
 
         Args:
-            dt: Duration, split into steps of 1 ms or less [s].
-            battery_voltage: Limit of the motors' voltage, in both directions [V].
+            dt: Duration, split into steps of at most 1 ms [s].
+            battery_voltage: Limit on the motors' voltage, in both directions [V].
 
         Raises:
-            ConfigError: `dt` is not positive or a number is NaN.
+            ConfigError: If `dt` is not positive and finite, or the battery voltage is negative or not finite.
         """
         if not 0.0 < dt < math.inf:
             raise ConfigError(f"{type(self).__name__}: dt must be finite and > 0 s, got {dt}")
@@ -256,25 +256,25 @@ class ShaftSim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmConfig:
-    """Arm with its drive and range. Angles are from the horizontal, up positive."""
+    """Config of an arm; angles are from the horizontal, positive up."""
 
     gearbox: GearboxConfig
     inertia: float
-    """Moment of inertia about the joint, rotors included [kg m^2]."""
+    """Moment of inertia about the joint, including rotors [kg m^2]."""
     mass: float = 0.0
-    """Mass of all parts that swing; 0 for an arm that springs or a counterweight fully balance [kg]."""
+    """Mass of all swinging parts [kg]; 0 for an arm fully balanced by springs or a counterweight."""
     center_of_mass: float = 0.0
     """Distance from the joint to the center of mass [m]."""
     min_angle: float
-    """Lower hard stop [rad]."""
+    """Angle of the lower hard stop [rad]."""
     max_angle: float
-    """Upper hard stop [rad]."""
+    """Angle of the upper hard stop [rad]."""
     start_angle: float | None = None
-    """Initial angle; None: the lower stop [rad]."""
+    """Initial angle [rad]; None for the lower stop."""
     gravity: float = GRAVITY
-    """Gravitational acceleration; zero for an arm that turns about a vertical axis [m/s^2]."""
+    """Gravitational acceleration [m/s^2]; 0 for an arm that turns about a vertical axis."""
     spring_share: float = 0.0
-    """Fraction of gravity's torque, at any angle, that springs carry [-]."""
+    """Fraction of the gravity torque that springs balance, equal at all angles [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -298,7 +298,7 @@ class ArmConfig:
 
     @property
     def weight_torque(self) -> float:
-        """Torque that the motors hold while the arm is level [N m]."""
+        """Torque on the motors while the arm is horizontal [N m]."""
         return self.mass * self.gravity * self.center_of_mass * (1.0 - self.spring_share)
 
     @property
@@ -331,23 +331,23 @@ class ArmSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElevatorConfig:
-    """Elevator carriage with its drive and range."""
+    """Config of an elevator."""
 
     gearbox: GearboxConfig
     carriage_mass: float
-    """Mass of all lifted parts, rotor inertia over radius squared included [kg]."""
+    """Mass of all lifted parts, including rotor inertia divided by the drum radius squared [kg]."""
     drum_radius: float
-    """Carriage travel per rad of the drum [m]."""
+    """Carriage travel per radian of the drum [m]."""
     min_height: float = 0.0
-    """Lower hard stop [m]."""
+    """Height of the lower hard stop [m]."""
     max_height: float
-    """Upper hard stop [m]."""
+    """Height of the upper hard stop [m]."""
     start_height: float | None = None
-    """Initial height of the carriage; None: the lower stop [m]."""
+    """Initial height of the carriage [m]; None for the lower stop."""
     gravity: float = GRAVITY
     """Gravitational acceleration along the elevator [m/s^2]."""
     spring_force: float = 0.0
-    """Upward force of constant-force or gas springs; may exceed the weight [N]."""
+    """Upward force of constant-force or gas springs [N]; may exceed the weight."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -369,7 +369,7 @@ class ElevatorConfig:
 
     @property
     def weight_torque(self) -> float:
-        """Torque at the drum that the motors hold; negative if springs push the carriage up [N m]."""
+        """Torque at the drum needed to hold the carriage [N m]; negative if springs push the carriage up."""
         return (self.carriage_mass * self.gravity - self.spring_force) * self.drum_radius
 
     @property
@@ -379,7 +379,10 @@ class ElevatorConfig:
 
 
 class ElevatorSim(ShaftSim):
-    """Elevator; `position` is the angle of the drum, `height` that of the carriage. Exact, as gravity is constant."""
+    """Elevator; `position` is the angle of the drum, `height` the height of the carriage.
+
+    Steps are exact, because gravity is constant.
+    """
 
     __slots__ = ("_radius", "_weight_torque", "holding_volts")
 
@@ -399,7 +402,7 @@ class ElevatorSim(ShaftSim):
         self.set_load(0.0)
 
     def set_load(self, torque: float) -> None:
-        """Apply this torque [N m] to the drum in addition to the weight, along positive motion."""
+        """Apply a torque [N m] to the drum in addition to the weight, positive along positive motion."""
         super().set_load(checked_number("ElevatorSim: load torque", torque) - self._weight_torque)
 
     @property
@@ -414,24 +417,24 @@ class ElevatorSim(ShaftSim):
 
     @property
     def speed(self) -> float:
-        """Speed of the carriage, upward positive [m/s]."""
+        """Velocity of the carriage, positive upward [m/s]."""
         return self.velocity * self._radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlywheelConfig:
-    """Flywheel with its drive."""
+    """Config of a flywheel."""
 
     gearbox: GearboxConfig
     inertia: float
-    """Inertia of wheels, shafts and rotors, seen at the wheel [kg m^2]."""
+    """Moment of inertia of wheels, shafts and rotors, referred to the wheel [kg m^2]."""
 
     def __post_init__(self) -> None:
         require_fields(self, inertia=INERTIA)
 
 
 class FlywheelSim(ShaftSim):
-    """Launcher wheels: the motors spin them up, and each shot takes energy from them."""
+    """Launcher wheels, spun up by motors and slowed by each shot."""
 
     __slots__ = ()
 
@@ -441,13 +444,13 @@ class FlywheelSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RackConfig:
-    """Slide on a rack with its drive and range. Lengths are along the slide."""
+    """Config of a slide with rack and pinion; lengths are along the slide."""
 
     gearbox: GearboxConfig
     mass: float
-    """Mass of all sliding parts, rotor inertia over radius squared included [kg]."""
+    """Mass of all sliding parts, including rotor inertia divided by the pinion radius squared [kg]."""
     pinion_radius: float
-    """Pitch radius of the pinion: slide travel per rad of the pinion [m]."""
+    """Pitch radius of the pinion: slide travel per radian of the pinion [m]."""
     travel: float
     """Distance from the inner to the outer hard stop [m]."""
     start_extension: float = 0.0
@@ -462,7 +465,7 @@ class RackConfig:
 
 
 class RackSim(ShaftSim):
-    """Rack on a pinion without gravity; `position` is the pinion's angle, `extension` the travel of the slide."""
+    """Rack and pinion without gravity; `position` is the angle of the pinion, `extension` the travel of the slide."""
 
     __slots__ = ("_radius", "_travel")
 
@@ -490,31 +493,31 @@ class RackSim(ShaftSim):
 
     @property
     def speed(self) -> float:
-        """Speed of the slide, outward positive [m/s]."""
+        """Velocity of the slide, positive outward [m/s]."""
         return self.velocity * self._radius
 
     @property
     def extended_fraction(self) -> float:
-        """Extension as a fraction of the travel: 0 at the inner stop, 1 at the outer one [-]."""
+        """Extension as a fraction of the travel: 0 at the inner stop, 1 at the outer stop [-]."""
         return self.extension / self._travel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerConfig:
-    """Roller with its drive."""
+    """Config of a roller."""
 
     gearbox: GearboxConfig
     inertia: float
-    """Inertia seen at the roller [kg m^2]."""
+    """Moment of inertia referred to the roller [kg m^2]."""
     radius: float
-    """Radius of the surface that touches the pieces [m]."""
+    """Outer radius of the roller, at the contact with pieces [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, inertia=INERTIA, radius=ROBOT_LENGTH)
 
 
 class RollerSim(ShaftSim):
-    """Roller on a motor; squeezed pieces act as a load (`set_load`)."""
+    """Motor-driven roller; `set_load` applies the load of compressed pieces."""
 
     __slots__ = ("radius",)
 
@@ -524,25 +527,25 @@ class RollerSim(ShaftSim):
 
 
 _VALVE_VOLTS = 12.0
-_SPEED_UP = 0.05  # [-]; fraction of the stroke time to get up to speed. Estimate: 2 kg on a 3/4 in bore
+_SPEED_UP = 0.05  # [-]; time constant of the speed over stroke time. Estimate: 2 kg on a 3/4 in bore
 _SERVO_VOLTS = 6.0  # [V]; the roboRIO's servo rail
-_SERVO_TORQUE = 1.32  # [N m], and
-_SERVO_AMPS = 2.0  # [A], both at stall. Source: REV Smart Robot Servo (REV-41-1097), 13.5 kg cm and 2 A at 6 V
-_SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that swings a light part. Estimate
+_SERVO_TORQUE = 1.32  # [N m]; stall torque
+_SERVO_AMPS = 2.0  # [A]; stall current. Source: REV Smart Robot Servo (REV-41-1097), 13.5 kg cm and 2 A at 6 V
+_SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that turns a light part. Estimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PistonConfig:
-    """Pneumatic cylinder on a solenoid valve, and the part that it pushes."""
+    """Config of a pneumatic cylinder with a solenoid valve and a moved part."""
 
     stroke: float
     """Distance from the retracted to the extended stop [m]."""
     stroke_time: float
     """Time from one stop to the other, as set by the flow controls [s]."""
     is_double: bool = False
-    """Whether the valve has two coils and keeps its state without power; a single-coil valve returns by a spring."""
+    """Whether the valve has two coils and keeps its state without power; a single-coil valve has a return spring."""
     springs_out: bool = False
-    """Whether the spring of a single-coil valve extends the cylinder without power; False: it retracts it."""
+    """Whether a single-coil valve extends the cylinder without power, instead of retracting it."""
     starts_extended: bool = False
     """Whether the cylinder is extended at the start."""
 
@@ -551,9 +554,9 @@ class PistonConfig:
 
     @property
     def speed(self) -> float:
-        """Speed of the rod once it is up to speed [m/s].
+        """Final speed of the rod [m/s].
 
-        The travel from rest with a time constant tau is v (t - tau (1 - exp(-t / tau))); it equals the stroke after the
+        The travel from rest with a time constant tau is v (t - tau (1 - exp(-t / tau))), which equals the stroke at the
         stroke time.
         """
         tau = _SPEED_UP * self.stroke_time
@@ -561,8 +564,8 @@ class PistonConfig:
 
     @property
     def rack(self) -> RackConfig:
-        """Equivalent slide: the force of a throttled cylinder falls linearly with speed, like that of a DC motor."""
-        # Only speed and time constant matter: one kilogram, and the force that gives it that time constant.
+        """Equivalent rack: the force of a throttled cylinder falls linearly with speed, like a DC motor's force."""
+        # Only speed and time constant matter, so the mass is 1 kg and the force follows from the time constant.
         force = self.speed / (_SPEED_UP * self.stroke_time)
         motor = MotorModel(
             name="piston",
@@ -582,9 +585,10 @@ class PistonConfig:
 
 
 class PistonSim(RackSim):
-    """Cylinder: `position` and `extension` are those of its rod [m], `volts` is 12 to extend and -12 to retract.
+    """Pneumatic cylinder; `position` and `extension` are the travel of the rod [m], `volts` is 12 or -12.
 
-    The air supply is unlimited: compressor and tanks are not modelled, nor is the coil's current (0.3 A).
+    12 V extend the rod, -12 V retract it. The air supply is unlimited: the model ignores compressor, tanks and the
+    coil's current (0.3 A).
 
     >>> piston = PistonSim(PistonConfig(stroke=0.2, stroke_time=0.4))
     >>> piston.set_volts(12.0)
@@ -603,9 +607,9 @@ class PistonSim(RackSim):
         super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
 
     def set_volts(self, volts: float) -> None:
-        """Power the valve: positive volts extend the rod, negative ones retract it.
+        """Power the valve: a positive voltage extends the rod, a negative voltage retracts it.
 
-        Without power a single-coil valve returns by its spring; a valve with two coils keeps its state.
+        At zero volts a single-coil valve returns by its spring, and a valve with two coils keeps its state.
         """
         volts = checked_number("PistonSim: volts", volts)
         if volts == 0.0:
@@ -614,22 +618,22 @@ class PistonSim(RackSim):
             super().set_volts(math.copysign(_VALVE_VOLTS, volts))
 
     def coast(self) -> None:
-        """Cut power to the valve."""
+        """Cut the power of the valve."""
         self.set_volts(0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServoConfig:
-    """Servo, and the part that it turns between two angles."""
+    """Config of a servo that turns a part between two angles."""
 
     min_angle: float
-    """Lower end of the travel [rad]."""
+    """Angle at the lower end of the travel [rad]."""
     max_angle: float
-    """Upper end of the travel [rad]."""
+    """Angle at the upper end of the travel [rad]."""
     speed: float
-    """No-load speed at 6 V [rad/s]; data sheets give the time for 60 degrees."""
+    """No-load speed at 6 V [rad/s]; datasheets state the time for 60 degrees."""
     start_angle: float | None = None
-    """Initial angle; None: the lower end [rad]."""
+    """Initial angle [rad]; None for the lower end."""
 
     def __post_init__(self) -> None:
         require_fields(self, min_angle=ANGLE, max_angle=ANGLE, speed=TURN_RATE, start_angle=ANGLE)
@@ -638,7 +642,7 @@ class ServoConfig:
 
     @property
     def arm(self) -> ArmConfig:
-        """Equivalent weightless arm: the servo's motor and gear, and an inertia that gives its time constant."""
+        """Equivalent weightless arm, with the servo's motor and gear and an inertia that matches the time constant."""
         motor = MotorModel(
             name="servo",
             nominal_voltage=_SERVO_VOLTS,
@@ -657,10 +661,10 @@ class ServoConfig:
 
 
 class ServoSim(ArmSim):
-    """Servo: its own controller drives it to `goal` at the rate of its motor; without a signal it holds still.
+    """Servo whose internal controller drives it to `goal`; without a signal the servo holds its position.
 
-    The controller is proportional, with the highest gain that does not overshoot: with a motor's time constant tau that
-    is a quarter of (speed / volts) / tau, and the last 4 tau of the motion are slower.
+    The controller is proportional, with the highest gain that does not overshoot: (volts / speed) / (4 tau) for a motor
+    with the time constant tau. The last 4 tau of a motion are slower.
 
     >>> servo = ServoSim(ServoConfig(min_angle=0.0, max_angle=1.0, speed=8.0))
     >>> servo.set_goal(0.5)
@@ -680,7 +684,7 @@ class ServoSim(ArmSim):
 
     @property
     def goal(self) -> float:
-        """Goal angle [rad]; the current angle without a signal."""
+        """Goal angle [rad]; equal to the current angle without a signal."""
         request = self.record["request"]
         return self.position if request["mode"][0] != TARGET else float(request["value"][0])
 
@@ -692,35 +696,35 @@ class ServoSim(ArmSim):
         request["mode"], request["value"], request["brakes"] = TARGET, min(max(angle, lower), upper), 1
 
     def coast(self) -> None:
-        """Cut the signal: the gear holds the servo in place."""
+        """Cut the signal; the gear then holds the servo in place."""
         super().coast()
         self.velocity = 0.0
 
 
-_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers have .02 to .1, shooters .1 to .5
+_SPIN_UP = 0.05  # [s]; time constant of a mechanism without a kA. Estimate: rollers have .02 to .1, shooters .1 to .5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GuessedMechanism:
-    """Mechanism that a group of motor controllers probably drives, guessed from their configuration.
+    """Mechanism of a group of motor controllers, guessed from the controllers' configuration.
 
-    The guess makes at-setpoint logic work: velocity loops spin up, position loops arrive, and gravity gains find the
-    weight that they hold. It models no particular mechanism; `simcore.toml` describes the real one.
+    The guess makes at-setpoint logic work: velocity loops spin up, position loops reach their setpoints, and gravity
+    gains have a matching weight. `simcore.toml` describes the real mechanism.
     """
 
     mechanism: ShaftSim
     motor: str
     arm_gain: str = "kG"
-    """Name of the gain whose volts hold an arm."""
+    """Name of the gain that holds an arm against gravity."""
     sensors: tuple[DeviceKey, ...] = ()
-    """Further devices that report its position."""
+    """Other devices that report the mechanism's position."""
 
     has_wired_sensor: bool = False
-    """Whether an encoder wired to the controller reports its position."""
+    """Whether an encoder wired to the controller reports the mechanism's position."""
 
     @property
     def has_weight(self) -> bool:
-        """Whether gravity acts on it."""
+        """Whether gravity acts on the mechanism."""
         return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
 
     def __str__(self) -> str:
@@ -732,7 +736,7 @@ class GuessedMechanism:
 
 
 def guessed_inertia(gearbox: GearboxConfig, spin_up: float = _SPIN_UP) -> float:
-    """Return the inertia at the mechanism with which the motors reach 63 % of their speed within `spin_up` [kg m^2]."""
+    """Compute the moment of inertia at the mechanism for a time constant of `spin_up` [s] [kg m^2]."""
     return spin_up * gearbox.torque_per_amp / gearbox.resistance * gearbox.volts_per_speed
 
 
@@ -745,17 +749,17 @@ def guessed_shaft(
     weight: float = 0.0,
     arm: tuple[float, float] | None = None,
 ) -> ShaftSim:
-    """Build a free shaft, or with a weight one that starts at rest on a hard stop.
+    """Build a shaft from controller gains; a shaft with weight starts at rest on a hard stop.
 
-    A weight that pulls up (a negative kG: a spring, or a position that counts down) starts on the upper stop.
+    A shaft whose weight pulls up (negative kG: a spring, or a position that counts down) starts on the upper stop.
 
     Args:
         gearbox: Motors and gears.
-        static: kS [V]; 0: not tuned, so that the friction is the motors' default.
-        kv: kV, in the unit of `ka`; their quotient is the time constant, 50 ms where they are not tuned.
-        ka: kA; see `kv`.
-        weight: kG [V]; of an arm when level.
-        arm: Lower stop and initial angle of an arm [rad]; None: the load does not depend on the angle.
+        static: kS [V]; 0 if not tuned, for the default friction.
+        kv: kV, consistent with `ka`; the time constant is ka / kv, or 50 ms if either is not tuned.
+        ka: kA, consistent with `kv`.
+        weight: kG, for an arm at the horizontal [V].
+        arm: Lower stop and initial angle of an arm [rad]; None for a load that does not depend on the angle.
     """
     friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
     gearbox = replace(gearbox, friction_torque=friction)
@@ -774,7 +778,7 @@ def guessed_shaft(
             inertia=inertia,
             mass=torque,
             center_of_mass=1.0,
-            gravity=1.0,  # only the product of mass and lever arm is known, and only that is needed
+            gravity=1.0,  # only the product of weight and lever arm is known and needed
             min_angle=low,
             max_angle=start + math.pi,
             start_angle=start,
@@ -783,7 +787,7 @@ def guessed_shaft(
 
 
 def place_text(mechanism: ShaftSim, position: float) -> str:
-    """Format a position [rad] in the usual unit of its kind of mechanism."""
+    """Format a position [rad] in the usual unit of the mechanism's type."""
     if isinstance(mechanism, ArmSim):
         return f"{math.degrees(position):.0f} deg"
     if isinstance(mechanism, ElevatorSim | RackSim):

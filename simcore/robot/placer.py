@@ -1,7 +1,7 @@
-"""Placers: claws or pairs of rollers at the end of arms and elevators, which hold and release one piece.
+"""Placers: claws or roller pairs at the end of arms and elevators that hold and release a single game piece.
 
-A piece in a placer moves with it. The placer releases it at its current position with its current velocity; from then
-on the engine moves it.
+A held piece moves with the placer. A released piece keeps its position and velocity at the release, and the engine
+moves it from then on.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ __all__ = ["Placer", "PlacerConfig"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacerConfig:
-    """Holder for one piece, moved by mechanisms."""
+    """Config of a placer: a holder for one piece, moved by mechanisms."""
 
     joints: tuple[Joint, ...]
     """Joints from the robot to the holder."""
     offset: Vector = (0.0, 0.0, 0.0)
     """Center of the held piece in the frame after the last joint [m]."""
     attitude: Quaternion = IDENTITY
-    """Attitude of the held piece in that frame, x, y, z, w."""
+    """Attitude of the held piece in the frame after the last joint, quaternion x, y, z, w."""
     roller: str
-    """Mechanism that takes and releases: rollers, or the jaw of a claw."""
+    """Mechanism that takes and releases pieces: rollers, or the jaw of a claw."""
     take_speed: float = math.tau
-    """Forward speed above which the roller takes a piece [rad/s]."""
+    """Forward speed of the roller above which the placer takes a piece [rad/s]."""
     release_speed: float = math.tau
-    """Backward speed above which the roller releases the piece [rad/s]."""
+    """Backward speed of the roller above which the placer releases the piece [rad/s]."""
     passes_through: bool = False
-    """Whether the roller also releases while it turns forward faster than that, after a stop in between."""
+    """Whether the roller, after a stop, also releases the piece by turning forward faster than `release_speed`."""
     zone: IntakeZone
-    """Zone where the placer takes a piece, around the held one's place, in the frame after the last joint."""
+    """Zone in which the placer takes a piece, in the frame after the last joint."""
     from_storage: bool = False
     """Whether the placer also takes pieces from a storage."""
     storage: str = ""
-    """Name of that storage; empty: the robot's first."""
+    """Name of the storage that supplies pieces; empty for the robot's first storage."""
     handover: Vector | None = None
-    """Point where that storage hands a piece over, robot frame [m]: the zone must contain it; None: anywhere."""
+    """Point at which the storage hands over pieces if the zone contains it, robot frame [m]; None for any position."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that the placer takes; empty: all."""
+    """Kinds of pieces that the placer takes; empty for all kinds."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -65,7 +65,7 @@ class PlacerConfig:
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:
-        """Names of the mechanisms that it uses."""
+        """Names of the mechanisms that the placer uses."""
         return (self.roller, *(joint.mechanism for joint in self.joints))
 
 
@@ -73,11 +73,11 @@ class Placer:
     """One placer of a robot.
 
     Args:
-        config: Holder, roller and zone.
+        config: Config of the placer.
         mechanisms: Mechanisms of the robot, by name.
 
     Raises:
-        UnknownNameError: The config names a mechanism that the robot does not have.
+        UnknownNameError: If the config names a mechanism that the robot does not have.
     """
 
     def __init__(self, config: PlacerConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
@@ -85,12 +85,12 @@ class Placer:
         self.config = config
         self._mechanisms = mechanisms
         self.piece: int | None = None
-        """Slot of the held piece."""
+        """Slot of the held piece; None if the placer is empty."""
         self._has_stopped = True
 
     @property
     def takes(self) -> bool:
-        """Whether the placer is empty and its roller pulls in."""
+        """Whether the placer is empty and its roller pulls pieces in."""
         if self.piece is not None or (self.config.passes_through and not self._has_stopped):
             return False
         return self._mechanisms[self.config.roller].velocity > self.config.take_speed
@@ -103,7 +103,7 @@ class Placer:
 
     @property
     def releases(self) -> bool:
-        """Whether the placer holds a piece and its roller turns it out."""
+        """Whether the placer holds a piece and its roller pushes the piece out."""
         if self.piece is None:
             return False
         velocity = self._mechanisms[self.config.roller].velocity
@@ -112,18 +112,18 @@ class Placer:
         return velocity < -self.config.release_speed
 
     def note_roller(self) -> None:
-        """Record whether the roller has stopped since a piece came or went; once a tick."""
+        """Record whether the roller has stopped since the last take or release; call once per tick."""
         slow = min(self.config.take_speed, self.config.release_speed)
         if abs(self._mechanisms[self.config.roller].velocity) < slow:
             self._has_stopped = True
 
     def take(self, slot: int) -> None:
-        """Hold the piece of a slot."""
+        """Take the piece with the given slot."""
         self.piece = slot
         self._has_stopped = False
 
     def let_go(self) -> int:
-        """Release the held piece; return its slot."""
+        """Release the held piece and return its slot."""
         assert self.piece is not None
         slot, self.piece = self.piece, None
         self._has_stopped = False
@@ -131,21 +131,21 @@ class Placer:
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """Bounding sphere as in `Intake.around`, with the current center twice: only pieces in the zone now count."""
+        """Bounding sphere of the zone, as in `Intake.around`; both centers are the current center."""
         middle, radius = self.config.zone.ball
         now = on_part(part_pose(self.config.joints, self._mechanisms), middle)
         return now, now, radius
 
     def captured(self, pos_robot: FloatArray) -> BoolArray:
-        """Return a mask of the pieces in the zone, whether the placer takes now or not.
+        """Return whether each piece is in the zone, regardless of the roller.
 
         Args:
-            pos_robot: Centers, robot frame [m], shape (n, 3).
+            pos_robot: Centers of the pieces, robot frame [m], shape (n, 3).
         """
         pos, quat = part_pose(self.config.joints, self._mechanisms)
         return self.config.zone.contains((pos_robot - np.array(pos)) @ matrix(quat))
 
     def held_state(self) -> PartState:
-        """Return pose and motion of the held piece, robot frame, relative to the robot."""
+        """Return the pose and motion of the held piece relative to the robot, robot frame."""
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)
         return state._replace(quat=multiply(state.quat, self.config.attitude))

@@ -1,4 +1,4 @@
-"""Robot in the world: body, drivetrain, battery, sensors, mechanisms and held pieces."""
+"""Robot in a world: body, drivetrain, battery, sensors, mechanisms and held pieces."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ __all__ = [
 
 
 class SwerveOdometry:
-    """Pose estimate from wheel travel and heading, as in WPILib's SwerveDriveOdometry.
+    """Pose estimate from wheel travel and gyro yaw, as in WPILib's SwerveDriveOdometry.
 
-    Between two samples each module travels d_i along its heading. The chassis moves along an arc by the twist
-    (dx, dy, dyaw) that fits all of them best (least squares, with the yaw of the gyro).
+    Between two samples each module travels d_i along its steer angle. The chassis moves along an arc by the twist
+    (dx, dy, dyaw): dyaw comes from the gyro, and dx and dy are the least-squares fit to all d_i.
 
     Args:
         positions: Positions of the modules, robot frame [m].
@@ -60,15 +60,16 @@ class SwerveOdometry:
         distances: Sequence[float] | FloatArray | None = None,
         gyro_yaw: float | None = None,
     ) -> None:
-        """Set the pose.
+        """Set the pose estimate.
 
         Args:
             pose: New pose, field frame [m, m, rad].
-            distances: Current readings of the drive encoders [m], shape (n,); None: zero.
-            gyro_yaw: Current reading of the gyro [rad]; None: the heading of the pose.
+            distances: Current readings of the drive encoders [m], shape (n,); None for zeros.
+            gyro_yaw: Current yaw reading of the gyro [rad]; None if it equals the heading of `pose`.
 
         Raises:
-            ConfigError: The pose is invalid, or there is not one distance per module; nothing has changed.
+            ConfigError: If an argument is invalid or the number of distances is not the number of modules; the estimate
+                is left unchanged.
         """
         require_row("odometry", "pose", pose, (ANGLE,) * 3)
         distances = [0.0] * len(self._positions) if distances is None else distances
@@ -82,21 +83,21 @@ class SwerveOdometry:
     def update(
         self, distances: Sequence[float], angles: Sequence[float], gyro_yaw: float
     ) -> tuple[float, float, float]:
-        """Add the travel since the last call.
+        """Add the travel since the last call to the pose estimate.
 
         Args:
             distances: Readings of the drive encoders [m], shape (n,).
             angles: Steer angles [rad], shape (n,).
-            gyro_yaw: Reading of the gyro, continuous [rad].
+            gyro_yaw: Yaw reading of the gyro, continuous [rad].
 
         Returns:
-            The new pose, field frame [m, m, rad].
+            New pose estimate, field frame [m, m, rad].
         """
         x, y, before = self.pose
         yaw = gyro_yaw + self._offset
         turn = yaw - before
-        # Each module moves by the twist plus turn x position; the mean of the rest is the least-squares translation.
-        # Plain floats: 4 us for four modules; numpy takes 15.
+        # Each module moves by the translation plus turn x position, so the least-squares translation is the mean travel
+        # without turn x position. Plain floats take 4 us for four modules; numpy takes 15.
         dx = dy = 0.0
         rows = zip(distances, self._distances, angles, self._positions, strict=True)
         for distance, last, angle, (px, py) in rows:
@@ -120,21 +121,21 @@ _MASS_BIT = 1e-6  # [kg]
 
 
 class MassBalance:
-    """Mass and momentum balance of one robot as pieces come and go and mechanisms move.
+    """Mass and momentum balance of a robot with pieces and moving mechanisms.
 
-    Once a tick, before motion, it passes changed mass, center and inertia to the loop. The pose of the robot's body
-    stays. Its velocity follows from conservation laws:
+    Once per tick, before motion, the balance passes changed mass, center of mass and inertia to the loop. The pose of
+    the robot's body stays. The velocity follows from conservation laws:
 
-    - An incoming piece adds its momentum; a launched or released piece takes its own along. Linear momentum, and
-      angular momentum about the common center of mass, of robot and piece become those of the robot: an inelastic
-      impact on the way in, a recoil on the way out.
-    - Where mass moves within the robot, its linear and angular momentum stay: an arm that extends slows a turn. The
-      model leaves out the reaction on the body while the arm accelerates and decelerates.
-    - Pieces that people put in or take out move with the robot.
+    - An incoming piece adds momentum to the robot; a launched or released piece removes momentum. Linear momentum, and
+      angular momentum about the common center of mass, are conserved: intake is an inelastic impact, a launch has
+      recoil.
+    - Mass that moves within the robot changes neither linear nor angular momentum: an arm that extends slows a turn.
+      The model ignores the reaction on the body while the arm accelerates and decelerates.
+    - Pieces that people put in or take out have the velocity of the robot.
 
     Args:
-        body: Robot without its moving masses; see `RobotConfig.bare_body`.
-        parts: The moving masses.
+        body: Robot without moving masses; see `RobotConfig.bare_body`.
+        parts: Moving masses.
         mechanisms: Mechanisms of the robot, by name.
         storages: Storages of the robot.
         placers: Placers of the robot.
@@ -157,22 +158,22 @@ class MassBalance:
         self._placers = placers
         self._chassis = chassis
         self._stored: list[list[int]] = [[] for _ in storages]
-        self._has_hopper = any(storage.hopper is not None for storage in storages)  # pieces move in a hopper
-        self._laden = body  # body with the pieces in storages
+        self._has_hopper = any(storage.hopper is not None for storage in storages)  # pieces in a hopper move
+        self._laden = body  # body including the pieces in storages
         self._exchanged: list[tuple[float, Vector, Vector]] = []
 
     def exchange(self, mass: float, pos: Vector, vel: Vector) -> None:
-        """Record a piece that came in since the last `update`, or left.
+        """Record a piece that entered or left the robot since the last `update`.
 
         Args:
-            mass: Mass of the piece [kg]; negative if it left.
-            pos: Position of the piece, field frame [m].
-            vel: Velocity of the piece there [m/s].
+            mass: Mass of the piece [kg]; negative for a piece that left.
+            pos: Position of the piece at that moment, field frame [m].
+            vel: Velocity of the piece at that moment, field frame [m/s].
         """
         self._exchanged.append((mass, pos, vel))
 
     def now(self, masses: FloatArray, radii: FloatArray) -> MassDistribution:
-        """Return mass, center and inertia with held pieces and mechanisms in their current positions.
+        """Compute the current mass distribution, with held pieces and moving masses at their current positions.
 
         Args:
             masses: Masses of all pieces, by slot [kg].
@@ -194,7 +195,7 @@ class MassBalance:
         return with_points(self._laden, points) if points else self._laden
 
     def update(self, masses: FloatArray, radii: FloatArray) -> None:
-        """Update the chassis between two of its steps if anything has changed; see `now`."""
+        """Pass a changed mass distribution to the chassis, between two steps; the arguments are those of `now`."""
         old, new = self._chassis.distribution, self.now(masses, radii)
         exchanged = self._exchanged
         if new == old and not exchanged:
@@ -205,12 +206,12 @@ class MassBalance:
     def _velocity(
         self, old: MassDistribution, new: MassDistribution, exchanged: Sequence[tuple[float, Vector, Vector]]
     ) -> tuple[Vector, Vector]:
-        """Return velocity of the new center of mass and angular velocity, field frame [m/s, rad/s]."""
+        """Compute the velocity of the new center of mass and the angular velocity, field frame [m/s, rad/s]."""
         c = self._chassis
         ox, oy, oz = rotate(c.quat, old.center)
         (vx, vy, vz), (wx, wy, wz) = c.vel, c.rate
         known = old.mass + plain_sum(mass for mass, _, _ in exchanged)
-        if abs(new.mass - known) > _MASS_BIT:  # people have put a piece in, or taken one out
+        if abs(new.mass - known) > _MASS_BIT:  # people put a piece in or took one out
             px, py, pz = rotate(c.quat, new.center)
             px, py, pz = px - ox, py - oy, pz - oz
             return (vx + wy * pz - wz * py, vy + wz * px - wx * pz, vz + wx * py - wy * px), c.rate
@@ -242,34 +243,34 @@ class NamedMechanisms(dict[str, ShaftSim]):
 
 
 class RobotDevices(Protocol):
-    """Motor controllers and sensors of the robot code that drives a robot."""
+    """Motor controllers and sensors in the robot code that drives a robot."""
 
     def step(self, h: float, yaw_rate: float) -> None:
-        """Step before mechanisms and drivetrain move: read the supply voltage, command mechanisms and drivetrain.
+        """Read the supply voltage and command mechanisms and drivetrain, before these move.
 
         Args:
             h: Duration of the coming motion, at most 5 ms [s].
-            yaw_rate: Yaw rate of the robot after its last tire step [rad/s].
+            yaw_rate: Yaw rate of the robot after the last tire step [rad/s].
         """
         ...
 
     def write(self) -> None:
-        """Update the sensors after a part of a tick."""
+        """Update the sensors, after a part of a tick."""
         ...
 
 
 class Robot:
-    """One robot; several in one world share nothing but the world.
+    """One robot; robots share only the world.
 
     Args:
-        world: World that the robot stands in.
-        config: Parts of the robot.
-        rng: Generator of its sensors' noise.
-        number: Index in the list of robots; also identifies the holder of its pieces.
+        world: World that contains the robot.
+        config: Config of the robot.
+        rng: Random generator for sensor noise.
+        number: Index in the list of robots; also marks the pieces that the robot holds.
         pose: Start pose, field frame [m, m, rad].
-        rungs: Rungs that its climbers can hang on.
+        rungs: Rungs that climbers can hang on.
         mounts: Hanging bodies that carry rungs, by name.
-        built: Robot as actually built; None: exactly as in the config.
+        built: Robot as actually built; None for a robot exactly as in the config.
     """
 
     def __init__(
@@ -286,13 +287,13 @@ class Robot:
     ) -> None:
         built = built or BuiltRobot.exactly(config)
         self.config = config
-        """Design of the robot, as robot code knows it."""
+        """Config of the robot: nominal values, as assumed by robot code."""
         self.number = number
         self.battery = Battery(built.battery)
         drivetrain = config.drivetrain
         self.drive = build_drivetrain(drivetrain, battery=self.battery, built=built.drivetrain)
         self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
-        """Mechanisms by name, in the order in which they are stepped."""
+        """Mechanisms by name, in the order of stepping."""
         self.chassis = ChassisSimulation(
             *(world, config.body),
             pose=pose,
@@ -305,11 +306,11 @@ class Robot:
         self.odometry = SwerveOdometry(drivetrain.positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage)
-        """First storage."""
+        """First storage of the robot."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c) for c in config.more_storages}
         self.storages = list(dict.fromkeys(self._storages.values()))
-        """All storages, the first one first."""
+        """All storages, in order, beginning with `storage`."""
         self._hoppers = [storage for storage in self.storages if storage.hopper is not None]
         self.shooters = [
             Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
@@ -319,30 +320,31 @@ class Robot:
         self.balance = MassBalance(
             *(config.bare_body, config.moving_masses, self.mechanisms, self.storages, self.placers, self.chassis)
         )
-        """Mass properties with held pieces and mechanisms in their current positions."""
+        """Balance of mass and momentum with held pieces and moving mechanisms."""
         self.devices: RobotDevices | None = None
+        """Devices of robot code; None without robot code."""
         self.channels: list[Channel] = []
-        """Telemetry of its program: for each, the key after that of the robot, and a function of the robot."""
+        """Telemetry channels of robot code; each key is appended to the robot's key."""
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code is triggered, by name; for telemetry."""
         self.light_colors: dict[str, IntArray] = {}
         """Colors of robot code's lights, by name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
         self.light_requests: dict[str, str] = {}
-        """Requests to robot code's lights as text, by name, where there are any; for telemetry."""
+        """Current requests to robot code's lights as text, by name; for telemetry."""
         self.brownouts = BrownoutLog(number, self.battery, self._consumers)
         """Log of brown-outs."""
         self.setpoints: dict[str, float] = {}
-        """Setpoints of closed loops, by telemetry name of the mechanism and quantity, e.g. `HoodPositionRot`."""
+        """Setpoints of closed loops, by telemetry name of mechanism and quantity, for example `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
-        """Setpoints of the swerve modules by robot code, as `SwerveDrive.module_setpoints`; None: no robot code."""
+        """Setpoints of robot code for the swerve modules, as in `SwerveDrive.module_setpoints`; None if not set."""
         self.estimated_pose: tuple[float, float, float] | None = None
-        """Pose estimate of robot code's drivetrain, field frame [m, m, rad]; None: use `odometry`."""
+        """Pose estimate of robot code's drivetrain, field frame [m, m, rad]; None to use `odometry` instead."""
         self.require_place: Callable[[Pose], object] | None = None
-        """Check before each placement, which raises where the robot cannot stand; set by its match."""
+        """Function that raises an error for a pose where the robot cannot stand; called before each placement."""
         self.on_put: Callable[[str], object] | None = None
-        """Callback after each placement, with `carried` or `reset`."""
+        """Callback after each placement, with the argument `carried` or `reset`."""
         self._estimated: list[ShaftSim] = []
-        self._is_carried = False  # whether a climber was near a rung in the last sub-step
+        self._is_carried = False  # whether any climber was near a rung in the last sub-step
         self._before: PartState
         self._start: tuple[Pose, Pose] | None = None  # actual and intended pose of the last placement
         self.reset(pose)
@@ -350,17 +352,17 @@ class Robot:
     # --- sensors and drivetrain ---------------------------------------------------------------------------------
 
     def reset(self, pose: Pose, *, believed: Pose | None = None) -> None:
-        """Place the robot at rest; true pose, gyro and odometry agree again.
+        """Place the robot at rest and set gyro and odometry to the new pose.
 
         To change only the pose estimate, call `odometry.reset`.
 
         Args:
             pose: New pose, field frame [m, m, rad].
-            believed: Intended pose, to which gyro and odometry are set; None: `pose`.
+            believed: Intended pose, to which gyro and odometry are set; None for `pose`.
 
         Raises:
-            NonFiniteError: The pose is not finite; nothing has changed.
-            StartError: The robot cannot stand there; nothing has changed.
+            NonFiniteError: If the pose is not finite; the robot is left unchanged.
+            StartError: If the robot cannot stand at this pose; the robot is left unchanged.
         """
         if self.require_place is not None:
             self.require_place(pose)
@@ -369,26 +371,26 @@ class Robot:
         self._note_put(pose, believed, (pose if believed is None else believed)[2], "reset")
 
     def carry_to(self, pose: Pose, *, believed: Pose | None = None) -> None:
-        """Place the robot at rest without changing its gyro reading, as when a team carries it.
+        """Place the robot at rest with an unchanged gyro reading, as when a team carries it to a new pose.
 
         Args:
             pose: New pose, field frame [m, m, rad].
-            believed: Intended pose, to which odometry is set; None: `pose`.
+            believed: Intended pose, to which odometry is set; None for `pose`.
 
         Raises:
-            StartError: The robot cannot stand there; nothing has changed.
+            StartError: If the robot cannot stand at this pose; the robot is left unchanged.
         """
         if self.require_place is not None:
             self.require_place(pose)
         self.put(pose, believed=believed)
 
     def put(self, pose: Pose, *, believed: Pose | None) -> None:
-        """Place the robot as `carry_to` does, at a pose that is known to be free."""
+        """Place the robot like `carry_to`, without a check of the pose."""
         self.chassis.set_pose(*pose)
         self._note_put(pose, believed, self.gyro.yaw, "carried")
 
     def _note_put(self, pose: Pose, believed: Pose | None, yaw: float, reason: str) -> None:
-        """Reset the sensors after a placement, with a gyro reading of `yaw` [rad]."""
+        """Reset gyro and odometry after a placement; `yaw` is the new gyro reading [rad]."""
         self.gyro.reset(yaw=yaw, true_yaw=pose[2])
         self.odometry.reset(pose if believed is None else believed, gyro_yaw=yaw)
         self._start = None if believed is None else (pose, believed)
@@ -398,14 +400,14 @@ class Robot:
 
     @property
     def believed_pose(self) -> Pose:
-        """Pose estimate of the robot's program, or else of its own odometry, field frame [m, m, rad]."""
+        """Pose estimate of robot code if available, otherwise of `odometry`, field frame [m, m, rad]."""
         return self.estimated_pose or self.odometry.pose
 
     @property
     def reckoned_pose(self) -> Pose:
-        """Pose estimate of a program that measures travel without error, field frame [m, m, rad].
+        """Pose that odometry without any error would estimate, field frame [m, m, rad].
 
-        This is the true pose, unless people have placed the robot differently than intended.
+        This is the true pose, unless the robot was placed at a different pose than intended.
         """
         pose = self.chassis.pose
         if self._start is None:
@@ -416,7 +418,7 @@ class Robot:
         return bx + c * dx - s * dy, by + s * dx + c * dy, wrap_angle(pose[2] + turn)
 
     def sense(self, dt: float) -> None:
-        """Update gyro, odometry and devices with the motion of the last dt [s]."""
+        """Update gyro, odometry and devices after a motion of dt [s]."""
         self.chassis.read()
         roll, pitch, yaw = self.chassis.roll_pitch_yaw
         self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
@@ -425,11 +427,11 @@ class Robot:
             self.devices.write()
 
     def connect(self, devices: RobotDevices) -> None:
-        """Connect robot code's devices, which drive this robot from the next part of a tick on."""
+        """Connect robot code's devices; they drive the robot from the next part of a tick on."""
         self.devices = devices
 
     def step_devices(self, h: float) -> None:
-        """Step devices before a motion of h [s]: climbers that hang carry the robot, motor controllers respond."""
+        """Step climbers, robot code's devices and estimated mechanisms before a motion of h [s]."""
         if self.climbers:
             self._let_climbers_push(h)
         if self.devices is not None:
@@ -454,15 +456,15 @@ class Robot:
     # --- mechanisms -----------------------------------------------------------------------------------------------
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Step another mechanism with the others. It draws no battery current, as its figures are estimates."""
+        """Add a mechanism with estimated parameters, which is stepped with the others but draws no battery current."""
         self._estimated.append(mechanism)
 
     def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Stop stepping a mechanism of `add_estimated_mechanism`."""
+        """Remove a mechanism added by `add_estimated_mechanism`."""
         self._estimated.remove(mechanism)
 
     def _consumers(self) -> dict[str, float]:
-        """Return the supply current of each mechanism and the drive at the start of the last brown-out [A]."""
+        """Return the supply current of each mechanism and of the drive at the start of the last brown-out [A]."""
         drawn = {name: float(mechanism.record["noted_supply"][0]) for name, mechanism in self.mechanisms.items()}
         return drawn | {"drive": float(self.drive.shafts["noted_supply"].sum())}
 
@@ -470,23 +472,23 @@ class Robot:
 
     @property
     def held(self) -> list[int]:
-        """Slots of the held pieces: those of each storage in the order of arrival, then those of placers."""
+        """Slots of held pieces: first the pieces in storages, in the order of arrival, then the pieces in placers."""
         stored = [slot for storage in self.storages for slot in storage.pieces]
         return stored + [placer.piece for placer in self.placers if placer.piece is not None]
 
     def storage_of(self, part: IntakeConfig | ShooterConfig | PlacerConfig) -> Storage:
-        """Return the storage of an intake, shooter or placer."""
+        """Return the storage that an intake, shooter or placer uses."""
         return self._storages[part.storage]
 
     def forget_pieces(self) -> None:
-        """Remove all held pieces, as when the field is reset."""
+        """Remove all held pieces from the robot, as at a field reset."""
         for storage in self.storages:
             storage.clear()
         for placer in self.placers:
             placer.piece = None
 
     def forget_piece(self, slot: int) -> None:
-        """Remove a held piece that was taken out by hand."""
+        """Remove a held piece from the robot, as if taken out by hand."""
         for storage in self.storages:
             if slot in storage.pieces:
                 storage.pieces.remove(slot)
@@ -496,11 +498,13 @@ class Robot:
 
     @property
     def is_shifting(self) -> bool:
-        """Whether pieces may move within the robot: in a hopper, or in a placer."""
+        """Whether held pieces may move within the robot, in a hopper or a placer."""
         return bool(self._hoppers or self.placers)
 
     def held_poses(self, radii: FloatArray) -> FloatArray:
-        """Return pose rows `x, y, z, qw, qx, qy, qz` of the pieces of `held`, in its order, robot frame, shape (n, 7).
+        """Return pose rows `x, y, z, qw, qx, qy, qz` of the held pieces, in the order of `held`, robot frame.
+
+        The array has the shape (n, 7).
 
         Args:
             radii: Bounding radii of all pieces, by slot [m].
@@ -520,12 +524,12 @@ class Robot:
         return rows
 
     def follow_hoppers(self, radii: FloatArray) -> None:
-        """Update the contents of hoppers; `radii` are those of all pieces, by slot [m]."""
+        """Match the contents of hoppers to the storages; `radii` are the radii of all pieces, by slot [m]."""
         for storage in self._hoppers:
             storage.follow([float(radii[slot]) for slot in storage.pieces])
 
     def advance_hoppers(self, gravity: float) -> list[str]:
-        """Advance pieces in hoppers by the tick that ends now; return names of storages that have just jammed.
+        """Advance the pieces in hoppers by the last tick and return the names of storages that jammed in it.
 
         Args:
             gravity: Gravitational acceleration, downward [m/s^2].
@@ -547,7 +551,7 @@ class Robot:
         return jammed
 
     def begin_tick(self) -> None:
-        """Record motion and aim at the start of a tick; intakes have processed the last tick."""
+        """Record motion and aim at the start of a tick, after intakes have processed the last tick."""
         self._before = self._motion
         self.battery.begin_tick()
         for shooter in self.shooters:
@@ -557,16 +561,16 @@ class Robot:
 
     @property
     def pose_before(self) -> tuple[Vector, Quaternion]:
-        """Pose of the robot at the start of the last tick, field frame."""
+        """Position [m] and attitude of the robot at the start of the last tick, field frame."""
         return self._before.pos, self._before.quat
 
     def motion_at(self, share: float) -> PartState:
-        """Return pose and velocity of the origin at an instant of the last tick, field frame.
+        """Interpolate the motion of the robot's origin within the last tick, field frame.
 
-        Linear interpolation over the tick: within 0.5 mm at 10 m/s^2, or at 2 m/s and 4 rad/s.
+        The error of the linear interpolation is at most 0.5 mm at 10 m/s^2, or at 2 m/s and 4 rad/s.
 
         Args:
-            share: Fraction of the tick: 0 at its start, 1 at its end.
+            share: Fraction of the tick: 0 at the start, 1 at the end.
         """
         before, now = self._before, self._motion
         return PartState(
@@ -582,7 +586,7 @@ class Robot:
         return PartState(c.pos, c.quat, c.origin_velocity, c.rate)
 
     def part_in_field(self, part: PartState) -> PartState:
-        """Transform pose and motion of a part from the robot frame to the field frame."""
+        """Transform the pose and motion of a part from the robot frame to the field frame."""
         c = self.chassis
         lever = rotate(c.quat, part.pos)
         (lx, ly, lz), (wx, wy, wz) = lever, c.rate
@@ -603,4 +607,4 @@ def _between(a: Vector, b: Vector, share: float) -> Vector:
 
 
 Controller: TypeAlias = Callable[[Robot, float], None]
-"""Function that commands a robot: called once a tick with the robot and the simulated time [s]; sets volts."""
+"""Function that commands a robot, called once per tick with the robot and the simulated time [s]."""

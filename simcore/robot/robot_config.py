@@ -1,4 +1,4 @@
-"""Config of a robot: a body on a drivetrain, mechanisms by name, and devices that handle pieces."""
+"""Config of a robot: body, drivetrain, mechanisms by name, and parts that handle game pieces."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ MechanismConfig: TypeAlias = (
 
 
 def build_mechanism(config: MechanismConfig) -> ShaftSim:
-    """Build the mechanism of a config in its initial state."""
+    """Build a mechanism from its config, in the initial state."""
     if isinstance(config, FlywheelConfig):
         return FlywheelSim(config)
     if isinstance(config, RollerConfig):
@@ -94,7 +94,7 @@ def build_drivetrain(
     battery: Battery | None = None,
     built: SwerveConfig | Sequence[FixedWheelConfig] | None = None,
 ) -> SwerveDrive | TankDrive | MecanumDrive:
-    """Build the model of a drivetrain, at rest; for `built` see `BuiltRobot`."""
+    """Build the model of a drivetrain, at rest; `built` is the drivetrain of a `BuiltRobot`."""
     if isinstance(config, SwerveConfig):
         assert built is None or isinstance(built, SwerveConfig)
         return SwerveDrive(config, battery=battery, built=built)
@@ -106,7 +106,7 @@ def build_drivetrain(
 
 @cache
 def telemetry_name(mechanism: str) -> str:
-    """Convert a mechanism's name to its form in telemetry keys.
+    """Convert a mechanism's name to the form used in telemetry keys.
 
     >>> telemetry_name("intake_deploy"), telemetry_name("left hood")
     ('IntakeDeploy', 'LeftHood')
@@ -116,13 +116,13 @@ def telemetry_name(mechanism: str) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentConfig:
-    """Part of the robot that has its own AdvantageScope model."""
+    """Part of the robot with its own AdvantageScope model."""
 
     name: str
     offset: Vector = (0.0, 0.0, 0.0)
     """Origin of the part in the frame after the last joint [m]."""
     joints: tuple[Joint, ...] = ()
-    """Joints that move it, from the robot outward."""
+    """Joints that move the part, from the robot outward."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"component {self.name!r}", offset=(ROBOT_PLACE,) * 3)
@@ -130,41 +130,42 @@ class ComponentConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotConfig:
-    """One robot. Make variants with `dataclasses.replace`.
+    """Config of a robot. Make variants with `dataclasses.replace`.
 
     Raises:
-        ConfigError: Parts do not fit together.
-        UnknownNameError: An intake, shooter, placer, climber or component names an unknown mechanism.
+        ConfigError: If parts of the config contradict each other.
+        UnknownNameError: If an intake, shooter, placer, climber or component names an unknown mechanism.
     """
 
     drivetrain: SwerveConfig | TankConfig | MecanumConfig
-    """Motors, wheels and tires; the mass is that of the whole robot at the start, without pieces."""
+    """Motors, wheels and tires, and the mass of the whole robot at the start, without pieces."""
     bumper: tuple[float, float] = (0.8, 0.8)
     """Length and width over the bumpers [m]."""
     chassis: ChassisConfig | None = None
-    """Body of the robot; None: the one that follows from drivetrain and bumpers."""
+    """Body of the robot; None for the body that follows from drivetrain and bumpers."""
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
     mechanisms: Mapping[str, MechanismConfig] = field(default_factory=dict)
-    """Mechanisms by name, in the order in which they are stepped and published."""
+    """Mechanisms by name, in the order of stepping and publishing."""
     intakes: tuple[IntakeConfig, ...] = ()
     storage: StorageConfig = field(default_factory=StorageConfig)
-    """Storage of preloads, and of intakes and shooters that name no storage."""
+    """First storage, for preloads and for intakes and shooters that name no storage."""
     more_storages: tuple[StorageConfig, ...] = ()
-    """Further storages; intakes and shooters refer to them by name."""
+    """Other storages, to which intakes and shooters refer by name."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
-    """Limelights; names are unique in a match."""
+    """Limelights; their names must be unique in a match."""
     components: tuple[ComponentConfig, ...] = ()
     """Parts with their own models, in the order of the model files."""
     moving_masses: tuple[MovingMass, ...] = ()
-    """Parts of the robot's mass that mechanisms move; the rest is its body."""
+    """Parts of the robot's mass that mechanisms move; the rest of the mass is the body."""
     team: int | None = None
-    """Number on its bumpers; None: its number in the match."""
+    """Team number on the bumpers; None for the robot's number in the match."""
     models: Path | None = None
-    """Folder with its own model, as AdvantageScope has them; None: the game's, or drawn by this config."""
+    """Folder with an AdvantageScope model of the robot; None for the game's model, or a drawing made from this
+    config."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -233,7 +234,7 @@ class RobotConfig:
 
     @property
     def body(self) -> ChassisConfig:
-        """Body of the robot: `chassis` if given, else the one that follows from drivetrain and bumpers."""
+        """Body of the robot: `chassis` if given, otherwise the body that follows from drivetrain and bumpers."""
         return self.chassis or ChassisConfig.around(self.drivetrain, bumper=self.bumper)
 
     @property
@@ -244,7 +245,7 @@ class RobotConfig:
 
     @property
     def bare_body(self) -> MassDistribution:
-        """Mass properties of the whole robot without its moving masses."""
+        """Mass properties of the robot without its moving masses."""
         if not self.moving_masses:
             return self.whole
         start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
@@ -253,19 +254,19 @@ class RobotConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltRobot:
-    """Properties in which an actual robot may differ from its `RobotConfig`."""
+    """Properties of an actual robot, which may differ from those in its `RobotConfig`."""
 
     drivetrain: SwerveConfig | tuple[FixedWheelConfig, ...]
-    """Drivetrain as built: for a tank drive the left and right side, for a mecanum drive each wheel."""
+    """Drivetrain as built; the left and right side of a tank drive, or each wheel of a mecanum drive."""
     battery: BatteryConfig
     gyro: GyroConfig
     mechanisms: Mapping[str, MechanismConfig]
     shot_errors: tuple[ShotErrors | None, ...]
-    """Errors of each shooter."""
+    """Errors of each shooter; None for a shooter without errors."""
 
     @classmethod
     def exactly(cls, config: RobotConfig) -> BuiltRobot:
-        """Return a robot built exactly to its config."""
+        """Return a robot that is exactly as in its config."""
         drivetrain = config.drivetrain
         shafts = 4 if isinstance(drivetrain, MecanumConfig) else 2
         return cls(
@@ -283,29 +284,29 @@ def _figures(values: Vector) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TippingLimit:
-    """Tipping limits of a robot with all mechanisms up and all storages full."""
+    """Tipping limits of a robot with full storages and the mechanisms in the least stable position."""
 
     mass: float
-    """Mass in that state [kg]."""
+    """Mass of the robot with full storages and placers [kg]."""
     height: float
     """Height of the center of mass above the floor [m]."""
     forward: float
-    """Smaller of the accelerations at which wheels lift when speeding up and braking along x [m/s^2]."""
+    """Smaller of the accelerations along x at which wheels lift when speeding up and when braking [m/s^2]."""
     sideways: float
     """Acceleration along y at which wheels lift [m/s^2]."""
     drivetrain: float
-    """Acceleration of the drivetrain from rest with that load [m/s^2]."""
+    """Acceleration from rest that the drivetrain reaches at this mass [m/s^2]."""
 
 
 def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) -> TippingLimit:
-    """Compute the acceleration at which the weight's moment about the outer wheels is balanced: a h = g b.
+    """Compute the acceleration a at which a robot tips over its outer wheels: a h = g b.
 
-    h is the height of the center of mass, b its distance to the line of the outermost wheels. Storages and placers are
-    full of the heaviest kind that they can hold.
+    h is the height of the center of mass, b the distance of the center of mass from the line of the outermost wheels.
+    Storages and placers are full of the heaviest kind that they can hold.
 
     Args:
-        config: The robot.
-        kinds: Kinds of pieces that it may hold; empty: it holds none.
+        config: Config of the robot.
+        kinds: Kinds of pieces that the robot may hold; empty for a robot without pieces.
     """
     worst = min(_standings(config, kinds), key=lambda one: min(_limits(config, one)))
     forward, sideways = _limits(config, worst)
@@ -315,7 +316,7 @@ def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) ->
 
 
 def _limits(config: RobotConfig, standing: MassDistribution) -> tuple[float, float]:
-    """Return the accelerations along x and along y at which wheels lift [m/s^2]."""
+    """Compute the accelerations along x and along y at which wheels lift [m/s^2]."""
     x, y, height = standing.center
     xs, ys = zip(*config.body.wheel_positions, strict=True)
     per_meter = GRAVITY / max(height, 1e-3)
@@ -324,7 +325,7 @@ def _limits(config: RobotConfig, standing: MassDistribution) -> tuple[float, flo
 
 
 def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[MassDistribution]:
-    """Yield the mass properties of the full robot with the mechanisms that move mass at all of their stops."""
+    """Yield the mass properties of the full robot for all combinations of hard stops of mechanisms that move mass."""
     mechanisms: dict[str, ShaftSim] = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     body = with_points(config.bare_body, _stored(config, kinds))
     chains = [part.joints for part in config.moving_masses] + [placer.joints for placer in config.placers]
@@ -344,7 +345,7 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
 def stored_kind(
     config: RobotConfig, storage: StorageConfig, kinds: Sequence[GamePieceConfig]
 ) -> GamePieceConfig | None:
-    """Return the heaviest kind that intakes bring into a storage, or None."""
+    """Return the heaviest kind that intakes can put into a storage; None if there is no such kind."""
     names = (storage.name, "") if storage is config.storage else (storage.name,)
     users = [intake for intake in config.intakes if intake.storage in names]
     allowed = [] if any(not one.kinds for one in users) else [kind for one in users for kind in one.kinds]
@@ -352,7 +353,7 @@ def stored_kind(
 
 
 def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[PointMass]:
-    """Yield the pieces in full storages as points."""
+    """Yield the pieces in full storages as point masses."""
     for storage in (config.storage, *config.more_storages):
         heaviest = stored_kind(config, storage, kinds)
         if heaviest is not None:
@@ -361,5 +362,5 @@ def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[P
 
 
 def _heaviest(kinds: Sequence[GamePieceConfig], allowed: Sequence[str]) -> GamePieceConfig | None:
-    """Return the heaviest of the allowed kinds; all are allowed if `allowed` is empty."""
+    """Return the heaviest of the allowed kinds, or of all kinds if `allowed` is empty; None without kinds."""
     return max((k for k in kinds if not allowed or k.name in allowed), key=lambda kind: kind.mass, default=None)

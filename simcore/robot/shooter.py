@@ -1,12 +1,12 @@
-"""Shooters: wheels that launch pieces, with an optional hood that tilts and a turret that turns the shot.
+"""Shooters: wheels that launch game pieces, with an optional hood for the elevation and turret for the heading.
 
-The exit speed follows from the speed of the rims that touch the piece. Between a wheel and a fixed hood the piece rolls
-at half the rim's speed; between two driven wheels it takes the mean of both rims, and spins by their difference. Slip
-reduces this speed, the less the harder the piece is squeezed:
+The exit speed follows from the rim speed of the wheels. Between a wheel and a fixed hood the piece rolls at half the
+rim speed; between two driven wheels the piece moves at the mean rim speed and spins by the difference. Slip reduces the
+exit speed; a more compressed piece slips less:
 
-    exit speed = rims' mean speed * (1/2 or 1) * (1 - slip * compression / squeeze)
+    exit speed = mean rim speed * (1/2 or 1) * (1 - slip * compression / actual compression)
 
-`exit_efficiency` is (1/2 or 1) * (1 - slip) of a piece of nominal size, whose squeeze is `compression`.
+`exit_efficiency` is (1/2 or 1) * (1 - slip) for a piece of nominal size, whose compression is `compression`.
 """
 
 from __future__ import annotations
@@ -37,59 +37,59 @@ from simcore.world.linkage import MechanismMotion, PartState, require_mechanisms
 from simcore.world.rotation import from_rpy, multiply
 
 Number = TypeVar("Number", float, FloatArray)
-_LEAST_SQUEEZE = 0.3  # of `compression`; a piece that is squeezed less is not fed at all
-_EARLIEST = -0.2  # of the period between shots: pieces in a row do not leave at once
-_SLOWEST = 0.5  # [m/s]; a piece that would leave more slowly jams
-_SAME_INSTANT = 1e-9  # [s]; a shot this close to the end of a tick belongs to the next one
+_LEAST_SQUEEZE = 0.3  # of `compression`; the wheels would not grip a piece compressed less
+_EARLIEST = -0.2  # of the period between shots; limit on early shots, as pieces in a row cannot leave at once
+_SLOWEST = 0.5  # [m/s]; at a lower exit speed, the piece stays in the shooter
+_SAME_INSTANT = 1e-9  # [s]; a shot this close to the end of a tick belongs to the next tick
 
 __all__ = ["Shooter", "ShooterConfig", "ShotErrors", "SpinningMotion"]
 
 
 class SpinningMotion(MechanismMotion, Protocol):
-    """Mechanism whose speed a shot changes."""
+    """Mechanism that loses speed to shots."""
 
     velocity: float
-    """Angular velocity [rad/s]."""
+    """Angular velocity of the wheel [rad/s]."""
 
     @property
     def inertia(self) -> float:
-        """Inertia seen at the wheel [kg m^2]."""
+        """Moment of inertia referred to the wheel [kg m^2]."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShooterConfig:
-    """Drive, muzzles and rate of one shooter."""
+    """Config of a shooter: wheels, muzzles, hood, turret, feeder and rate."""
 
     wheels: tuple[str, ...]
-    """Mechanisms of the wheels: one (against a fixed hood), or two, in the order of `wheel_places`."""
+    """Mechanisms of the wheels: one wheel against a fixed hood, or two wheels in the order of `wheel_places`."""
     wheel_radius: float
     """Radius of the wheels [m]."""
     second_wheel_radius: float | None = None
-    """Radius of the second wheel; None: the same [m]."""
+    """Radius of the second wheel [m]; None if equal to `wheel_radius`."""
     wheel_places: Literal["lower and upper", "left and right"] = "lower and upper"
-    """Arrangement of two wheels: a speed difference spins the piece about a horizontal or an upright axis."""
+    """Arrangement of two wheels; a speed difference gives spin about a horizontal or an upright axis, respectively."""
     exit_efficiency: float
-    """Speed of the piece over the mean speed of the wheels' rims [-]: 0.5 at most against a fixed hood, 1 at most
-    between two wheels. `simcore calibrate --shot` fits it to shots."""
+    """Ratio of exit speed to mean rim speed [-]: at most 0.5 against a fixed hood, at most 1 between two wheels.
+    `simcore calibrate --shot` fits the ratio to measured shots."""
     compression: float = 0.15
-    """Compression of a piece of nominal size, as a fraction of its diameter [-]. Estimate, within a factor of 1.5: foam
+    """Compression of a piece of nominal size, as a fraction of the diameter [-]. Estimate, within a factor of 1.5: foam
     balls of 13 to 25 cm are compressed by two to four centimeters."""
     compression_loss: float = 0.0
-    """Energy that the wheels lose to the foam at each shot, in addition to the piece's kinetic energy [J]. Squeezing a
-    piece of stiffness k by s stores k s^2 / 2, of which 1 - e^2 is lost at a restitution e. Estimate for a ball of
-    0.215 kg and 0.15 m with 3.5 kN/m, e = 0.55 and s = 22 mm: 0.6 J, 2 % of a shot at 10 m/s; so the default leaves it
-    out."""
+    """Energy that the wheels lose to the foam at each shot, in addition to the piece's kinetic energy [J]. Compressing
+    a piece of stiffness k by s stores k s^2 / 2; the fraction 1 - e^2 is lost at a restitution e. A ball of 0.215 kg
+    and 0.15 m with an estimated 3.5 kN/m, e = 0.55 and s = 22 mm loses 0.6 J, 2 % of a shot at 10 m/s, so the default
+    is 0."""
     launch: LaunchParameters
-    """Positions of the muzzles."""
+    """Positions and heading of the muzzles."""
     elevation: float
-    """Elevation of the shot over the robot's floor plane at hood angle zero [rad]."""
+    """Elevation of the shot above the robot's floor plane at hood angle zero [rad]."""
     hood: str | None = None
-    """Mechanism that tilts the shot; None: the hood is fixed."""
+    """Mechanism of the hood; None for a fixed hood."""
     elevation_per_hood: float = -1.0
-    """Change of elevation per change of the hood's angle [-]."""
+    """Change of elevation per change of the hood angle [-]."""
     turret: str | None = None
-    """Mechanism that turns the shot about the vertical; None: the shooter is fixed on the robot."""
+    """Mechanism of the turret; None for a shooter fixed on the robot."""
     turret_ratio: float = 1.0
     """Turns of the shot per turn of the turret mechanism [-]."""
     gate: tuple[str, ...] = ()
@@ -97,15 +97,15 @@ class ShooterConfig:
     gate_reversed: tuple[str, ...] = ()
     """Mechanisms of `gate` that must turn backward instead."""
     gate_speed: float = 0.5 * math.tau
-    """Minimum speed of the gate mechanisms [rad/s]."""
+    """Minimum speed of the `gate` mechanisms [rad/s]."""
     min_wheel_speed: float = 5.0 * math.tau
-    """Minimum wheel speed for a shot [rad/s]; the mean of both if there are two."""
+    """Minimum wheel speed for a shot, for two wheels their mean [rad/s]."""
     shot_rate: float = 8.0
-    """Shots per second, each with all barrels [1/s]."""
+    """Shots per second, each from all barrels [1/s]."""
     storage: str = ""
-    """Name of the storage that the shooter empties; empty: the robot's first."""
+    """Name of the storage that feeds the shooter; empty for the robot's first storage."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that the shooter launches; empty: all."""
+    """Kinds of pieces that the shooter launches; empty for all kinds."""
 
     def __post_init__(self) -> None:
         owner = "ShooterConfig"
@@ -123,7 +123,7 @@ class ShooterConfig:
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
-        """Names of the mechanisms that it uses."""
+        """Names of the mechanisms that the shooter uses; may contain None."""
         return (*self.wheels, self.hood, self.turret, *self.gate)
 
     @property
@@ -134,34 +134,37 @@ class ShooterConfig:
         return self.wheel_radius, self.wheel_radius if self.second_wheel_radius is None else self.second_wheel_radius
 
     def wheel_speed_for(self, exit_speed: Number) -> Number:
-        """Return the speed of all wheels [rad/s] for an exit speed [m/s]."""
+        """Return the wheel speed, equal for all wheels [rad/s], for an exit speed [m/s]."""
         return exit_speed / (0.5 * (self.wheel_radii[0] + self.wheel_radii[-1]) * self.exit_efficiency)
 
     def exit_speed(self, wheel_speeds: Sequence[float]) -> float:
-        """Return a piece's speed relative to the muzzle at wheel speeds [rad/s]; 0 if the rims move backward [m/s]."""
+        """Return the exit speed relative to the muzzle [m/s] at wheel speeds [rad/s]; 0 if the wheels turn backward."""
         rims = 0.5 * (wheel_speeds[0] * self.wheel_radii[0] + wheel_speeds[-1] * self.wheel_radii[-1])
         return max(0.0, rims) * self.exit_efficiency
 
     @property
     def slip(self) -> float:
-        """Slip of a piece of nominal size: fraction of the no-slip exit speed that is lost [-]."""
+        """Fraction of the no-slip exit speed that a piece of nominal size loses to slip [-]."""
         return max(0.0, 1.0 - self.exit_efficiency / (0.5 if len(self.wheels) == 1 else 1.0))
 
     def grip(self, size: float) -> float:
-        """Return the factor on the exit speed of a piece with `size` times the nominal diameter [-].
+        """Return the factor on the exit speed for a piece with `size` times the nominal diameter [-].
 
-        A piece that does not slip leaves at half the rim's speed along a fixed hood, and at the rims' speed between two
-        wheels, whatever its size. `exit_efficiency` is less than that by the slip, which falls as the piece is squeezed
-        harder: the gap stays the same.
+        Without slip, a piece of any size leaves at half the rim speed along a fixed hood, and at the rim speed between
+        two wheels. Slip reduces this to `exit_efficiency`. A larger piece is compressed more, as the gap is constant,
+        and slips less.
         """
         slip, squeeze = self.slip, max(_LEAST_SQUEEZE, 1.0 + (size - 1.0) / self.compression)
         return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
 
     def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
-        """Return the rim speed of a piece about its center that its spin gives it [m/s], for one piece or n.
+        """Return the surface speed of a piece by its spin, for one piece or n pieces [m/s].
 
-        Along a fixed hood the piece rolls: its rim there is at rest. Between two wheels (speeds in rad/s) its rims move
-        with those of the wheels.
+        Along a fixed hood the piece rolls. Between two wheels its surface moves with the rims.
+
+        Args:
+            exit_speed: Exit speed [m/s].
+            wheel_speeds: Speed of each wheel [rad/s].
         """
         if len(self.wheels) == 1:
             return exit_speed
@@ -172,21 +175,24 @@ class ShooterConfig:
         self, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], *, wheel_speeds: Sequence[float | FloatArray],
         radius: float | FloatArray, barrel: int | IntArray = 0, spin: float | FloatArray = 1.0,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
-        """Return positions, velocities and angular velocities [rad/s] of pieces at launch, for one piece or n.
+        """Compute the motion of pieces at launch, for one piece or n pieces; see `launch_state`.
 
         Args:
-            aim: Aim of the shot; for this and `barrel` see `launch_state`.
+            aim: Aim of the shot.
             robot: Pose and motion of the robot.
             wheel_speeds: Speed of each wheel [rad/s].
             radius: Radius of the pieces [m].
             barrel: Index of the barrel.
-            spin: Factor on the spin that the wheels give [-].
+            spin: Factor on the spin from the wheels [-].
+
+        Returns:
+            Positions [m], velocities [m/s] and angular velocities [rad/s], field frame.
         """
         pos, vel = launch_state(self.launch, aim, robot, barrel)
         yaw = self.launch.heading + aim.turret_angle
         if self.wheel_places == "lower and upper":  # backspin is about the axis to the right of the shot
             axis = launch_direction(yaw - 0.5 * math.pi, 0.0)
-        else:  # a faster left wheel turns it clockwise about the upright axis of the shot
+        else:  # a faster left wheel turns the piece clockwise about the upright axis of the shot
             axis = launch_direction(yaw, aim.elevation - 0.5 * math.pi)
         rim = self.spin_speed(np.asarray(aim.speed), [np.asarray(one) for one in wheel_speeds])
         return pos, vel, to_field(robot[1], np.asarray(spin * rim / radius)[..., None] * axis)
@@ -194,39 +200,39 @@ class ShooterConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotErrors:
-    """Errors of single shots; suppliers are called once per shot, in the order of the shots."""
+    """Errors of a shooter; suppliers of single-shot errors are called once per shot, in the order of the shots."""
 
     exit_speed: FloatSupplier
     """Factor on the exit speed [-]."""
     elevation: FloatSupplier
     """Elevation error [rad]."""
     azimuth: FloatSupplier
-    """Azimuth error, to the left [rad]."""
+    """Azimuth error, positive to the left [rad]."""
     spin: FloatSupplier
     """Factor on the spin [-]."""
     feed_time: FloatSupplier
-    """Delay of the next shot after this one; at least minus a fifth of the period [s]."""
+    """Delay of the next shot [s]; limited to at least minus a fifth of the period."""
     hood: float = 0.0
-    """Error of the hood's encoder: true angle minus reading [rad]."""
+    """Error of the hood encoder: true angle minus reading [rad]."""
     turret: float = 0.0
-    """Error of the turret's encoder: true angle minus reading [rad]."""
+    """Error of the turret encoder: true angle minus reading [rad]."""
 
 
 class Shooter:
-    """One shooter of a robot, with the timing of its shots.
+    """Shooter of a robot, with the timing of shots.
 
-    Each shot fires every barrel that has a piece. The time left until the next one carries over from tick to tick, so
-    that 8 shots a second are 8000 in 1000 s although 0.125 s is no whole number of ticks. While the gate is closed or
-    the robot is empty, this time only runs down to zero: the first shot then comes at once, and missed shots are not
-    made up for.
+    Each shot fires every barrel that has a piece. The time until the next shot carries over from tick to tick: 8 shots
+    per second are exactly 8000 in 1000 s, although 0.125 s is not a whole number of ticks. While the gate is closed or
+    the robot is empty, this time stops at zero: the first shot then fires immediately, and missed shots are not made
+    up.
 
     Args:
         config: Config of the shooter.
         mechanisms: Mechanisms of the robot, by name.
-        errors: Errors of single shots; None: none.
+        errors: Errors of the shooter; None for a shooter without errors.
 
     Raises:
-        UnknownNameError: The config names a mechanism that the robot does not have.
+        UnknownNameError: If the config names a mechanism that the robot does not have.
     """
 
     def __init__(
@@ -245,17 +251,17 @@ class Shooter:
 
     @property
     def wheel_speed(self) -> float:
-        """Mean speed of the wheels [rad/s]."""
+        """Mean angular velocity of the wheels [rad/s]."""
         return plain_sum(wheel.velocity for wheel in self._wheels) / len(self._wheels)
 
     @property
     def gate_open(self) -> bool:
-        """Whether pieces reach the wheels and the wheels turn fast enough."""
+        """Whether the feeder delivers pieces to the wheels and the wheels turn fast enough."""
         return min(self._gate_spares()) > 0.0
 
     @property
     def aim(self) -> Aim:
-        """Speed and direction of a shot at the current state of wheels, hood and turret."""
+        """Current aim: speed and direction of a shot with the current state of wheels, hood and turret."""
         config = self.config
         hood = 0.0 if self._hood is None else self._hood.position
         turret, rate = (0.0, 0.0) if self._turret is None else (self._turret.position, self._turret.velocity)
@@ -267,20 +273,20 @@ class Shooter:
         )
 
     def begin_tick(self) -> None:
-        """Record aim and gate at the start of a tick: shots within the tick interpolate between this and its end."""
+        """Record aim and gate at the start of a tick, for interpolation at the times of shots within the tick."""
         self._aim_before, self._gate_before = self.aim, self._gate_spares()
 
     def update(self, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
-        """Return the launches of the tick that ends now; the caller removes as many pieces from the robot.
+        """Return the launches of the tick that ends now; the caller removes the launched pieces from the robot.
 
         Args:
-            held: Number of pieces in the robot, and limit of the launches.
-            is_free: Function that tells whether nothing blocks a launch. A blocked piece stays in the robot; if all
-                barrels are blocked, the shot stays due and is tried again at the start of the next tick. None: never
-                blocked.
+            held: Number of pieces in the robot, which limits the number of launches.
+            is_free: Function that returns whether the path of a launch is free; None if paths are always free. A
+                blocked piece stays in the robot; if all barrels are blocked, the shot is tried again at the start of
+                the next tick.
 
         Raises:
-            NonFiniteError: The gate is open and the aim is not finite.
+            NonFiniteError: If the gate is open and the aim is not finite.
         """
         launches: list[Launch] = []
         if self.gate_open:
@@ -291,7 +297,7 @@ class Shooter:
                     f" turret {now.turret_angle} rad"
                 )
             period, ready = 1.0 / self.config.shot_rate, held if now.speed >= _SLOWEST else 0
-            self._until_next = max(self._until_next, self._opening() * TICK)  # missed shots are not made up for
+            self._until_next = max(self._until_next, self._opening() * TICK)  # missed shots are not made up
             while ready > 0 and self._until_next < TICK - _SAME_INSTANT:
                 delay = max(0.0, self._until_next)
                 aim = self._aim_at(delay / TICK)
@@ -310,7 +316,7 @@ class Shooter:
         return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
 
     def gripped(self, launch: Launch, size: float) -> Launch:
-        """Return a launch of `update` corrected for a piece with `size` times the nominal diameter [-]."""
+        """Correct the exit speed of a launch for a piece with `size` times the nominal diameter [-]."""
         return (
             launch
             if size == 1.0
@@ -318,9 +324,14 @@ class Shooter:
         )
 
     def released(self, launch: Launch, *, radius: float, robot: PartState) -> PartState:
-        """Return a piece of a radius [m] at launch from a robot with this pose and motion, field frame.
+        """Return the pose and motion of a piece at launch, field frame.
 
-        Its attitude is that of the muzzle, whose x axis is the direction of the shot.
+        The piece has the attitude of the muzzle, whose x axis points in the direction of the shot.
+
+        Args:
+            launch: Launch of the piece.
+            radius: Radius of the piece [m].
+            robot: Pose and motion of the robot, field frame.
         """
         aim, speeds = launch.aim, [wheel.velocity for wheel in self._wheels]
         rows = self.config.launched(
@@ -331,13 +342,12 @@ class Shooter:
         return PartState(pos=pos, quat=multiply(robot.quat, muzzle), vel=vel, rate=rate)
 
     def after_shot(self, mass: float, speed: float) -> None:
-        """Slow the wheels down by the momentum of a launched ball.
+        """Slow the wheels down by the momentum and spin of a launched ball.
 
-        A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gains the momentum m v from both its sides
-        together, and the spin from the difference of their impulses: J_lower + J_upper = m v and
-        (J_lower - J_upper) r = I w. So a side gives J = m v / 2 +- 0.2 m r w. Along a fixed hood the ball rolls,
-        w r = v, and the wheel gives 0.7 m v; two wheels of equal speed give m v / 2 each. A wheel of radius R
-        loses J R.
+        A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gets the impulses J_lower and J_upper from the
+        two sides: J_lower + J_upper = m v and (J_lower - J_upper) r = I w, so J = m v / 2 +- 0.2 m r w. Along a fixed
+        hood the ball rolls, w r = v, and the wheel contributes 0.7 m v; two wheels of equal speed contribute m v / 2
+        each. A wheel of radius R loses the angular momentum J R.
 
         Args:
             mass: Mass of the piece [kg].
@@ -362,12 +372,12 @@ class Shooter:
         return launch._replace(aim=off, spin=errors.spin())
 
     def _gate_spares(self) -> list[float]:
-        """Return the margins of gate and wheels above their minimum speeds [rad/s]."""
+        """Return the margins of gate mechanisms and wheels above their minimum speeds [rad/s]."""
         spares = [forward * part.velocity - self.config.gate_speed for part, forward in self._gate]
         return [*spares, self.wheel_speed - self.config.min_wheel_speed]
 
     def _opening(self) -> float:
-        """Return the fraction of the tick before the gate opened; 0 if it was open or is still closed."""
+        """Return the fraction of the tick before the gate opened; 0 if the gate did not open in this tick."""
         share = 0.0
         for before, now in zip(self._gate_before, self._gate_spares(), strict=False):
             if before <= 0.0 < now:
@@ -375,7 +385,7 @@ class Shooter:
         return share
 
     def _aim_at(self, share: float) -> Aim:
-        """Return the aim at a fraction of the tick."""
+        """Interpolate the aim at a fraction of the tick."""
         now, before = self.aim, self._aim_before
         if before is None:
             return now

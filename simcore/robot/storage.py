@@ -1,4 +1,4 @@
-"""Storage of a robot: the places of its pieces, and the order in which they leave."""
+"""Storage of a robot: positions of stored pieces and the order in which pieces leave."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from simcore.world.rotation import IDENTITY, Quaternion, Vector
 __all__ = ["Storage", "StorageConfig"]
 
 _Row = tuple[int, float]
-"""Number of balls in a row, and offset of its center from the center of the storage [m]."""
+"""Number of balls in a row, and offset of the row's center from the storage's center [m]."""
 _Layer = tuple[_Row, _Row]
-"""Row along x and row along y of one layer."""
+"""Row along x and row along y in a layer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageConfig:
-    """Space for pieces inside a robot."""
+    """Config of a robot's space for game pieces."""
 
     name: str = ""
-    """Name by which intakes and shooters refer to this storage; empty if it is the robot's only one."""
+    """Name by which intakes and shooters refer to this storage; may be empty if the robot has no other storage."""
     capacity: int = 1
     """Maximum number of pieces."""
     order: Literal["fifo", "lifo"] = "fifo"
@@ -39,11 +39,11 @@ class StorageConfig:
     high: Vector = (0.15, 0.25, 0.50)
     """Corner with the largest x, y and z, robot frame [m]."""
     attitude: Quaternion = IDENTITY
-    """Attitude of stored pieces, robot frame, quaternion x, y, z, w. A shot turns them with the muzzle: a tube lying
-    along x leaves lengthwise, a ring that lies flat leaves edge-on."""
+    """Attitude of stored pieces, robot frame, quaternion x, y, z, w. A shot turns the piece with the muzzle: a tube
+    stored along x leaves lengthwise, a ring stored flat leaves edge-on."""
     hopper: HopperConfig | None = None
-    """Simulation of the pieces as balls that fall, roll and jam; None: the storage is a plain queue. In a hopper,
-    pieces leave in the order in which they reach its outlet, and intakes add only what fits at its inlet."""
+    """Config of a hopper that simulates the pieces as balls that fall, roll and jam; None for a plain queue. In a
+    hopper, pieces leave in the order in which they reach the outlet, and intakes need free space at the inlet."""
 
     def __post_init__(self) -> None:
         corner = (ROBOT_PLACE,) * 3
@@ -61,20 +61,22 @@ class StorageConfig:
                     raise ConfigError(f"StorageConfig: {'xyz'[axis]} of outlet_place must be {ends}, got {place:g}")
 
     def position(self, number: int, radius: float) -> Vector:
-        """Return the position of a piece: balls lie in layers, each in the hollows of the layer below.
+        """Return the position of a stored piece in a packing of layers, robot frame [m].
 
-        Without a hopper, pieces in a robot are not simulated individually. If more are stored than fit, the layers
-        overlap to stay within the storage's height; in a storage lower than one ball, all pieces are at one height.
+        Each layer rests in the hollows of the layer below. These positions are for storages without a hopper. If the
+        pieces do not fit, layers overlap to stay within the storage's height; in a storage lower than one ball, all
+        pieces are at the same height.
 
         Args:
-            number: Index in the order of arrival, from 0; all pieces beyond the capacity are at the last place.
-            radius: Bounding radius of a piece [m].
+            number: Index of the piece in the order of arrival, from 0; pieces beyond the capacity share the last
+                position.
+            radius: Bounding radius of the pieces [m].
         """
         places = _places(self, radius)
         return places[min(number, len(places) - 1)]
 
     def balls_that_fit(self, radius: float) -> int:
-        """Return how many balls of this radius [m] fit without overlapping layers."""
+        """Return the number of balls of a given radius [m] that fit without overlap."""
         layers, rise = _layers(self, radius)
         count = 1 + math.floor(max(0.0, self.high[2] - self.low[2] - 2.0 * radius) / rise + 1e-9)
         lower, upper = (columns * rows for (columns, _), (rows, _) in layers)
@@ -83,7 +85,7 @@ class StorageConfig:
 
 @functools.lru_cache(maxsize=64)
 def _places(config: StorageConfig, radius: float) -> list[Vector]:
-    """Return a place for each piece up to the storage's capacity, robot frame [m]."""
+    """Return the positions of all pieces of a full storage, robot frame [m]."""
     layers, rise = _layers(config, radius)
     (x0, y0, z0), (x1, y1, z1) = config.low, config.high
     cells: list[tuple[int, float, float]] = []  # index of the layer, x and y
@@ -102,7 +104,7 @@ def _places(config: StorageConfig, radius: float) -> list[Vector]:
 
 
 def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
-    """Return the two alternating layers, lowest first, and the height from one layer to the next [m]."""
+    """Return the two alternating layers, lowest first, and the height between successive layers [m]."""
     sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
     staggered = sum(lower != upper for lower, upper in sides)
     return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
@@ -117,7 +119,7 @@ def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
 
 
 class Storage:
-    """Pieces in a robot's storage.
+    """Storage of a robot and the pieces in it.
 
     >>> storage = Storage(StorageConfig(capacity=2))
     >>> storage.add([7, 8])
@@ -130,8 +132,8 @@ class Storage:
         self.pieces: list[int] = []
         """Slots of the pieces in order of arrival."""
         self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
-        """Hopper simulation; None: `pieces` is a plain queue."""
-        self._radii: list[float] = []  # radii of the pieces for which the places without a hopper were computed
+        """Simulation of the hopper; None if the storage is a plain queue."""
+        self._radii: list[float] = []  # radii of the pieces for which `_places` was computed
         self._places: FloatArray = np.empty((0, 3))
 
     @property
@@ -140,10 +142,10 @@ class Storage:
         return self.config.capacity - len(self.pieces)
 
     def room_for(self, radius: float) -> int:
-        """Return how many more pieces of this radius [m] can enter now; in a hopper, as many as fit at its inlet."""
+        """Return the number of pieces of a given radius [m] that can enter now; limited by a hopper's free inlet."""
         if self.hopper is None:
             return self.room
-        waiting = len(set(self.pieces).difference(self.hopper.slots))  # put there in this tick by another intake
+        waiting = len(set(self.pieces).difference(self.hopper.slots))  # added by another intake in this tick
         return min(self.room, max(0, self.hopper.room_at_inlet(radius) - waiting))
 
     def places(self, radii: FloatArray) -> FloatArray:
@@ -163,15 +165,15 @@ class Storage:
         return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
-        """Update the hopper to hold `pieces`, which have these radii [m]."""
+        """Match the hopper's contents to `pieces`; `radii` are the radii of these pieces [m]."""
         if self.hopper is not None:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
     def add(self, slots: list[int]) -> None:
-        """Add pieces.
+        """Add pieces by slot.
 
         Raises:
-            CapacityError: There is no room for all of them; none is added.
+            CapacityError: If there is no room for all of the pieces; none is then added.
         """
         if len(slots) > self.room:
             raise CapacityError(f"a storage of {self.config.capacity} has room for {self.room} more, got {len(slots)}")
@@ -179,7 +181,7 @@ class Storage:
 
     @property
     def in_turn(self) -> list[int]:
-        """Slots of the pieces in the order in which they will leave; in a hopper, only those at its outlet."""
+        """Slots of the pieces in the order in which they will leave; in a hopper, only the pieces at the outlet."""
         if self.hopper is not None:
             return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
@@ -188,7 +190,7 @@ class Storage:
         """Remove the next piece to leave and return its slot.
 
         Raises:
-            CapacityError: No piece can leave now.
+            CapacityError: If no piece can leave now.
         """
         if not self.pieces:
             raise CapacityError("the storage is empty")

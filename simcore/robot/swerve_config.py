@@ -1,4 +1,4 @@
-"""Configs of swerve drivetrains, validated at construction."""
+"""Configs of swerve modules and drivetrains, validated at construction."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["USUAL_FRICTION", "SwerveConfig", "SwerveModuleConfig"]
 
 _log = logging.getLogger(__name__)
 
-# Values outside of these ranges are possible but unusual: (low, high) in the unit of the field.
+# Usual ranges, (low, high) in the unit of the field; values outside are possible, but logged.
 _USUAL_MODULE = {
     "drive_gearing": (3.0, 24.0),
     "steer_gearing": (6.0, 50.0),
@@ -48,9 +48,9 @@ _USUAL_MODULE = {
 }
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
 USUAL_FRICTION = 0.22
-"""Of the drive motors, where nothing is known [V]; see `SwerveModuleConfig.drive_friction_volts`."""
+"""Default friction voltage of drive motors [V]; see `SwerveModuleConfig.drive_friction_volts`."""
 _UNITS = {"mass": "kg"}
-"""Units of the fields that people often give in other units."""
+"""Units of fields that are often given in another unit."""
 
 
 def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
@@ -65,61 +65,66 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveModuleConfig(WheelConfig):
-    """One swerve module: position, two motors, gears, wheel and current limits."""
+    """Config of a swerve module: position, motors, gears, wheel and current limits."""
 
     x: float
-    """Position ahead of the robot center [m]."""
+    """x coordinate of the module, forward of the robot center [m]."""
     y: float
-    """Position left of the robot center [m]."""
+    """y coordinate of the module, left of the robot center [m]."""
     name: str = ""
-    """Name in messages; empty: `module 0`, `module 1`, ..."""
+    """Name of the module in messages; empty for `module 0`, `module 1` and so on."""
 
     drive_motor: MotorModel = field(default_factory=lambda: motor("Kraken X60"))
     steer_motor: MotorModel = field(default_factory=lambda: motor("Kraken X60"))
     drive_gearing: float = 6.75
     """Rotor turns per wheel turn [-]."""
     steer_gearing: float = 150.0 / 7.0
-    """Rotor turns per turn of the azimuth [-]."""
+    """Rotor turns per turn of the module [-]."""
     coupling_ratio: float = 0.0
-    """Drive rotor turns per azimuth turn while the wheel is at rest [-]."""
+    """Drive rotor turns per turn of the module while the wheel does not roll [-]."""
 
     steer_offset: float = 0.0
-    """Encoder error from poor zeroing: true wheel angle minus reading, positive to the left [rad]."""
+    """Encoder error from poor zeroing: true steer angle minus reading, positive to the left [rad]."""
 
     scrub_radius: float = 0.008
-    """Mean radius of the contact patch that scrubs on the carpet as the azimuth turns [m]; estimate, +-50 %."""
+    """Mean radius of the contact patch that scrubs on the carpet during steering [m]; estimate, +-50 %."""
 
     steer_inertia: float = 0.004
-    """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
+    """Moment of inertia of fork and wheel about the steer axis, without rotor [kg m^2]; estimate: real modules have
+    .002 to .006."""
     drive_friction_volts: float = USUAL_FRICTION
-    """Voltage that just turns the free wheel [V]; acts through the gears. SysId's kS is this and 0.02 V of
-    rolling resistance. The log of a real swerve (team 114, 2022) is met best with .21 to .22; CTRE's constants have
-    .2 to .25, three teams' SysId .32, .555 and .743 (gears, belts and treads differ)."""
+    """Smallest voltage that turns the free wheel [V]; acts through the gears. SysId's kS is about 0.02 V more, because
+    of rolling resistance. A log of a real swerve drive (team 114, 2022) fits .21 to .22 best; CTRE's constants are .2
+    to .25, SysId results of three teams .32, .555 and .743 (with other gears, belts and treads)."""
     steer_friction_volts: float = 0.2
-    """Voltage at which the azimuth just turns in the air [V]."""
+    """Smallest voltage that turns the module in the air [V]."""
     drive_efficiency: float = 0.95
-    """Of the drive gears, both ways: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
+    """Efficiency e of the drive gears [-]: forward driving multiplies torque by e, back-driving by 1 / e."""
     free_speed_share: float = 1.0
-    """Free speed of the drive over that by the motor's datasheet [-]; see `FixedWheelConfig.free_speed_share`."""
+    """Ratio of actual to datasheet free speed of the drive motor [-]; see `FixedWheelConfig.free_speed_share`."""
     steer_efficiency: float = 0.90
     """Efficiency of the steer gears [-]."""
 
     drive_stator_limit: float | None = None
-    """Stator current limit [A]; None: the controller's factory default (`controller_limits`), `math.inf`: none."""
+    """Stator current limit of the drive motor [A]; None for the controller's factory default (`controller_limits`),
+    `math.inf` for no limit."""
     drive_supply_limit: float | None = None
-    """Supply current limit, drawing and regenerating [A]; None and `math.inf` as above."""
+    """Supply current limit of the drive motor, drawing and regenerating [A]; None and `math.inf` as for
+    `drive_stator_limit`."""
     steer_stator_limit: float | None = None
-    """Stator current limit [A]; None and `math.inf` as above."""
+    """Stator current limit of the steer motor [A]; None and `math.inf` as for `drive_stator_limit`."""
     steer_supply_limit: float | None = None
-    """Supply current limit, drawing and regenerating [A]; None and `math.inf` as above."""
+    """Supply current limit of the steer motor, drawing and regenerating [A]; None and `math.inf` as for
+    `drive_stator_limit`."""
     drive_brake: bool = True
-    """Whether the motor brakes (short circuit) at zero command; False: it coasts (open circuit)."""
+    """Whether the drive motor brakes (short circuit) in neutral, instead of coasting (open circuit)."""
     steer_brake: bool = True
+    """Whether the steer motor brakes in neutral, instead of coasting."""
 
     drive_kp: float = 1.0
-    """Feedback gain of the on-board speed loop [V per m/s]; feed-forward comes from the motor."""
+    """Proportional gain of the on-board drive velocity loop [V per m/s]; feed-forward follows from the motor."""
     steer_kp: float = 40.0
-    """Feedback gain of the on-board steer loop [V/rad]."""
+    """Proportional gain of the on-board steer position loop [V/rad]."""
 
     def __post_init__(self) -> None:
         owner = f"{self.name}" or "module"
@@ -155,7 +160,7 @@ class SwerveModuleConfig(WheelConfig):
 
     @property
     def limited_drive_motor(self) -> LimitedMotor:
-        """Drive motor behind its gears and limits."""
+        """Constants of the drive motor with gears and current limits."""
         return LimitedMotor.of(
             self.drive_motor,
             gearing=self.drive_gearing,
@@ -167,7 +172,7 @@ class SwerveModuleConfig(WheelConfig):
 
     @property
     def limited_steer_motor(self) -> LimitedMotor:
-        """Steer motor behind its gears and limits."""
+        """Constants of the steer motor with gears and current limits."""
         return LimitedMotor.of(
             self.steer_motor,
             gearing=self.steer_gearing,
@@ -178,18 +183,18 @@ class SwerveModuleConfig(WheelConfig):
 
     @property
     def drive_inertia(self) -> float:
-        """Inertia of wheel, gears and geared rotor about the axle [kg m^2]."""
+        """Moment of inertia of wheel, gears and geared rotor about the axle [kg m^2]."""
         return self.wheel_inertia + self.drive_motor.rotor_inertia * self.drive_gearing**2
 
     @property
     def azimuth_inertia(self) -> float:
-        """Inertia of fork and geared rotor about the azimuth axis [kg m^2]."""
+        """Moment of inertia of fork, wheel and geared rotor about the steer axis [kg m^2]."""
         return self.steer_inertia + self.steer_motor.rotor_inertia * self.steer_gearing**2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveConfig(DrivetrainConfig):
-    """Robot on swerve modules."""
+    """Config of a swerve drivetrain."""
 
     modules: tuple[SwerveModuleConfig, ...]
 
@@ -199,7 +204,7 @@ class SwerveConfig(DrivetrainConfig):
             raise ConfigError("swerve: modules must name at least one module, got none")
         object.__setattr__(self, "modules", tuple(self.modules))
         self.require_robot("swerve")
-        # The warnings are issued here and not in each module: four equal modules give one warning.
+        # Warnings are logged here instead of in each module, so that four equal modules give one warning.
         remarks = _unusual("swerve", self, _USUAL_ROBOT)
         for module in self.modules:
             remarks += _unusual("swerve module", module, _USUAL_MODULE)
@@ -225,13 +230,15 @@ class SwerveConfig(DrivetrainConfig):
     def square(
         trackwidth: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
     ) -> SwerveConfig:
-        """Build four equal modules on a square, in CTRE's order: front left, front right, back left, back right.
+        """Make a drivetrain with four equal modules in a square, in CTRE's order.
+
+        The order is front left, front right, back left, back right.
 
         Args:
-            trackwidth: Distance between wheels [m].
-            module: Module to repeat; its position is replaced.
+            trackwidth: Distance between neighboring wheels [m].
+            module: Config that all modules share except for the position.
             mass: Mass of the robot [kg].
-            bumper: Side of the square bumper, for the yaw inertia of a uniform plate [m].
+            bumper: Side length over the bumpers, for the yaw moment of inertia of a uniform plate [m].
             height: Height of the center of mass above the floor [m].
         """
         return SwerveConfig.rectangle(trackwidth, trackwidth, module, mass=mass, bumper=(bumper, bumper), height=height)
@@ -246,7 +253,16 @@ class SwerveConfig(DrivetrainConfig):
         bumper: tuple[float, float] = (0.8, 0.8),
         height: float = 0.2,
     ) -> SwerveConfig:
-        """Build four equal modules on a rectangle; see `square`. Bumper is length x width [m]."""
+        """Make a drivetrain with four equal modules in a rectangle, in CTRE's order.
+
+        Args:
+            wheelbase: Distance between front and back wheels [m].
+            trackwidth: Distance between left and right wheels [m].
+            module: Config that all modules share except for the position.
+            mass: Mass of the robot [kg].
+            bumper: Length and width over the bumpers, for the yaw moment of inertia of a uniform plate [m].
+            height: Height of the center of mass above the floor [m].
+        """
         corners = (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
         return SwerveConfig(
             modules=tuple(
@@ -258,5 +274,5 @@ class SwerveConfig(DrivetrainConfig):
         )
 
     def module_name(self, index: int) -> str:
-        """Return the name of a module for messages."""
+        """Return a module's name for messages."""
         return self.modules[index].name or f"module {index}"

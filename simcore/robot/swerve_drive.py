@@ -1,4 +1,4 @@
-"""Swerve drive: motor commands, tire forces, battery and encoders."""
+"""Swerve drive: motor commands, module states and encoder readings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from simcore.typing import FloatArray
 __all__ = ["NO_STATES", "ModuleState", "SwerveDrive", "desaturate", "module_targets"]
 
 NO_STATES: FloatArray = np.empty((0, 2))
-"""States of no modules: nothing is commanded."""
+"""Empty array of module states, for a drive without commands."""
 NO_STATES.setflags(write=False)
 
 
@@ -33,21 +33,21 @@ class ModuleState:
     """Angles and speeds of n modules: views of the loop's arrays, shape (n,) each."""
 
     wheel_angle: FloatArray
-    """Angle of the wheel about its axle, continuous over turns [rad]."""
+    """Angle of the wheel about the axle, continuous over turns [rad]."""
     wheel_speed: FloatArray
-    """Speed of the wheel about its axle [rad/s]."""
+    """Angular velocity of the wheel about the axle [rad/s]."""
     steer_angle: FloatArray
-    """Azimuth as its encoder shows it, counter-clockwise from forward, continuous over turns [rad]."""
+    """Steer angle read by the encoder, counter-clockwise from forward, continuous over turns [rad]."""
     steer_speed: FloatArray
-    """Rate of the azimuth [rad/s]."""
+    """Angular velocity of steering [rad/s]."""
     cos: FloatArray
-    """Cosine of the true azimuth."""
+    """Cosine of the true steer angle."""
     sin: FloatArray
-    """Sine of the true azimuth."""
+    """Sine of the true steer angle."""
 
 
 def desaturate(speeds: list[float], limit: float) -> list[float]:
-    """Scale all speeds by one factor so that none exceeds the limit: the direction of travel stays."""
+    """Scale all speeds by a common factor so that none exceeds the limit; the direction of travel is kept."""
     top = max(map(abs, speeds), default=0.0)
     if top <= limit:
         return speeds
@@ -62,15 +62,15 @@ def module_targets(
     limit: float,
     present: Sequence[float],
 ) -> tuple[list[float], list[float]]:
-    """Compute speed and direction of every module for a chassis velocity.
+    """Compute the speed and steer angle of every module for chassis speeds.
 
     Args:
-        positions: Positions of the modules [m].
-        vx: Velocity forward [m/s].
-        vy: Velocity to the left [m/s].
+        positions: Positions of the modules, robot frame [m].
+        vx: Forward velocity [m/s].
+        vy: Leftward velocity [m/s].
         omega: Yaw rate, counter-clockwise positive [rad/s].
-        limit: Top speed of a module; faster commands are scaled down together [m/s].
-        present: Current angles, which modules with zero speed keep [rad].
+        limit: Top speed of a module [m/s]; if a module exceeds it, all speeds are scaled down.
+        present: Current steer angles, which modules with zero speed keep [rad].
 
     Returns:
         Speeds [m/s] and steer angles [rad].
@@ -87,7 +87,7 @@ def module_targets(
 
 
 class SwerveDrive(WheeledDrive[SwerveConfig]):
-    """Swerve drive of one robot; see `WheeledDrive` for what it shares with other drives.
+    """Swerve drive of a robot; `WheeledDrive` documents the features that all drives share.
 
     Example:
         >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -105,9 +105,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """Start at rest with the wheels pointing forward.
 
         Args:
-            config: Robot as robot code and the on-board loops know it.
-            battery: Battery of the robot; None: a stiff 12 V supply. The drive steps it.
-            built: Motors, wheels and encoders as actually built; None: as in the config.
+            config: Nominal drivetrain, as assumed by robot code and the on-board loops.
+            battery: Battery of the robot, stepped by the drive; None for a stiff 12 V supply.
+            built: Motors, wheels and encoders as actually built; None for the values in the config.
         """
         modules = config.modules if built is None else built.modules
         super().__init__(
@@ -128,11 +128,11 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
             self._set_module(k, built_module, known)
         self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
-        """Motors of the azimuths."""
+        """Readings of the steer motors."""
         self.reset()
 
     def _set_module(self, k: int, module: SwerveModuleConfig, known: SwerveModuleConfig) -> None:
-        """Write a module into the records: its true values, and those that the on-board loops know."""
+        """Write the true and the nominal parameters of a module into the records."""
         n, load = self._n, self.static_loads[k]
         wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
         set_motor(azimuth, module.limited_steer_motor)
@@ -142,13 +142,13 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         azimuth["scrub"] = module.scrub_radius
         azimuth["coupling"] = module.coupling_ratio * module.drive_motor.kt
         azimuth["partner"], wheel["partner"] = k, n + k
-        # Azimuth coupling: back-EMF [V s/rad], and inertia of the rotor that the azimuth turns as well [kg m^2].
+        # Coupling by steering: back-EMF of the drive motor [V s/rad], and inertia of the drive rotor [kg m^2].
         wheel["coupled_emf"] = module.coupling_ratio / module.drive_motor.kv
         wheel["coupled_inertia"] = module.drive_motor.rotor_inertia * module.drive_gearing * module.coupling_ratio
         drive, steer = known.limited_drive_motor, known.limited_steer_motor
         wheel["known_radius"], wheel["feedforward"] = known.wheel_radius, drive.emf / known.wheel_radius
         wheel["loop_coupled"], wheel["kp"] = known.coupling_ratio / known.drive_motor.kv, known.drive_kp
-        # Feed-forward against friction, rolling drag and scrub, as in a team's kS [V].
+        # Feed-forward against friction, rolling drag and scrub, like a team's kS [V].
         drag = drive.friction + known.rolling_resistance * load * known.wheel_radius
         wheel["ks"], wheel["ks_slope"] = drag / drive.torque_driving * drive.winding, 20.0
         scrub = steer.friction + known.wheel_cof * known.scrub_radius * load
@@ -158,40 +158,46 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     # ---------------------------------------------------------------- commands
 
     def set_volts(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command a voltage for every motor, kept until the next command [V].
+        """Command the voltage of every motor until the next command [V].
 
         Raises:
-            NonFiniteError: A voltage is missing, NaN or infinite; the message names the module, and nothing has
-                changed.
-            ConfigError: There is not one voltage per module.
+            NonFiniteError: If a voltage is missing, NaN or infinite; the message names the module, and the old command
+                is kept.
+            ConfigError: If the number of voltages is not the number of modules.
         """
         drive_ = self._checked("drive volts", drive)
         steer_ = self._checked("steer volts", steer)
         self._ask(VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command a fraction of the battery voltage for every motor, -1 to 1; raises as `set_volts`."""
+        """Command the duty cycle of every motor, -1 to 1; raises the same errors as `set_volts`."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
         self._ask(DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command stator current of the drive motors [A] and voltage of the steer motors [V]; raises as `set_volts`."""
+        """Command the stator current of drive motors [A] and the voltage of steer motors [V].
+
+        Raises the same errors as `set_volts`.
+        """
         drive_ = self._checked("drive current", drive)
         steer_ = self._checked("steer volts", steer)
         self._ask(CURRENT, drive_, steer_, steer_mode=VOLTS)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
-        """Command the on-board loops: ground speed [m/s] and steer angle [rad] per module; raises as `set_volts`."""
+        """Command the ground speed [m/s] and steer angle [rad] of each module by the on-board loops.
+
+        Raises the same errors as `set_volts`.
+        """
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)
         self._ask(TARGET, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Command the on-board loops: robot-frame velocity [m/s, m/s, rad/s]; scaled down if too fast.
+        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops, limited to `max_speed`.
 
         Raises:
-            NonFiniteError: A speed is NaN or infinite; nothing has changed.
+            NonFiniteError: If a speed is NaN or infinite; the old command is kept.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
@@ -199,7 +205,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(TARGET, speeds, angles)
 
     def stop(self) -> None:
-        """Command neutral: every motor brakes or coasts, as configured."""
+        """Command neutral output; motors brake or coast, as configured."""
         self._ask(NEUTRAL, self._zeros, self._zeros)
 
     def _ask(self, mode: int, drive: list[float], steer: list[float], *, steer_mode: int | None = None) -> None:
@@ -210,18 +216,19 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
     ) -> None:
-        """Reset everything: encoders and time to zero, battery rested, wheels rolling with the chassis.
+        """Zero encoders and time, reset the battery, and set the wheels rolling at a chassis velocity.
+
+        The velocity of the chassis itself does not change.
 
         Args:
-            angles: Azimuths [rad]; None: each wheel's direction of travel, or forward at rest.
-            vx: Forward velocity of the center of mass with which the wheels roll [m/s]. The chassis velocity is
-                separate.
-            vy: Velocity to the left [m/s].
+            angles: Steer angles [rad]; None for each wheel's direction of travel, or forward at rest.
+            vx: Forward velocity of the center of mass [m/s].
+            vy: Leftward velocity of the center of mass [m/s].
             omega: Yaw rate [rad/s].
 
         Raises:
-            NonFiniteError: A number is not finite; nothing has changed.
-            ConfigError: There is not one angle per module.
+            NonFiniteError: If an argument is not finite; the drive is left unchanged.
+            ConfigError: If the number of angles is not the number of modules.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"reset {name}", value)
@@ -233,7 +240,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         stands = [a + m.steer_offset for a, m in zip(turned, self._modules, strict=True)]
         cos, sin = [math.cos(a) for a in stands], [math.sin(a) for a in stands]
         self._rest(
-            [  # 0.0 first: no wheel starts at minus zero
+            [  # adding 0.0 avoids minus zero
                 (0.0 + c * wx + s * wy) / m.wheel_radius
                 for (wx, wy), c, s, m in zip(ways, cos, sin, self._modules, strict=True)
             ]
@@ -251,28 +258,28 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     # ---------------------------------------------------------------- readings
 
     def wheel_angles(self) -> list[float]:
-        """Return the azimuth of each module, counter-clockwise from forward, continuous over turns [rad]."""
+        """Return the steer angle of each module, counter-clockwise from forward, continuous over turns [rad]."""
         angles: list[float] = self.shafts["position"][self._n :].tolist()
         return angles
 
     def motor_currents(self) -> dict[str, list[float]]:
-        """Return stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
+        """Return the stator currents of the `drive` and `steer` motors in the last inner step, in module order [A]."""
         return {"drive": self.drive_motors.current, "steer": self.steer_motors.current}
 
     @property
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per turn of the wheel (`drive`) and of the azimuth (`steer`), module by module [-]."""
+        """Rotor turns per turn of the wheel (`drive`) and of the module (`steer`), in module order [-]."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
 
     @property
     def steer_angles(self) -> FloatArray:
-        """Azimuths, continuous over turns [rad], shape (n,)."""
+        """Steer angles, continuous over turns [rad], shape (n,)."""
         return np.array(self.state.steer_angle)
 
     @property
     def drive_rotor_angles(self) -> FloatArray:
-        """Readings of the drive motors' own encoders: gearing and azimuth coupling included [rad], shape (n,)."""
+        """Rotor angles of the drive motors, including gearing and coupling by steering [rad], shape (n,)."""
         s = self.state
         return np.array(
             [
@@ -285,13 +292,13 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def max_omega(self) -> float:
-        """Yaw rate on the spot at 12 V [rad/s]; the first module at its top speed limits it."""
+        """Largest yaw rate on the spot at 12 V [rad/s], limited by the first module to reach its top speed."""
         arms = self._arms()
         return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
 
     @property
     def max_angular_accel(self) -> float:
-        """Yaw acceleration on the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
+        """Largest yaw acceleration from rest, with wheels tangential [rad/s^2]; see `max_accel`."""
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
@@ -300,14 +307,14 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         return [math.hypot(x, y) for x, y in self.robot.positions]
 
     def _present_angles(self) -> list[float]:
-        """Return the angles that modules without a direction keep: their targets if any, else the current ones."""
+        """Return the steer angles that modules at zero speed keep: the current targets or, without targets, angles."""
         request = self.shafts["request"][self._n :]
         targets: list[float] = request["value"].tolist()
         return targets if request["mode"][0] == TARGET else self.wheel_angles()
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         require_count(what, values, self._n, "modules")
-        return [  # builds a module's name only for a message: names of all values took 20 us per tick
+        return [  # module names are built only for messages: names for all values took 20 us per tick
             v if type(v) is float and abs(v) < 1e6 else checked_number(f"{what} of {self.config.module_name(k)}", v)
             for k, v in enumerate(values)
         ]

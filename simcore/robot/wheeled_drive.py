@@ -1,6 +1,6 @@
 """Base of all wheeled drivetrains: current limits, battery, wheels, tires and common readings.
 
-`simcore.loop` steps it; this module writes its constants and commands to the arrays of the loop, and reads the results.
+`simcore.loop` steps the drivetrain; this module writes constants and commands to the loop's arrays and reads results.
 """
 
 from __future__ import annotations
@@ -34,30 +34,30 @@ __all__ = [
 ]
 
 NOMINAL_VOLTAGE = 12.0
-"""Nominal battery voltage of FRC figures [V]."""
+"""Nominal battery voltage of FRC motor data [V]."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveShaft:
-    """Parts that turn together: the wheel of a swerve module, or all wheels of one side of a tank drive, in a row."""
+    """Shaft with the wheel of a swerve module, or with the row of wheels on one side of a tank drive."""
 
     inertia: float
-    """Inertia of wheels, gears and rotors about the axle [kg m^2]."""
+    """Moment of inertia of wheels, gears and rotors about the axle [kg m^2]."""
     motor: LimitedMotor
     radius: float
     """Radius of the wheels [m]."""
     slip_ratio: float
-    """Slip per rolling speed at which the tires begin to slide [-]."""
+    """Ratio of slip to rolling speed at which the tires begin to slide [-]."""
     slip_speed: float
-    """Slip at which the tires begin to slide at standstill [m/s]."""
+    """Slip speed at which tires at rest begin to slide [m/s]."""
     wheels: tuple[int, ...]
     """Rows of the wheels."""
     grain: float = 1.0
-    """Ratio of the treads' friction across to that along [-]."""
+    """Ratio of friction across the treads to friction along the treads [-]."""
 
     @staticmethod
     def of(wheel: WheelConfig, *, inertia: float, motor: LimitedMotor, wheels: tuple[int, ...]) -> DriveShaft:
-        """Build a shaft with wheels of one type; see the fields."""
+        """Build a shaft with wheels of one type; the other arguments are fields of the class."""
         return DriveShaft(
             inertia=inertia,
             motor=motor,
@@ -73,9 +73,9 @@ def free_speed(shaft: DriveShaft, wheels: Sequence[WheelConfig], loads: Sequence
     """Compute the ground speed at which motor torque equals friction and rolling drag [m/s].
 
     Args:
-        shaft: Motor, gears, wheel radius.
+        shaft: Shaft with motor, gears and wheel radius.
         wheels: All wheels of the robot.
-        loads: Loads of all wheels [N].
+        loads: Normal forces on all wheels [N].
     """
     motor = shaft.motor
     drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
@@ -90,17 +90,21 @@ def launch_accel(
     arms: Sequence[float],
     inertia: float,
 ) -> float:
-    """Compute the acceleration from rest: straight (arms 1, inertia = mass) or on the spot (radii, yaw inertia).
+    """Compute the acceleration from rest, straight ahead or in yaw.
 
-    A shaft within its traction limit also accelerates its own rotor and wheels; one at the limit pushes with mu N. As
-    the acceleration decides which shafts are at the limit, iterate until both agree: each shaft changes at most once.
+    A shaft within the traction limit also accelerates its own rotor and wheels; a shaft at the limit pushes with mu N.
+    The acceleration determines which shafts are at the limit, so the function iterates; each shaft changes at most
+    once.
 
     Args:
         shafts: All drive shafts.
         wheels: All wheels.
-        loads: Loads of the wheels [N].
-        arms: Effect of a force of 1 N per shaft: 1 [-] or the distance from the center of mass [m].
-        inertia: Mass [kg] or yaw inertia [kg m^2].
+        loads: Normal forces on the wheels [N].
+        arms: For each shaft 1 [-] for linear acceleration, or the distance from the center of mass [m] for yaw.
+        inertia: Mass [kg] for linear acceleration, or yaw moment of inertia [kg m^2] for yaw.
+
+    Returns:
+        Acceleration [m/s^2] or [rad/s^2].
     """
     slipping = [False] * len(shafts)
     while True:
@@ -130,7 +134,7 @@ def launch_accel(
 
 
 def static_loads(robot: RobotMass) -> list[float]:
-    """Return the load of each wheel of a robot that stands level [N]; see `simcore.loop.tires.share_loads`."""
+    """Compute the normal force on each wheel of a robot on level ground [N]; see `simcore.loop.tires.share_loads`."""
     wheels = records(WHEEL, len(robot.positions))
     wheels["x"], wheels["y"] = zip(*robot.positions, strict=True)
     wheels["is_lowered"][list(robot.lowered)] = 1
@@ -143,7 +147,7 @@ ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
-    """Write the constants of a motor to the record of its shaft, shape (1,)."""
+    """Write the constants of a motor to the record of a shaft, shape (1,)."""
     model, request = row["model"], row["request"]
     for name, value in {
         "emf": motor.emf,
@@ -164,7 +168,7 @@ def set_motor(row: Records, motor: LimitedMotor) -> None:
 
 
 class MotorReadout:
-    """Readings of one kind of motors in the last step, one entry per shaft, for one of the motors on it."""
+    """Readings of the drive or steer motors in the last step, for one motor of each shaft."""
 
     def __init__(self, drive: WheeledDrive[Any], rows: slice) -> None:
         self._drive, self._rows = drive, rows
@@ -192,20 +196,20 @@ class MotorReadout:
 
     @property
     def heat(self) -> list[float]:
-        """Copper losses since the last reset [J]."""
+        """Copper losses since the last reset, per shaft [J]."""
         return list((self._column("model")["winding"] * self._column("charge2")).tolist())
 
     @property
     def energy(self) -> float:
-        """Electrical energy of all motors since the last reset: the integral of V I [J]."""
+        """Electrical energy of all motors since the last reset, the integral of V I [J]."""
         return float(self._column("energy").sum())
 
 
 class WheeledDrive(ABC, Generic[ConfigT]):
     """Base of `SwerveDrive`, `TankDrive` and `MecanumDrive`.
 
-    A drive has wheels, motors, battery and encoders, but no pose. In a world its records are among those of all robots,
-    and the world steps them. Several drives share nothing.
+    A drive has wheels, motors, a battery and encoders, but no pose. In a world, its records are part of the world's
+    arrays, and the world steps them.
     """
 
     def __init__(
@@ -221,12 +225,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Start at rest, not yet bound to a chassis.
 
         Args:
-            config: Config of the robot.
-            battery: Battery of the robot; None: a stiff 12 V supply.
+            config: Nominal drivetrain, as assumed by robot code and the on-board loops.
+            battery: Battery of the robot; None for a stiff 12 V supply.
             wheels: Wheels in the order of `config.positions`.
             shafts: Shafts that turn the wheels; each wheel is on one shaft.
-            azimuths: Number of steered wheels; their records follow those of the shafts.
-            radii: Radii of the wheels as robot code knows them [m]; a shaft has the true one.
+            azimuths: Number of steered wheels; the steering records follow the shaft records.
+            radii: Nominal wheel radii, as assumed by robot code [m]; `shafts` have the true radii.
         """
         self.config = config
         self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
@@ -235,7 +239,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self.robot_record = records(ROBOT)
         """Record of the robot in the arrays of the loop, shape (1,)."""
         self.shafts = records(SHAFT, len(shafts) + azimuths)
-        """Records of the drive shafts, then of the azimuths."""
+        """Records of the drive shafts, followed by those of the steer shafts."""
         self.wheel_records = records(WHEEL, self._wheels)
         """Records of the wheels, in the order of `config.positions`."""
         self._shafts, self._wheel_configs = tuple(shafts), tuple(wheels)
@@ -272,23 +276,23 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._free_speeds = [free_speed(s, self._wheel_configs, self.static_loads) for s in shafts]
         self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
-        """Motors of the drive shafts."""
+        """Readings of the drive motors."""
 
     @property
     def shaft_angles(self) -> FloatArray:
-        """Angles of the drive shafts since the reset, at the wheel, continuous over turns [rad], shape (shafts,)."""
+        """Wheel angles of the drive shafts since the reset, continuous over turns [rad], shape (shafts,)."""
         angles: FloatArray = self.shafts["position"][: self._driven]
         return angles
 
     @property
     def shaft_speeds(self) -> FloatArray:
-        """Speeds of the drive shafts, seen at the wheel [rad/s], shape (shafts,)."""
+        """Angular velocities of the drive shafts at the wheel [rad/s], shape (shafts,)."""
         speeds: FloatArray = self.shafts["speed"][: self._driven]
         return speeds
 
     @property
     def other_current(self) -> float:
-        """Current of all consumers except the robot's motors; the owner sets it at any time [A]."""
+        """Current of all consumers other than the robot's motors [A]; may be set at any time."""
         return float(self.robot_record["request"]["other_current"][0])
 
     @other_current.setter
@@ -297,7 +301,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def enabled(self) -> bool:
-        """Whether the robot is enabled; False: motors go to neutral."""
+        """Whether the robot is enabled; while it is disabled, all motors are in neutral."""
         return bool(self.robot_record["request"]["is_enabled"][0])
 
     @enabled.setter
@@ -310,17 +314,17 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return float(self.robot_record["time"][0])
 
     def set_mass_properties(self, mass: float, yaw_inertia: float, center_of_mass: Vector) -> None:
-        """Set the robot's mass properties from the next step on, with held pieces and current mechanism positions.
+        """Set the robot's current mass properties, with held pieces and moving masses, from the next step on.
 
-        Robot code and its loops do not know of the change: `config` and speeds derived from it stay.
+        The nominal values that robot code and on-board loops use, `config` and speeds derived from it, stay unchanged.
 
         Args:
             mass: Mass of the whole robot [kg].
             yaw_inertia: Moment of inertia about the vertical axis through the center of mass [kg m^2].
-            center_of_mass: Position relative to the robot center on the floor, robot axes [m].
+            center_of_mass: Center of mass in the robot frame [m].
 
         Raises:
-            NonFiniteError: A number is not finite, or mass or inertia is not above zero; nothing has changed.
+            NonFiniteError: If a value is not finite, or mass or inertia is not above zero; the old values are kept.
         """
         if not (all(map(math.isfinite, (mass, yaw_inertia, *center_of_mass))) and mass > 0.0 and yaw_inertia > 0.0):
             raise NonFiniteError(
@@ -338,13 +342,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._stand(self._robot)
 
     def _stand(self, robot: RobotMass) -> None:
-        """Write the wheel positions to the records, and compute the static loads."""
+        """Write the wheel positions to the records and compute the static loads."""
         self.wheel_records["x"], self.wheel_records["y"] = zip(*robot.positions, strict=True)
         self.static_loads = static_loads(robot)
-        """Load of each wheel while the robot stands level [N]."""
+        """Normal force on each wheel while the robot stands on level ground [N]."""
 
     def _rest(self, shaft_speeds: Sequence[float]) -> None:
-        """Reset time and encoders to zero, the battery to rested and the drive shafts to these speeds [rad/s]."""
+        """Zero time and encoders, reset the battery, and set the speeds of the drive shafts [rad/s]."""
         for name in ("position", "speed", "volts", "current", "supply", "energy", "charge2"):
             self.shafts[name] = 0.0
         self.shafts["request"]["mode"] = NEUTRAL
@@ -365,23 +369,24 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return float(self.robot_record["yaw_rate"][0])
 
     def set_requests(self, kinds: Sequence[int], values: Sequence[float]) -> None:
-        """Apply the motor controllers' requests, until the next call.
+        """Apply the outputs that motor controllers request, until the next call.
 
         Args:
-            kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state` per shaft: wheels, then azimuths.
-            values: Volts [V], or fractions of the battery voltage.
+            kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state` for each drive shaft, then each steer shaft.
+            values: Voltages [V] or duty cycles, -1 to 1.
 
         Raises:
-            NonFiniteError: A value is missing, NaN or infinite; the message names the shaft, and nothing has changed.
+            NonFiniteError: If a value is missing, NaN or infinite; the message names the shaft, and the old requests
+                are kept.
         """
         name = type(self).__name__
         self._command(kinds, [checked_number(f"{name} request of shaft {k}", value) for k, value in enumerate(values)])
 
     def keep_limits(self, limits: Sequence[tuple[float, float]]) -> None:
-        """Limit stator and supply current of each motor [A], within the configured limits.
+        """Limit the stator and supply current of each motor; configured limits still apply.
 
         Args:
-            limits: Stator and supply limit per shaft: wheels, then azimuths.
+            limits: Stator and supply limit of each drive shaft, then of each steer shaft, per motor [A].
         """
         if limits != self._kept_limits:
             self._kept_limits = list(limits)
@@ -391,7 +396,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             request["supply_limit"] = np.minimum(model["supply_limit"], supply)
 
     def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
-        """Write requests to the first shafts."""
+        """Write requests to the first `len(requests)` shafts."""
         request = self.shafts["request"][: len(requests)]
         request["mode"], request["value"] = mode, requests
 
@@ -399,7 +404,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @abstractmethod
     def wheel_angles(self) -> list[float]:
-        """Return the azimuth of each wheel, in the order of `config.positions`, continuous over turns [rad]."""
+        """Return the steer angle of each wheel, in the order of `config.positions`, continuous over turns [rad]."""
 
     @abstractmethod
     def motor_currents(self) -> dict[str, list[float]]:
@@ -408,21 +413,21 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     @property
     @abstractmethod
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per turn of the wheel or azimuth for every motor, by group as in `motor_currents` [-]."""
+        """Rotor turns per turn of the wheel or module for every motor, by the groups of `motor_currents` [-]."""
 
     def wheel_distances(self) -> list[float]:
-        """Return rolled distances since the reset, as encoders show them, ordered as `config.positions` [m]."""
+        """Return the distances rolled since the reset by the encoders, in the order of `config.positions` [m]."""
         angles = self.shaft_angles.tolist()
         return [angles[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
     def wheel_speeds(self) -> list[float]:
-        """Return tread speeds relative to the robot, as encoders show them, ordered as `config.positions` [m/s]."""
+        """Return the tread speeds relative to the robot by the encoders, in the order of `config.positions` [m/s]."""
         speeds = self.shaft_speeds.tolist()
         return [speeds[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
     @property
     def normal_loads(self) -> list[float]:
-        """Load of each wheel, averaged over the last step [N]."""
+        """Normal force on each wheel, averaged over the last step [N]."""
         loads: list[float] = self.wheel_records["mean_load"].tolist()
         return loads if self.time > 0.0 else self.static_loads[:]
 
@@ -433,12 +438,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def wheel_slip(self) -> float:
-        """Slip speed of the fastest sliding tire in the last step [m/s]; 0 while all of them hold."""
+        """Slip speed of the fastest sliding tire in the last step [m/s]; 0 while no tire slides."""
         return float(self.wheel_records["slip"].max()) if self.robot_record["is_sliding"][0] else 0.0
 
     @property
     def robot(self) -> RobotMass:
-        """Current mass and wheel positions: those of `config`, until `set_mass_properties` changes them."""
+        """Current mass properties and wheel positions: those of `config` until `set_mass_properties` is called."""
         return self._robot
 
     @property
@@ -448,7 +453,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def browned_out(self) -> bool:
-        """Whether a brown-out holds the outputs off."""
+        """Whether outputs are off in a brown-out."""
         return self.battery.browned_out
 
     @property
@@ -458,12 +463,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def electrical_energy(self) -> float:
-        """Electrical energy of all motors since the reset: the integral of V I [J]."""
+        """Electrical energy of all motors since the reset, the integral of V I [J]."""
         return float(self.shafts["energy"].sum())
 
     @property
     def max_speed(self) -> float:
-        """Top speed straight ahead at 12 V, where motor torque equals friction and rolling drag [m/s]."""
+        """Top speed straight ahead at 12 V, at which motor torque equals friction and rolling drag [m/s]."""
         return min(self._free_speeds)
 
     @property

@@ -1,1 +1,1 @@
-"""Many matches: experiments, their runs on all cores or a cluster, their results, and shot tables."""
+"""Sweeps of many matches: experiments, runs on all cores or a cluster, results, and shot tables."""

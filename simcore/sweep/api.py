@@ -1,4 +1,4 @@
-"""`sweep`: play an experiment, store its rows as they come, and return its results."""
+"""Function `sweep`: plays an experiment, stores each row as soon as its run ends, and returns the results."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ def sweep(
 ) -> Results:
     """Play all runs of an experiment.
 
-    A run that crashes or takes too long is a row with an error. Runs that are already in the store, from this
-    experiment or another one that contains them, are not played again, except for failed ones.
+    A run that crashes or takes too long gives a row with an error. Runs that are already in the store, from this
+    experiment or another experiment that contains them, are not played again unless they failed.
 
     Args:
         experiment: Experiment to play.
-        workers: Processes on this machine; None: one for each core; 0: none, this process plays (except a robot
-            project's runs), and no run is ended for taking too long.
+        workers: Number of processes on this machine; None: one for each core; 0: this process plays the runs (except
+            those of a robot project), and no run is ended for taking too long.
         cluster: Address of a Dask scheduler, whose workers play instead of this machine.
-        out: Folder for the store of rows, `runs.sqlite`; None: they are kept in memory only.
-        on_row: Function that is called with each new row, and with the number of rows taken from the store.
+        out: Folder for the store of rows, `runs.sqlite`; None: rows are kept only in memory.
+        on_row: Function that is called with each new row and the number of rows taken from the store.
 
     Returns:
-        Rows by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+        Results, whose rows have the columns run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
 
     Raises:
-        SimcoreError: If the experiment cannot be played, or no worker is there to play it.
+        SimcoreError: If the experiment cannot be played, or if there is no worker.
     """
     if workers is not None:
         require("sweep", "workers", workers, _WORKERS)

@@ -23,7 +23,7 @@ _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build"
 
 @cache
 def code_version() -> str:
-    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal for equal runs.
+    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`; equal versions play equal runs.
 
     The digest distinguishes a changed checkout from the release that it started from.
     """
@@ -37,7 +37,7 @@ def module_digest(name: str) -> str:
     """Return the digest of a module's file, or of all sources of a package.
 
     Raises:
-        ConfigError: If there is no such module.
+        ConfigError: If the module does not exist.
     """
     try:
         spec = find_spec(name)
@@ -65,7 +65,7 @@ def project_digest(folder: Path) -> str:
 
 
 def files_digest(files: Iterable[Path], base: Path) -> str:
-    """Return the digest of names and contents, 64 hexadecimal digits.
+    """Return the digest of the names and contents of files, 64 hexadecimal digits.
 
     Args:
         files: Files in any order.
@@ -74,6 +74,6 @@ def files_digest(files: Iterable[Path], base: Path) -> str:
     total = hashlib.sha256()
     for file in sorted(files):
         total.update(f"{file.relative_to(base).as_posix()}\n".encode())
-        # git may have changed the line ends on another system
+        # git may have changed the line endings on another system
         total.update(hashlib.sha256(file.read_bytes().replace(b"\r\n", b"\n")).digest())
     return total.hexdigest()

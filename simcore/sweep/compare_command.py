@@ -1,4 +1,4 @@
-"""`simcore compare OLD NEW`: two versions of robot code, or two autos, on common seeds."""
+"""Command `simcore compare OLD NEW`: compares two versions of robot code, or two autos, on common seeds."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare, and print the result; return 0 if all runs are complete, 1 if some have failed.
+    """Compare two versions and print the result; return 0 if all runs are complete, 1 if some failed.
 
     Raises:
-        SimcoreError: If the comparison is not possible.
+        SimcoreError: If the versions cannot be compared.
     """
     if options.new is None:
         raise ConfigError(
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _kind(word: str, options: argparse.Namespace) -> str:
-    """Return the factor that an argument is a value of."""
+    """Return the name of the factor that has an argument as its value."""
     if Path(word, "robot.py").is_file():
         return PROJECT
     near = ""
@@ -112,11 +112,11 @@ def _kind(word: str, options: argparse.Namespace) -> str:
     )
 
 
-# --- the runs -----------------------------------------------------------------------------------------------------
+# --- runs ---------------------------------------------------------------------------------------------------------
 
 
 def _played(factor: Factor, options: argparse.Namespace) -> Results:
-    """Play both variants of each seed in turn."""
+    """Play both versions with each seed and return the results."""
     if factor.name == PROJECT:
         options.project = Path(options.old)
     experiment = Experiment(
@@ -130,7 +130,7 @@ def _played(factor: Factor, options: argparse.Namespace) -> Results:
 
 
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
-    """Play the seed with the largest difference again, with a log each, and write the page of both."""
+    """Play both versions again with the seed of the largest difference, and write the page of their logs."""
     factor = results.experiment.factors[0]
     by_seed: list[dict[int, float]] = [{}, {}]
     for row, number in zip(results.finished, results.values(options.metric).tolist(), strict=True):

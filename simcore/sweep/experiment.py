@@ -1,4 +1,4 @@
-"""Experiment: frozen description of the runs to play, readable by any process; it identifies their results."""
+"""Experiment: a frozen description of the runs to play, which any process can read and which identifies results."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MOST_RUNS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """One run of an experiment."""
+    """Run of an experiment, before it is played."""
 
     number: int
     """Number of the run, from 0."""
@@ -47,9 +47,9 @@ class PlannedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """Set of runs: of a game with its scripted autos, or of a robot project.
+    """Set of runs of a game with its scripted autos, or of a robot project.
 
-    All fields are plain values, paths and names, so that it fits into JSON and runs on any machine of a cluster.
+    All fields are plain values, paths and names, so an experiment fits into JSON and runs on any machine of a cluster.
 
     Example:
         >>> experiment = Experiment(auto="left", factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(3))
@@ -58,14 +58,14 @@ class Experiment:
     """
 
     game: str | None = None
-    """Name of an installed game, or `module:name` of any; None: the newest installed one, or the project's."""
+    """Name of an installed game, or `module:name` of any game; None: the newest game, or the project's."""
     auto: str | None = None
-    """Name of an auto of the game, or in the chooser of a project; None: the first, or the chosen one."""
+    """Name of an auto in the game or in a project's chooser; None: the first auto, or the chooser's choice."""
     alliance: Literal["blue", "red"] = "blue"
     red: str = ""
     """Scripted players of red in a whole match, for `simcore.match.players.lineup.lineup`; `me` plays the auto."""
     blue: str = ""
-    """Scripted players of blue. If both are empty, and no factor has these names, one robot plays the auto."""
+    """Scripted players of blue. If `red` and `blue` are empty and not factors, a single robot plays the auto."""
     seconds: float | None = None
     """Simulated duration of a run [s]; None: the game's autonomous period, or the whole match."""
     options: tuple[str, ...] = ()
@@ -79,15 +79,15 @@ class Experiment:
     command: tuple[str, ...] = ()
     """Command of the project's program in any language, stepped over the bridge; empty: its robot.py."""
     scatter: Scatter | None = None
-    """Sizes of the spreads; None: runs of a setup differ only by what the seed decides anyway."""
+    """Sizes of the spreads; None: seeds change only what is random without scatter."""
     factors: tuple[Factor, ...] = ()
     samples: int = 0
-    """Number of combinations of values that are drawn at random; 0: a grid of all listed values."""
+    """Number of random combinations of values; 0: a grid of all listed values."""
     seeds: tuple[int, ...] = (0,)
     """Seeds; each is played at every point."""
     metrics: tuple[str, ...] = ()
-    """Names of metrics, and `module:function` of a team's own, called with a `Match` at its end; empty: all standard
-    metrics and the game's breakdown."""
+    """Names of metrics, or `module:function` for a function that is called with the finished `Match`; empty: all
+    standard metrics and the game's breakdown."""
     timeout: float | None = None
     """Wall time after which a run is ended and counts as failed [s]; None: no limit."""
 
@@ -127,7 +127,7 @@ class Experiment:
         return (self.samples or math.prod(len(factor.values) for factor in self.factors)) * len(self.seeds)
 
     def design_points(self) -> list[tuple[FactorValue, ...]]:
-        """Return the combinations of values, each with one value per factor in their order."""
+        """Return the combinations of values, each with a value for every factor in the order of `factors`."""
         if not self.samples:
             return list(itertools.product(*(factor.values for factor in self.factors)))
         size = (self.samples, len(self.factors))
@@ -135,7 +135,7 @@ class Experiment:
         return [tuple(factor.at(share) for factor, share in zip(self.factors, row, strict=True)) for row in shares]
 
     def runs(self) -> list[PlannedRun]:
-        """Return all runs: the first seed at every point, then the second, and so on."""
+        """Return all runs: those with the first seed at every point, then those with the second seed, and so on."""
         names = [factor.name for factor in self.factors]
         points = [dict(zip(names, point, strict=True)) for point in self.design_points()]
         rounds = enumerate(itertools.product(self.seeds, enumerate(points)))
@@ -143,13 +143,13 @@ class Experiment:
 
     @property
     def common(self) -> Experiment:
-        """Part that all runs share and that workers get; a `PlannedRun` has the rest."""
+        """Part of the experiment that all runs share, which workers get; a `PlannedRun` has the rest."""
         return replace(self, factors=(), samples=0, seeds=(0,))
 
     # --- identity of results ----------------------------------------------------------------------------------------
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
-        """Return 20 hexadecimal digits per run: equal for equal results, in this experiment and in others."""
+        """Return a key of 20 hexadecimal digits for each run; runs with equal results have equal keys."""
         apart: tuple[str, ...] = ("factors", "samples", "seeds", "timeout")
         if PROJECT in (factor.name for factor in self.factors):
             apart = (*apart, "project")
@@ -159,13 +159,13 @@ class Experiment:
         return [_short_hash([base, run.seed, sorted(_known(run.values).items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
-        """Return digests and versions of everything that a result depends on, apart from the description."""
+        """Return digests and versions of everything outside the experiment's fields that affects a result."""
         found = {"simcore": code_version(), "game": module_digest(self._game_module())}
         engine = ENGINES.get(engine_label(self.engine), "")
         found |= {name: _version(name) for name in (engine, "numpy") if name}
         is_named = self.game is not None and ":" in self.game
         game = named_object(self.game or "", "game") if is_named else find_game(self.game, say=str)
-        if game.field.mesh is not None:  # in a checkout it is outside the game's package
+        if game.field.mesh is not None:  # in a checkout, the mesh is outside the game's package
             found["mesh"] = files_digest([game.field.mesh], game.field.mesh.parent)
         for name in (*self.metrics, self.robot or ""):
             module, colon, _ = name.partition(":")
@@ -190,7 +190,7 @@ class Experiment:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
-        """Read the result of `to_json`, also after JSON has turned its tuples into lists."""
+        """Return the experiment from the result of `to_json`, even after JSON has turned tuples into lists."""
         values = dict(data)
         values["factors"] = tuple(Factor.from_json(factor) for factor in data["factors"])
         if data["scatter"] is not None:
@@ -199,7 +199,7 @@ class Experiment:
 
 
 def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
-    """Return the programs that an experiment runs and that lie outside a folder; nothing is run here.
+    """Return the programs outside a folder that an experiment would run; run nothing.
 
     Args:
         data: Description of the experiment from `to_json`.
@@ -209,20 +209,20 @@ def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
     found = [Path(project, "robot.py").resolve() for project in projects if project is not None]
     found += [Path(shutil.which(word) or word).resolve() for word in data.get("command", ())[:1]]
     for name in (data["game"], data["robot"], *data["metrics"]):
-        module = str(name).partition(":")[0].partition(".")[0]  # of the package; a deeper search would import it
+        module = str(name).partition(":")[0].partition(".")[0]  # the package; finding a submodule would import it
         if name is not None and ":" in name and module.isidentifier() and (spec := find_spec(module)) is not None:
             found.append(Path(spec.origin or module).resolve())
     return [str(file) for file in dict.fromkeys(found) if folder.resolve() not in file.parents]
 
 
 def _known(values: dict[str, FactorValue]) -> dict[str, FactorValue]:
-    """Return the values that identify a run: for a project, a digest of its files instead of its path."""
+    """Return the values that identify a run, with a digest of the files in place of a project's path."""
     return {name: project_digest(Path(str(v))) if name == PROJECT else v for name, v in values.items()}
 
 
 @cache
 def _version(module: str) -> str:
-    """Return the version of the package that a module comes from; empty if it was not installed as one."""
+    """Return the version of the installed package that has a module; empty if there is no such package."""
     names = packages_distributions().get(module, ())
     return ", ".join(f"{name} {version(name)}" for name in names)
 

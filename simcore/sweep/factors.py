@@ -1,9 +1,9 @@
-"""Factors: the differences between the runs of an experiment, by name and values.
+"""Factors: the quantities that vary between the runs of an experiment, each with a name and values.
 
-Values are listed or drawn from a distribution. A name is a dotted path into one of three configs, by the names of
-fields, the keys of tables and the indices of rows (`*`: all): `robot.battery.initial_charge`,
-`robot.drivetrain.modules.*.wheel_cof`, `scatter.spin`, `pieces.*.mass`; or one of `PLAYED`, for how a run is played.
-`robot.mass` alone is not a field: it is the mass of the whole robot.
+Values are listed or drawn from a distribution. A name is a dotted path into one of three configs, made of field names,
+table keys and row indices (`*` for all rows): `robot.battery.initial_charge`, `robot.drivetrain.modules.*.wheel_cof`,
+`scatter.spin`, `pieces.*.mass`. Names in `PLAYED` set how a run is played. Only `robot.mass` is not a field but the
+mass of the whole robot.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Distribution:
             raise ConfigError(f"normal(mean,deviation) needs a deviation > 0, got {self}")
 
     def at(self, share: float) -> float:
-        """Return the value below which a share of all values lies (quantile), for a share above 0 and below 1 [-]."""
+        """Return the quantile of a share of all values; the share is above 0 and below 1 [-]."""
         if self.kind == "uniform":
             return self.first + share * (self.second - self.first)
         return NormalDist(self.first, self.second).inv_cdf(share)
@@ -112,20 +112,20 @@ class Factor:
             raise ConfigError(f"factor {self.name}: values must differ, got {shown(list(self.values))}")
 
     def at(self, share: float) -> FactorValue:
-        """Return the value at a share of the list or the distribution, from 0 up to, but without, 1 [-]."""
+        """Return the value at a share of the list or distribution; the share is at least 0 and below 1 [-]."""
         if self.distribution is not None:
             return self.distribution.at(share)
         return self.values[min(len(self.values) - 1, int(share * len(self.values)))]
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Factor:
-        """Read the result of `dataclasses.asdict`, also after JSON has turned its tuples into lists."""
+        """Return the factor from the result of `dataclasses.asdict`, even after JSON has turned tuples into lists."""
         drawn = data["distribution"]
         return cls(data["name"], tuple(data["values"]), None if drawn is None else Distribution(**drawn))
 
 
 def parse_factor(text: str) -> Factor:
-    """Parse a factor of the command line.
+    """Parse a factor on the command line.
 
     >>> parse_factor("robot.mass=45:60:5").values
     (45.0, 50.0, 55.0, 60.0)
@@ -135,7 +135,7 @@ def parse_factor(text: str) -> Factor:
     'uniform(40,50)'
 
     Raises:
-        ConfigError: If it cannot be read; the message has an example.
+        ConfigError: If the text cannot be parsed; the message has an example.
     """
     name, equals, what = (part.strip() for part in text.partition("="))
     unreadable = ConfigError(f"a factor {shown(text)} cannot be read: {_EXAMPLE}")
@@ -158,13 +158,13 @@ def parse_factor(text: str) -> Factor:
 
 
 def _steps(name: str, first: float, last: float, step: float) -> tuple[float, ...]:
-    """Return values from first to last, including the end if a step meets it."""
+    """Return the values from first to last; the last value is included if a step reaches it."""
     if step == 0.0 or (last - first) / step < 0.0:
         raise ConfigError(f"factor {name}: steps of {step:g} do not lead from {first:g} to {last:g}")
     count = math.floor((last - first) / step + 1e-9) + 1
     if count > _MOST_VALUES:
         raise ConfigError(f"factor {name}: {count} values are too many, at most {_MOST_VALUES} are")
-    # rounded, so that 0.1:0.3:0.1 has 0.3 as written, and not 0.30000000000000004
+    # rounded, so that 0.1:0.3:0.1 gives 0.3 and not 0.30000000000000004
     return tuple(float(f"{first + number * step:.12g}") for number in range(count))
 
 
@@ -181,7 +181,7 @@ def _number(text: str) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetup:
-    """Setup of a run, apart from its seed."""
+    """Setup of a run without the seed."""
 
     game: Game
     auto: Auto
@@ -192,7 +192,7 @@ class RunSetup:
     """Simulated duration [s]; None: the game's autonomous period."""
     engine: str | None = None
     red: str = ""
-    """Players of red in a whole match, for `lineup`; if `blue` is also empty, one robot plays the auto."""
+    """Players of red in a whole match, for `lineup`; if `red` and `blue` are empty, a single robot plays the auto."""
     blue: str = ""
 
     def __post_init__(self) -> None:
@@ -202,18 +202,18 @@ class RunSetup:
 
     @property
     def seats(self) -> tuple[Seat, ...]:
-        """Seats of all players of a match; empty: one robot plays the auto."""
+        """Seats of all players of a match; empty if a single robot plays the auto."""
         return lineup(self.game, red=self.red, blue=self.blue) if self.red or self.blue else ()
 
 
 def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
-    """Return the setup with all factors at these values.
+    """Return a setup with its factors set to values.
 
     Raises:
-        ConfigError: If there is no such factor or it cannot have this value; the message has the nearest names, and
-        what would work.
+        ConfigError: If a factor does not exist or a value is invalid; the message gives the nearest names or the
+            valid values.
     """
-    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # an auto sets its own start
+    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # an auto sets the start
         if name.partition(".")[0] in PLAYED:
             with _named(name):
                 setup = _vary_played(setup, name, value)
@@ -226,7 +226,7 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
 
 
 def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotConfig:
-    """Return the robot with its factors at these values; errors as for `vary`."""
+    """Return a robot with its factors set to values; errors are those of `vary`."""
     for name, value in values.items():
         first, *path = name.split(".")
         with _named(name):
@@ -239,15 +239,15 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 
 
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
-    """Return the scatter with its factors at these values.
+    """Return a scatter with its factors set to values.
 
-    `scatter` is a factor on all default spreads, `scatter.spin` is one of them.
+    The value of `scatter` multiplies all default spreads; `scatter.spin` sets the spread of the spin.
 
     Args:
-        scatter: Present scatter; None: none.
+        scatter: Present scatter; None for no scatter.
         values: Values of all factors.
     """
-    for name, value in sorted(values.items()):  # all spreads before single ones
+    for name, value in sorted(values.items()):  # all spreads before single spreads
         first, *path = name.split(".")
         if first != "scatter":
             continue
@@ -261,7 +261,7 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
 
 
 def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
-    """Return the game with its piece factors at these values: `pieces.<kind>.<field>`, `*` for all kinds."""
+    """Return a game with its piece factors set to values: `pieces.<kind>.<field>`, with `*` for all kinds."""
     for name, value in values.items():
         first, *path = name.split(".")
         if first != "pieces":
@@ -288,7 +288,7 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
-    """Set how a run is played; the setup, the game and the auto check the value."""
+    """Return a setup with another way to play the run; the setup, the game and the auto check the value."""
     auto = setup.auto
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
@@ -304,7 +304,7 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
 
 
 def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> Any:
-    """Return a config with the value at a path in it; everything else is unchanged."""
+    """Return a copy of a config with another value at a path."""
     if not path:
         return _converted(config, value, where)
     first, rest = path[0], path[1:]
@@ -323,7 +323,7 @@ def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> A
 
 
 def _parts_of(config: Any) -> dict[str, Any]:
-    """Return parts of a config by the words that may follow the dot; empty for a number or a name."""
+    """Return the parts of a config by the names that may follow the dot; empty for a number or a word."""
     if isinstance(config, Mapping):
         return {str(name): part for name, part in config.items()}
     if isinstance(config, tuple):
@@ -335,7 +335,7 @@ def _parts_of(config: Any) -> dict[str, Any]:
 
 
 def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
-    """Return the robot with another mass [kg], equally distributed: its inertia scales with it."""
+    """Return a robot with another mass [kg] in the same distribution: the moment of inertia scales with the mass."""
     require("robot", "mass", value, MASS)
     drivetrain, mass = robot.drivetrain, float(value)
     inertia = drivetrain.yaw_inertia * mass / drivetrain.mass
@@ -347,7 +347,7 @@ def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
 
 
 def _converted(present: Any, value: FactorValue, where: str) -> Any:
-    """Return the value in the type of the present one; the config checks it."""
+    """Return a value in the type of the present value; the config checks the result."""
     if isinstance(present, bool):
         if str(value).lower() not in ("true", "false"):
             raise ConfigError(f"{where} must be true or false, got {shown(value)}")

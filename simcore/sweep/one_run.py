@@ -1,4 +1,4 @@
-"""One run of an experiment, from its plan to its row of the table. The row reports every error of the run."""
+"""Run of an experiment, from its plan to its row in the table. The row reports any error of the run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ __all__ = [
 ]  # fmt: skip
 
 _OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
-"""Names of `PLAYED` that a project accepts; its auto decides where it starts."""
+"""Names in `PLAYED` that are factors of a project; the project's auto decides where the robot starts."""
 
 
 def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
@@ -45,10 +45,10 @@ def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = Non
     Args:
         experiment: Experiment of the run; this process can play only one run of a robot project.
         planned: Run to play.
-        log: File for its telemetry; None: none.
+        log: File for the telemetry of the run; None for no file.
 
     Returns:
-        Value for each column, in plain types. `error` is empty, or a sentence; then metrics are left out.
+        Value for each column, in plain types. `error` is empty or a sentence; a row with an error has no metrics.
     """
     start = process_time()
     try:
@@ -61,10 +61,10 @@ def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = Non
 
 
 def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Play a run like `play_run`; return its metrics and digest, and let errors pass through.
+    """Play a run like `play_run` and return its metrics and digest, without catching errors.
 
     Raises:
-        SimcoreError: If the run is not possible.
+        SimcoreError: If the run cannot be played.
     """
     if experiment.project is not None:
         return _play_project(experiment, planned, log)
@@ -92,12 +92,12 @@ def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
 
 
 def planned_values(planned: PlannedRun) -> dict[str, Any]:
-    """Return the columns of a run's row that its plan gives."""
+    """Return the columns of a run's row that come from its plan."""
     return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return an error in one line, with its place in the code if simcore did not raise it on purpose."""
+    """Return an error as one line, with its place in the code unless it is a `SimcoreError`."""
     text = " ".join(str(error).split())
     if isinstance(error, SimcoreError):
         return text
@@ -108,10 +108,10 @@ def sentence_of(error: BaseException) -> str:
 
 @lru_cache(maxsize=4)
 def setup_of(experiment: Experiment) -> RunSetup:
-    """Return the setup of an experiment's runs before any factor.
+    """Return the setup of an experiment's runs before factors are applied.
 
     Raises:
-        SimcoreError: If game, auto or robot do not exist.
+        SimcoreError: If the game, auto or robot does not exist.
     """
     game = game_of(experiment.game)
     return RunSetup(
@@ -128,10 +128,10 @@ def setup_of(experiment: Experiment) -> RunSetup:
 
 
 def require_playable_runs(experiment: Experiment) -> None:
-    """Raise an error before the first run if no run, or none with a listed value, can be played.
+    """Raise an error before the first run if the experiment, or a listed value of a factor, cannot be played.
 
     Raises:
-        SimcoreError: If a game, auto, robot, factor or value is invalid; the message says what would work.
+        SimcoreError: If a game, auto, robot, factor or value is invalid; the message names valid ones.
     """
     if experiment.project is not None:
         _require_project(experiment)
@@ -153,10 +153,10 @@ def _require_me(setup: RunSetup, factor: str) -> None:
 
 
 def game_of(name: str | None) -> Game:
-    """Return an installed game by its name, or any as `module:name`; None: the newest installed one.
+    """Return an installed game by its name, or any game by `module:name`; None: the newest installed game.
 
     Raises:
-        SimcoreError: If there is no such game.
+        SimcoreError: If the game does not exist.
     """
     if name is None or ":" not in name:
         return find_game(name, say=str)
@@ -170,11 +170,11 @@ def robot_of(name: str | None, game: Game) -> RobotConfig:
     """Return the game's robot, the result of a function, or the robot of a file on the game's drivetrain.
 
     Args:
-        name: None; `module:function`; or the path of a `simcore.toml`.
-        game: Game whose drivetrain the robot of a file gets.
+        name: `module:function`, the path of a `simcore.toml`, or None for the game's robot.
+        game: Game with the drivetrain for the robot of a file.
 
     Raises:
-        ConfigError: If there is no such file or function, or it gives no robot.
+        ConfigError: If the file or function does not exist, or does not give a robot.
     """
     own = game.robot()
     if name is None:
@@ -201,7 +201,7 @@ def robot_of(name: str | None, game: Game) -> RobotConfig:
 
 
 def _require_project(experiment: Experiment) -> None:
-    """Raise an error if no run can be played, as far as that shows without the robot's code.
+    """Raise an error if no run can be played, as far as this can be checked without the robot's code.
 
     Raises:
         ConfigError: If there is no robot.py or a factor belongs to scripted autos.
@@ -225,10 +225,10 @@ def _require_project(experiment: Experiment) -> None:
 
 
 def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None) -> dict[str, Any]:
-    """Play a run with a robot's own code, and return its metrics and digest.
+    """Play a run with the code of a robot project and return its metrics and digest.
 
     Raises:
-        SimcoreError: If the robot's code has failed; the message says how.
+        SimcoreError: If the robot's code fails; the message has its error.
         VendorError: If RobotPy is not installed.
     """
     try:

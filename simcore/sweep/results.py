@@ -1,4 +1,4 @@
-"""Results of a sweep: shares of success, percentiles, differences on common seeds.
+"""Results of a sweep: shares of successes, percentiles, and differences on common seeds.
 
 A success is a condition on columns: `score >= 30`, `hits == shots and brownouts == 0`.
 """
@@ -42,7 +42,7 @@ Row = Mapping[str, Any]
 
 TABLE_NAME = "results.csv"
 MOST_VALUES = 12
-"""Largest number of factor values that are listed and drawn one by one."""
+"""Largest number of values of a factor that are listed and drawn separately."""
 _BEFORE, _AFTER = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
 _COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
     "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne, "<": operator.lt, ">": operator.gt,
@@ -51,7 +51,7 @@ _COMPARISON = re.compile(r"\s*([^<>=!]*[^<>=!\s])\s*(<=|>=|==|!=|<|>)\s*([^<>=!]
 
 
 class Condition:
-    """Comparisons of columns with numbers or with columns, joined by `and`.
+    """Condition on a row: comparisons of columns with numbers or other columns, joined by `and`.
 
     >>> condition = Condition("score >= 30 and hits == shots")
     >>> condition.names
@@ -81,12 +81,12 @@ class Condition:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Columns that it reads, in order."""
+        """Columns in the condition, in order."""
         sides = (side for left, _, right in self._parts for side in (left, right) if isinstance(side, str))
         return tuple(dict.fromkeys(sides))
 
     def holds(self, row: Row) -> bool:
-        """Return whether a run has ended without an error, has these columns, and fulfills the condition."""
+        """Return whether a run ended without an error, has the columns, and meets the condition."""
         if row["error"]:
             return False
         for name, sign, other in self._parts:
@@ -100,15 +100,15 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All runs of an experiment.
+    """Results of all runs of an experiment.
 
-    A run that ended with an error has no metrics: it is not a success, and not in percentiles.
+    A run that ended with an error has no metrics: it is not a success and is not in percentiles.
     """
 
     rows: Sequence[Row]
     """Rows of the runs, by number."""
     experiment: Experiment
-    """Experiment that they belong to."""
+    """Experiment of the runs."""
 
     def __post_init__(self) -> None:
         missing = [name for name in (*_BEFORE, "error") for row in self.rows if name not in row]
@@ -132,7 +132,7 @@ class Results:
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """Names of the numeric columns that runs have measured."""
+        """Names of the columns with measured numbers."""
         found = []
         for name in self.columns[len(_BEFORE) + len(self.factors) : -len(_AFTER)]:
             values = [row[name] for row in self.rows if row.get(name) is not None]
@@ -154,16 +154,16 @@ class Results:
         """Return a metric of the finished runs, NaN where it was not measured, shape (n,).
 
         Args:
-            metric: Name of a column; or a condition, with values 1 or 0.
+            metric: Name of a column, or a condition with values 1 and 0.
 
         Raises:
-            ConfigError: If it is text.
-            UnknownNameError: If there is no such column.
+            ConfigError: If the column holds text.
+            UnknownNameError: If the column does not exist.
         """
         if metric not in self.columns and any(sign in metric for sign in _COMPARISONS):
             condition = self._condition(metric)
             return np.array([float(condition.holds(row)) for row in self.finished])
-        if metric not in self.columns and self.finished:  # if all runs failed, nothing was measured
+        if metric not in self.columns and self.finished:  # if all runs failed, no metric was measured
             raise UnknownNameError("column", metric, self.columns)
         found = [row.get(metric) for row in self.finished]
         if any(isinstance(value, str) for value in found):
@@ -171,10 +171,10 @@ class Results:
         return np.array([math.nan if value is None else float(value) for value in found])
 
     def factor_values(self, factor: str) -> list[Any]:
-        """Return the different values of a factor: numbers in ascending order, words in their given order.
+        """Return the distinct values of a factor: numbers in ascending order, words in the order of the rows.
 
         Raises:
-            UnknownNameError: If there is no such factor.
+            UnknownNameError: If the factor does not exist.
         """
         if factor not in self.factors:
             raise UnknownNameError("factor", factor, self.factors)
@@ -191,22 +191,22 @@ class Results:
     # --- statistics -------------------------------------------------------------------------------------------------
 
     def succeeded(self, condition: str) -> npt.NDArray[np.bool_]:
-        """Return whether each run was a success, shape (n,); errors as for `success`."""
+        """Return whether each run is a success, shape (n,); errors are those of `success`."""
         asked = self._condition(condition)
         return np.array([asked.holds(row) for row in self.rows], bool)
 
     def success(self, condition: str) -> Share:
-        """Return the share of runs that fulfill a condition, with Wilson's interval.
+        """Return the share of runs that meet a condition, with Wilson's interval.
 
         Raises:
             ConfigError: If the text is not a condition.
-            UnknownNameError: If there is no such column.
+            UnknownNameError: If a column does not exist.
         """
         held = self.succeeded(condition)
         return wilson_share(int(held.sum()), len(held))
 
     def success_by(self, factor: str, condition: str) -> dict[Any, Share]:
-        """Return the share of success for each value of a factor, in order; errors as for `success`."""
+        """Return the share of successes for each value of a factor, in order; errors are those of `success`."""
         held = self.succeeded(condition)
         found = {}
         for value in self.factor_values(factor):
@@ -215,13 +215,13 @@ class Results:
         return found
 
     def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES) -> list[float]:
-        """Return percentiles of a metric, NaN if no run has it; 50 is the median. Errors as for `values`."""
+        """Return percentiles of a metric, NaN if no run has measured the metric; errors are those of `values`."""
         return percentiles(self.values(metric), at)
 
     def paired(self, factor: str, first: float | str, second: float | str, metric: str) -> PairedDifference:
         """Return the effect of changing a factor from one value to another, on common seeds.
 
-        Pairs have equal seeds and equal values of all other factors; pairs of one seed, which are not independent,
+        Pairs have equal seeds and equal values of all other factors. Pairs with the same seed are not independent and
         count as their mean.
 
         Args:
@@ -232,7 +232,7 @@ class Results:
 
         Raises:
             ConfigError: If fewer than two seeds have pairs.
-            UnknownNameError: If there is no such factor, value or column.
+            UnknownNameError: If the factor, a value or the column does not exist.
         """
         known = self.factor_values(factor)
         for value in (first, second):
@@ -257,13 +257,13 @@ class Results:
         return paired_difference(before, after)
 
     def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
-        """Return the effect of each value of a factor against its first one, clear effects first.
+        """Return the effect of each value of a factor compared with the first value, clear effects first.
 
         Args:
             metric: Name of a column, or a condition.
 
         Returns:
-            Factor, first value, value and difference; for factors with 2 to 12 values that have common seeds.
+            Factor, first value, value and difference, for factors with 2 to 12 values that share seeds.
         """
         found = []
         for factor in self.factors:
@@ -276,10 +276,10 @@ class Results:
     # --- as a file --------------------------------------------------------------------------------------------------
 
     def save_table(self, folder: str | Path) -> Path:
-        """Write `results.csv` for tools such as pandas; missing folders are made.
+        """Write `results.csv`, e.g. for pandas, and return its path; missing folders are created.
 
         Raises:
-            OutputError: If it cannot be written.
+            OutputError: If the file cannot be written.
         """
         text = io.StringIO()
         writer = csv.DictWriter(text, self.columns, lineterminator="\n")

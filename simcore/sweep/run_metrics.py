@@ -1,4 +1,4 @@
-"""Metrics of a run: numbers by name, and a team's own functions."""
+"""Metrics of a run: standard numbers by name, and a team's own functions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _score(match: Match) -> int:
 
 
 def _flying(match: Match) -> list[ShotRecord]:
-    """Return the shots that had not touched anything by the end."""
+    """Return the shots that have not touched anything by the end of the match."""
     last = {shot.slot: shot for shot in match.record.shots}
     return [last[slot] for slot in match.record.flying.tolist()]
 
@@ -54,23 +54,23 @@ METRICS: dict[str, Callable[[Match], Any]] = {
     "brownouts": lambda match: match.record.robots[0].battery.brownouts,
     "seconds": lambda match: match.time,
 }
-"""Numbers that are measured in every run, in this order: points of the robot's own alliance and of the other; pieces
-shot, scored shots, shots still in the air at the end, and the share of hits among the others; pieces taken in; time of
-the last shot, which ends a shooter's cycle [s]; pieces scored, placed and held by all robots at the end; distance
-driven, without moves by people [m]; lowest battery voltage [V] and brown-outs; simulated time [s]. `breakdown.<name>`
-follows for the game's counts."""
+"""Numbers that are measured in every run, in this order: points of the robot's own alliance and of the other alliance;
+pieces shot, scored shots, shots still in the air at the end, and the share of hits among the shots that have ended;
+pieces taken in; time of the last shot, which ends a shooter's cycle [s]; pieces scored, placed and held by all robots
+at the end; distance driven, without moves by people [m]; lowest battery voltage [V] and number of brown-outs; simulated
+time [s]. The game's counts follow as `breakdown.<name>`."""
 
 
 def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
-    """Return metrics of a match at its end, in plain types.
+    """Return the metrics of a finished match, in plain types.
 
     Args:
-        match: Match at its end.
-        names: Names of the metrics; empty: all of `METRICS`, and the game's breakdown.
+        match: Finished match.
+        names: Names of the metrics; empty: all of `METRICS` and the game's breakdown.
 
     Raises:
-        UnknownNameError: If there is no such metric.
-        ConfigError: If a function returns neither a number, nor a word, nor an array of numbers.
+        UnknownNameError: If a metric does not exist.
+        ConfigError: If a function does not return a number, a word or an array of numbers.
     """
     breakdown = {f"breakdown.{name}": count for name, count in match.breakdown().items()}
     found: dict[str, Any] = {}
@@ -90,8 +90,8 @@ def metric_name(metric: str | Callable[[Match], Any]) -> str:
     """Return the name of a metric, or `module:function` of a function.
 
     Raises:
-        ConfigError: If it is a function that another process cannot find.
-        UnknownNameError: If there is no such metric.
+        ConfigError: If another process cannot find the function.
+        UnknownNameError: If the metric does not exist.
     """
     if isinstance(metric, str):
         if ":" in metric:
@@ -111,7 +111,7 @@ def named_object(text: str, what: str) -> Any:
     """Return the object named `module:name`.
 
     Raises:
-        ConfigError: If there is no such module or name.
+        ConfigError: If the module or the name does not exist.
     """
     module, _, name = text.partition(":")
     try:
@@ -121,7 +121,7 @@ def named_object(text: str, what: str) -> Any:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return a value in JSON's types, arrays as text."""
+    """Return a value in JSON's types, with arrays as text."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

@@ -1,7 +1,7 @@
-"""SQLite file of a sweep's results, written run by run so that an interrupted sweep can resume.
+"""SQLite file with the results of a sweep, written after each run so that an interrupted sweep can resume.
 
-`PRAGMA user_version` holds the version of the tables. `experiment` holds the last experiment; `runs` holds one row per
-run, under a key made from everything that its result depends on.
+`PRAGMA user_version` holds the version of the tables. The table `experiment` holds the last experiment. The table
+`runs` holds a row for each run, under a key made from everything that affects the result.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ _TABLES = (
 _COLUMNS: dict[str, type | tuple[type, ...]] = {
     "run": int, "point": int, "seed": int, "version": str, "error": str, "cpu_seconds": (int, float)
 }  # fmt: skip
-"""Columns that every row has, with their types."""
+"""Columns of every row, with their types."""
 _log = logging.getLogger(__name__)
 _AT_ONCE = 500  # keys per query; old versions of SQLite allow 999
 _BUSY = 30.0  # [s] to wait while another sweep writes to the file
 
 
 class RunStore:
-    """Rows of runs by key, and the last experiment.
+    """Rows of runs by key, with the last experiment.
 
     A full disk or an unwritable file does not stop a sweep: the store logs a warning, keeps the rows in memory and
     retries them with each new row.
 
     Args:
-        folder: Folder of the file, created if missing.
-        must_exist: Whether to raise an error if the folder does not have the file.
+        folder: Folder of the file, which is created if it is missing.
+        must_exist: Whether to raise an error if the file does not exist.
 
     Raises:
-        OutputError: If the file cannot be created or is not a store of this version.
+        OutputError: If the file cannot be created, or is not a store of this version.
     """
 
     def __init__(self, folder: Path, *, must_exist: bool = False) -> None:
@@ -84,7 +84,7 @@ class RunStore:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Store the experiment, replacing the last one."""
+        """Store an experiment in place of the last one."""
         row = (json.dumps(experiment.to_json()),)
         try:
             self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", row)
@@ -92,10 +92,10 @@ class RunStore:
             raise self._unwritable(error) from error
 
     def experiment(self) -> Experiment:
-        """Return the last experiment; warn if it loads or runs programs outside the current folder.
+        """Return the last experiment, with a warning if it runs programs outside the current folder.
 
         Raises:
-            ConfigError: If it can no longer be played.
+            ConfigError: If the experiment can no longer be played.
             OutputError: If the file is damaged or has no experiment.
         """
         with self._reading():
@@ -113,7 +113,7 @@ class RunStore:
         self._write()
 
     def rows(self, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """Return the stored rows of the successful runs among these, by key.
+        """Return the stored rows of successful runs with these keys, by key.
 
         Raises:
             OutputError: If the file is damaged.
@@ -136,7 +136,7 @@ class RunStore:
     def _make(self) -> None:
         try:
             self._base.execute("BEGIN IMMEDIATE")
-            if not self._has_tables():  # otherwise another sweep was first
+            if not self._has_tables():  # otherwise another sweep has made them
                 for command in _TABLES:
                     self._base.execute(command)
             self._base.execute("COMMIT")
@@ -145,10 +145,10 @@ class RunStore:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Convert read errors to a `ConfigError` or `OutputError` that names the file."""
+        """Convert errors of reading to a `ConfigError` or `OutputError` that names the file."""
         try:
             yield
-        except (ConfigError, UnknownNameError) as error:  # before its second base, ValueError
+        except (ConfigError, UnknownNameError) as error:  # before ValueError and LookupError, which they also are
             raise ConfigError(f"{self.path}: what was played cannot be played any more: {error}") from error
         except (sqlite3.Error, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
             raise OutputError(
@@ -179,10 +179,10 @@ class RunStore:
 
 
 def _checked(row: Any) -> dict[str, Any]:
-    """Return the row of a run unchanged if it has this version's format.
+    """Return the row of a run unchanged after checking its format.
 
     Raises:
-        ValueError: If it does not.
+        ValueError: If the row does not have the format of this version.
     """
     if not isinstance(row, dict):
         raise ValueError("a run is no row")

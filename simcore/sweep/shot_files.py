@@ -14,11 +14,11 @@ from simcore.sweep.shot_table import ShotTable, ShotTableRow
 __all__ = ["table_cells", "table_csv", "table_page", "table_python"]
 
 _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s")
-"""Columns of a row that robot code needs."""
+"""Columns of a row for robot code."""
 
 
 def _values(row: ShotTableRow) -> dict[str, Any]:
-    """Return the values of a row by column name with unit; None for missing ones."""
+    """Return the values of a row by column name with unit; None for missing values."""
     values = {
         "distance_m": row.stand.distance, "feasible": not row.problem, "problem": row.problem, **row.shot,
         "share": row.share,
@@ -27,7 +27,7 @@ def _values(row: ShotTableRow) -> dict[str, Any]:
 
 
 def table_csv(shots: ShotTable) -> str:
-    """Return CSV with a line per row; missing values are empty."""
+    """Return a CSV table with a line for each row; missing values are empty."""
     rows = [_values(row) for row in shots.rows]
     stream = io.StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
@@ -37,7 +37,7 @@ def table_csv(shots: ShotTable) -> str:
 
 
 def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
-    """Return headers and cells of the table for people, on the console and on the page."""
+    """Return the headers and cells of the table as text for the console and the page."""
     heads = [
         "distance",
         "elevation",
@@ -71,7 +71,7 @@ def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
 
 
 def table_python(shots: ShotTable) -> str:
-    """Return a Python module whose `shot_at` interpolates between the rows; it imports only `bisect`."""
+    """Return the text of a Python module, with a function `shot_at` that interpolates between the rows."""
     task, lines = shots.task, ""
     for row in shots.rows:
         values = _values(row)
@@ -120,7 +120,7 @@ def shot_at(distance):
 
 
 def table_page(shots: ShotTable) -> str:
-    """Return the page: the row with the best margin, the table, and curves over distance."""
+    """Return a page with the row of the best margin, the table, and curves over distance."""
     task, good = shots.task, shots.feasible
     blocks: list[Mapping[str, object]] = []
     if good:
@@ -140,7 +140,7 @@ def table_page(shots: ShotTable) -> str:
 
 
 def _curves(good: Sequence[ShotTableRow]) -> Iterator[Mapping[str, object]]:
-    """Make charts over distance, with the ranges that still go in."""
+    """Yield charts over distance, with the ranges in which shots go in."""
     if not good:
         return
     at = [row.stand.distance for row in good]

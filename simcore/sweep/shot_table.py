@@ -1,8 +1,8 @@
-"""Shot table: for each distance the shot with the best margin, and its share of hits.
+"""Shot table: for each distance, the shot with the best margin, and the share of scattered shots that go in.
 
-The loop flies shots of many elevations and speeds around those of `solve_shot`. For each elevation, the middle speed of
-those that go in is a candidate; the row's shot is the candidate with the largest allowed error of elevation and speed,
-in standard deviations of the scatter. Scattered flights of it give the share of hits.
+Shots with many elevations and speeds around those of `solve_shot` are flown. For each elevation, the candidate has the
+middle of the speeds that go in; the shot of the row is the candidate with the largest allowed error of elevation and
+speed, in standard deviations of the scatter. Flights with scatter give the share that goes in.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from simcore.units import degrees
 
 __all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
 
-_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # of the grid; the second as a share of the speed
-_SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # margin beyond the shooter's limits, so that the ends are found
-_SLOWER, _FASTER = 0.8, 1.3  # on the speed that meets the middle: from the near rim to the far one
+_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # steps of the grid; the speed step is a share of the speed
+_SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # margin beyond the shooter's limits, to find the ends of ranges
+_SLOWER, _FASTER = 0.8, 1.3  # factors on the speed for the middle, beyond the near and far rim
 _SHOTS = 1024  # scattered shots for a row's share
-_AS_SAFE = 0.97  # share of the best margin above which shots count as equally good; the row has the middle one
-_TURN, _FARTHEST_TURN = degrees(5.0), degrees(90.0)  # between tried bearings, and largest angle from the approach
-_LEVEL = 0.005  # [m] and [rad]: a robot on a bump shoots differently
+_AS_SAFE = 0.97  # share of the best margin from which shots count as equally good; the row has the middle one
+_TURN, _FARTHEST_TURN = degrees(5.0), degrees(90.0)  # step between bearings, and largest angle from the approach
+_LEVEL = 0.005  # [m] and [rad], tolerance: a robot on a bump shoots differently
 _MOST_PLACES = 6  # places tried for a row
 _COLUMNS = (
     "bearing_deg", "elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s", "entry_angle_deg",
@@ -43,7 +43,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class ShotBand:
-    """Grid of elevations and speeds with the shots that go in from every barrel."""
+    """Grid of elevations and speeds, with the shots that go in from every barrel."""
 
     elevations: FloatArray
     """Elevations of the grid [rad], shape (n,)."""
@@ -54,7 +54,7 @@ class ShotBand:
 
     @classmethod
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
-        """Fly the shots of a grid around those that meet the target's middle."""
+        """Return the grid of shots around those that hit the middle of the target, after flying them."""
         elevations = _grid(task)
         middles = _to_middle(task, stand, elevations)
         most = task.max_speed * (1.0 + _SPARE_SPEED)
@@ -72,7 +72,7 @@ class ShotBand:
 
 
 def _grid(task: ShotTask) -> FloatArray:
-    """Return the elevations to fly [rad], shape (n,)."""
+    """Return the elevations of the grid [rad], shape (n,)."""
     low, high = task.elevations
     spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
     count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
@@ -81,7 +81,7 @@ def _grid(task: ShotTask) -> FloatArray:
 
 
 def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArray:
-    """Return the speed for each elevation that meets the middle of the opening [m/s], infinite for none, shape (n,)."""
+    """Return the speed for each elevation that hits the middle of the opening [m/s], infinite if none, shape (n,)."""
     speeds, muzzle = np.full(len(elevations), np.inf), task.muzzle(stand, stand.bearing)
     for number, elevation in enumerate(elevations.tolist()):
         with contextlib.suppress(NoShotError):
@@ -94,24 +94,25 @@ def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTableRow:
-    """One distance with the shot from there."""
+    """Row of a shot table: a distance and the shot from there."""
 
     stand: Stand
-    """Place of the robot; its bearing is valid only if there is a shot."""
+    """Place of the robot; the bearing is valid only if there is a shot."""
     problem: str = ""
     """Reason why there is no shot; empty if there is one."""
     band: ShotBand | None = None
-    """Shots that go in from there; None where the robot has no place."""
+    """Shots from the place; None if the robot has no place at the distance."""
     elevation: float = math.nan
-    """Elevation [rad]."""
+    """Elevation of the shot [rad]."""
     speed: float = math.nan
-    """Speed relative to the muzzle [m/s]."""
+    """Speed of the shot relative to the muzzle [m/s]."""
     shot: Mapping[str, Any] = field(default_factory=lambda: dict.fromkeys(_COLUMNS))
-    """Values by column, with the unit in its name; None for missing ones. Some columns need a note:
+    """Values by column name, which has the unit; None for missing values. Columns that need a note:
 
-    - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: range that goes in with the other value unchanged; -
-    `margin_sd`: distance to the nearest of these ends, in standard deviations of the scatter (default where it has
-    none).
+    - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: ends of the range of speeds or elevations that go in
+      while the other value is unchanged;
+    - `margin_sd`: distance to the nearest of these ends, in standard deviations of the scatter (of the default scatter
+      where a spread is 0).
     """
     share: float | None = None
     """Share of scattered shots that go in."""
@@ -119,7 +120,7 @@ class ShotTableRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotTable:
-    """All rows, with their task and scatter."""
+    """Shot table: rows with their task and scatter."""
 
     task: ShotTask
     scatter: Scatter
@@ -135,12 +136,12 @@ def make_table(
     task: ShotTask, distances: Iterable[float], *, scatter: Scatter | None = None,
     on_row: Callable[[ShotTableRow], object] = lambda row: None,
 ) -> ShotTable:  # fmt: skip
-    """Compute a table.
+    """Compute a shot table.
 
     Args:
         task: Shooter and target.
-        distances: Distances from the robot's origin to the target [m].
-        scatter: Scatter of the shots; None: the default.
+        distances: Distances from the robot's origin to the middle of the target [m].
+        scatter: Scatter of the shots; None: the default scatter.
         on_row: Function that is called with each finished row.
     """
     spread = scatter or Scatter()
@@ -154,7 +155,7 @@ def make_table(
 
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
-    """Return the row of a distance: the shot from the first place with hits, or why there is none."""
+    """Return the row for a distance: the shot from the first place with hits, or the reason why there is no shot."""
     problem, band = "the robot has no place on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)
@@ -169,7 +170,7 @@ def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> Sho
 def _best(
     task: ShotTask, stand: Stand, band: ShotBand, shots: Sequence[tuple[int, int]], scatter: Scatter
 ) -> ShotTableRow:
-    """Return the row of the shot with the best margin, the middle one of those with similar margins."""
+    """Return the row with the best shot: the middle one of the shots whose margins are close to the best."""
     margins = np.array([_margin(band, *shot, scatter) for shot in shots])
     good = np.nonzero(margins >= _AS_SAFE * margins.max())[0]
     number, column = shots[int(good[len(good) // 2])]
@@ -182,9 +183,9 @@ def _best(
 
 
 def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
-    """Yield places at a distance where the robot can stand and face the target, the most frontal first.
+    """Yield places at a distance where the robot can stand and face the target, the most frontal place first.
 
-    They are level, on the carpet, and up to 90 degrees to either side of the opening's approach.
+    All places are level, on the carpet, and within 90 degrees of the opening's approach.
     """
     chassis = match.robots[0].chassis
     for number in range(round(_FARTHEST_TURN / _TURN) + 1):
@@ -199,7 +200,7 @@ def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
 def _described(
     task: ShotTask, stand: Stand, band: ShotBand, number: int, column: int, scatter: Scatter
 ) -> dict[str, Any]:
-    """Return the columns of a band's shot, given by the indices of elevation and speed."""
+    """Return the columns of the shot at an elevation index `number` and a speed index `column`."""
     elevation, speed, deg = float(band.elevations[number]), float(band.speeds[column]), math.degrees
     hood = task.hood_for(elevation)
     seen = task.fly(task.rows(stand, np.array([elevation]), np.array([speed])))
@@ -214,7 +215,7 @@ def _described(
 
 
 def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float:
-    """Return the distance of a band's shot from those that miss, in standard deviations of the scatter."""
+    """Return the distance of a shot from the nearest miss, in standard deviations of the scatter."""
     slowest, fastest = np.log(_around(band.speeds, band.inside[number], column)) - math.log(band.speeds[column])
     flattest, steepest = np.array(_around(band.elevations, band.inside[:, column], number)) - band.elevations[number]
     return min(
@@ -224,18 +225,18 @@ def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float
 
 
 def _stretches(inside: BoolArray) -> list[tuple[int, int]]:
-    """Return the first and last index of each unbroken range."""
+    """Return the first and last index of each unbroken range of True."""
     edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0].tolist()
     return [(first, after - 1) for first, after in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _middle(inside: BoolArray) -> int:
-    """Return the middle index of the longest range."""
+    """Return the middle index of the longest range of True."""
     first, last = max(_stretches(inside), key=lambda ends: ends[1] - ends[0])
     return (first + last) // 2
 
 
 def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, float]:
-    """Return the ends of the range around an index."""
+    """Return the values at the ends of the range of True around an index."""
     first, last = next(ends for ends in _stretches(inside) if ends[0] <= here <= ends[1])
     return float(values[first]), float(values[last])

@@ -1,7 +1,7 @@
 """Aiming task: a robot's shooter, a zone with an opening, and the place of the robot.
 
-Launches are those of `simcore.robot.shooter`, for many shots at once: the robot is at rest and level, and its shooter
-points with the robot, a turret at zero.
+Shots leave as in `simcore.robot.shooter`, many at once. The robot is at rest and level, and its shooter points where
+the robot does, with a turret at zero.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from simcore.world.shapes import Sphere
 __all__ = ["ShotDraws", "ShotTask", "Stand"]
 
 _VOLTS = 12.0  # of a good battery
-_SPEED_RESERVE = 0.9  # of the wheels' free speed: the rest is for regulation and battery sag; estimate
+_SPEED_RESERVE = 0.9  # share of the wheels' free speed; the rest is for control and battery sag; estimate
 _FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
-_CORRECTIONS = 4  # of the yaw; the muzzle turns with it
+_CORRECTIONS = 4  # iterations of the yaw, with which the muzzle turns
 
 
 class Stand(NamedTuple):
@@ -45,13 +45,13 @@ class Stand(NamedTuple):
     """Bearing from the robot to the target, field frame [rad]."""
 
     def place(self, middle: FloatArray) -> tuple[float, float]:
-        """Return the position of the robot's origin [m], for the middle of an opening."""
+        """Return x and y of the robot's origin [m] for the middle of an opening."""
         x, y, _ = middle.tolist()
         return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
 
 
 class ShotDraws(NamedTuple):
-    """Errors of shots, shape (n,) each: angles are added [rad], the others are factors [-]."""
+    """Errors of n shots, shape (n,) each: angles are added [rad], all other errors are factors [-]."""
 
     exit_speed: FloatArray
     elevation: FloatArray
@@ -79,12 +79,12 @@ class ShotDraws(NamedTuple):
 
     @staticmethod
     def none(n: int) -> ShotDraws:
-        """Return n shots without errors."""
+        """Return draws of n shots without errors."""
         return ShotDraws.of(Scatter.none(), np.random.default_rng(0), n)
 
 
 class ShotTask:
-    """A shooter with its target.
+    """Shooter with its target.
 
     Intended shots are given by `elevation` [rad] and `speed` relative to the muzzle [m/s], shape (n,) each, from a
     robot at a `stand`.
@@ -92,14 +92,14 @@ class ShotTask:
     Args:
         game: Game with the field and pieces.
         robot: Config with the shooter; None: the game's robot.
-        target: Name of a zone; None: the first of the alliance.
+        target: Name of the target zone; None: the first zone of the alliance.
         alliance: Alliance that the zone belongs to.
         shooter: Number of the shooter, from 0.
 
     Raises:
         ConfigError: If the robot has no such shooter, its piece is not a ball, or the game has no zone with an opening
         for it.
-        UnknownNameError: If there is no target of that name.
+        UnknownNameError: If the target does not exist.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class ShotTask:
         return low, high
 
     def can_tilt(self, elevation: FloatArray) -> BoolArray:
-        """Return which elevations [rad], shape (n,), the shooter can reach."""
+        """Return whether the shooter can reach each elevation [rad], shape (n,)."""
         low, high = self.elevations
         within: BoolArray = (elevation > low - 1e-9) & (elevation < high + 1e-9)
         return within
@@ -194,21 +194,21 @@ class ShotTask:
     # --- shots ------------------------------------------------------------------------------------------------------
 
     def robot_pose(self, stand: Stand, yaw: float) -> tuple[FloatArray, FloatArray]:
-        """Return position [m] and attitude (x, y, z, w) of a robot whose shooter points in a direction [rad]."""
+        """Return the position [m] and attitude (x, y, z, w) of a robot whose shooter points along a yaw [rad]."""
         half = 0.5 * (yaw - self.shooter.launch.heading)
         return np.array([(*stand.place(self.opening.middle), 0.0)]), np.array(
             [(0.0, 0.0, math.sin(half), math.cos(half))]
         )
 
     def muzzle(self, stand: Stand, yaw: float) -> FloatArray:
-        """Return the middle of the muzzles of a robot that shoots in a direction [rad], field frame [m], shape (3,)."""
+        """Return the middle of the muzzles when the robot shoots along a yaw [rad], field frame [m], shape (3,)."""
         pos, rotation = self.robot_pose(stand, yaw)
         middle = replace(self.shooter.launch, barrels=(float(np.mean(self.barrels)),))
         place: FloatArray = (pos + to_field(rotation, muzzle_offset(middle)))[0]
         return place
 
     def aim(self, stand: Stand) -> float:
-        """Return the direction of shots whose middle goes through the target's [rad]."""
+        """Return the yaw from the middle of the muzzles to the middle of the target [rad]."""
         yaw = stand.bearing
         for _ in range(_CORRECTIONS):
             x, y, _ = (self.opening.middle - self.muzzle(stand, yaw)).tolist()
@@ -219,7 +219,7 @@ class ShotTask:
         self, stand: Stand, elevation: FloatArray, speed: FloatArray, barrel: IntArray | int = 0,
         draws: ShotDraws | None = None,
     ) -> Balls:  # fmt: skip
-        """Return shots as they leave one barrel, or one each, with errors; None: without errors."""
+        """Return shots as they leave the shooter, from one barrel or a barrel for each shot; `draws` adds errors."""
         n = len(speed)
         d = draws or ShotDraws.none(n)
         pos, rotation = self.robot_pose(stand, self.aim(stand))
@@ -241,14 +241,14 @@ class ShotTask:
         return fly_shots(self.field, balls, self.opening, self.zone.zone, downward=self.zone.downward, clean=clean)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
-        """Return whether shots go in: n shots for each of m intended ones, as many from each barrel, shape (m, n).
+        """Return whether each of n shots around m intended shots goes in, spread evenly over the barrels, shape (m, n).
 
         Args:
             stand: Place of the robot.
             elevation: Elevations [rad], shape (m,).
             speed: Speeds relative to the muzzle [m/s], shape (m,).
-            draws: Errors of n shots for each intended one, which may touch anything on their way; None: one shot from
-                every barrel, without errors, which may touch only the inside.
+            draws: Errors of n shots around each intended shot, which may touch anything on their way; None: a shot
+                without errors from every barrel, which may touch only the inside.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         m, n = len(speed), len(d.elevation)
@@ -263,5 +263,5 @@ class ShotTask:
         return goes_in.reshape(m, n)
 
     def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> float:
-        """Return the share of scattered shots of an intended one that go in."""
+        """Return the share of scattered shots around an intended shot that go in."""
         return float(self.hits(stand, np.array([elevation]), np.array([speed]), draws).mean())

@@ -1,4 +1,4 @@
-"""`simcore shots`: the shot table of a shooter, by distance, with the share of hits."""
+"""Command `simcore shots`: shot table of a shooter over distance, with the share of scattered shots that go in."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     """Compute the table, print it and write its files; return 0, or 1 if no row has a shot.
 
     Raises:
-        SimcoreError: If the table is not possible.
+        SimcoreError: If the table cannot be computed or written.
     """
     game = find_game(options.game, say=lambda which: print(f"simcore: {which}", file=sys.stderr))
     values = {}

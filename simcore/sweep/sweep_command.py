@@ -1,4 +1,4 @@
-"""`simcore sweep`: play an auto many times, and report its share of success."""
+"""Command `simcore sweep`: plays an auto many times and reports the share of successes."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ __all__ = [
 
 PAGE_NAME = "page.html"
 takes_command = True
-"""Words behind `--` are the command of `--serve`."""
+"""Whether words after `--` are passed on; they are the command for `--serve`."""
 _COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
 _WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 _WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
-_TIMEOUT = 600.0  # [s]; a whole match takes tens of seconds
+_TIMEOUT = 600.0  # [s] of wall time; a whole match takes tens of seconds
 _MOST_SEEDS = 1_000_000
-_SAMPLES = 20  # of drawn factors, by default
+_SAMPLES = 20  # default number of combinations if a factor is drawn
 _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.allow_abbrev = False  # `--seed 7`, as in a single run, would be `--seeds 7`
+    parser.allow_abbrev = False  # or `--seed 7`, which single runs have, would mean `--seeds 7`
     parser.add_argument("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
     parser.add_argument("--auto", metavar="NAME", help="auto (default: the game's first, or the chooser's)")
     parser.add_argument("--project", type=Path, metavar="FOLDER", help="folder of a robot.py, whose code plays")
@@ -103,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_played_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options for how runs are played, by whom, and in how many processes."""
+    """Add the options for the way runs are played, for their players, and for the number of processes."""
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
     )
@@ -126,7 +126,7 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
 
 
 def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of these options by the fields of `Experiment`."""
+    """Return fields of an `Experiment` from the options with the same names."""
     names = "game auto alliance red blue seconds options engine robot project timeout"
     return {name: getattr(options, name) for name in names.split()}
 
@@ -143,10 +143,10 @@ def scatter_option(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Play, and return the exit status: 0 all runs are complete, 1 some have failed, 130 interrupted.
+    """Play the sweep and return the exit status: 0 if all runs are complete, 1 if some failed, 130 if interrupted.
 
     Raises:
-        SimcoreError: If the sweep is not possible.
+        SimcoreError: If the sweep cannot be played.
     """
     if options.repeat is not None:
         return _repeat(options)
@@ -163,7 +163,7 @@ def run(options: argparse.Namespace) -> int:
             "simcore: interrupted; runs that are over are kept, and the same command goes on with them", file=sys.stderr
         )
         return 130
-    print(summary_text(results, options.success), flush=True)  # before files, because the disk may be full
+    print(summary_text(results, options.success), flush=True)  # before files are written: the disk may be full
     _print_replays(results, out)
     if options.csv:
         print(f"\n{results.save_table(out)}")
@@ -174,7 +174,7 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Treat SIGTERM like Ctrl-C, so that a sweep ends with its workers."""
+    """Treat SIGTERM like Ctrl-C, so that the workers of a sweep end with it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -205,10 +205,10 @@ def _experiment(options: argparse.Namespace) -> Experiment:
 
 
 def _require_columns(text: str, options: argparse.Namespace) -> None:
-    """Raise an error before the first run for a condition on columns that no run will have."""
+    """Raise an error if a condition has columns that no run will have."""
     condition = Condition(text)
     if any(":" in metric for metric in options.metrics):
-        return  # its name is not known yet
+        return  # a function's metrics are unknown before a run
     known = {*(options.metrics or METRICS), *(factor.name for factor in options.factors), "seed"}
     for name in condition.names:
         if name not in known and not name.startswith("breakdown."):
@@ -216,7 +216,7 @@ def _require_columns(text: str, options: argparse.Namespace) -> None:
 
 
 def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
-    """Return the requested scatter, else the project's, else the default: without one, seeds would hardly differ."""
+    """Return the scatter of the options, else None if the project has its own, else the default scatter."""
     if options.scatter is not None:
         found: Scatter = options.scatter
         return found
@@ -226,13 +226,13 @@ def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
 
 
 def _print_replays(results: Results, out: Path) -> None:
-    """Print how to repeat one run of each error; the summary has the errors."""
+    """Print the command that repeats a run for each error of the summary."""
     for number in {row["error"]: row["run"] for row in reversed(results.failures)}.values():
         print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
 
 
 def _repeat(options: argparse.Namespace) -> int:
-    """Play one run of a store with all its output, and draw it; an error comes with its traceback."""
+    """Play a run of a store again with all its output and write its page; an error has its traceback."""
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
     with closing(RunStore(options.out, must_exist=True)) as store:
@@ -247,13 +247,13 @@ def _repeat(options: argparse.Namespace) -> int:
     try:
         for name, value in play_aloud(experiment, planned, log).items():
             print(f"    {name:24} {value}")
-    finally:  # also for a run that fails, up to there
+    finally:  # a run that fails is drawn up to its failure
         _draw(log)
     return 0
 
 
 def _draw(log: Path) -> None:
-    """Write the page of a log and print both paths, or why there is no page: the run's own error matters more."""
+    """Write the page of a log and print both paths; print why there is no page instead of raising an error."""
     if not log.is_file():  # the run failed before it began
         return
     try:
@@ -264,12 +264,12 @@ def _draw(log: Path) -> None:
 
 
 def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[str, Any]:
-    """Play one run with a log; return its metrics and digest, and let errors pass through.
+    """Play a run with a log and return its metrics and digest, without catching errors.
 
-    A robot project has its own process, because this one can hold only one program.
+    A robot project has its own process, because a process can hold only one program.
 
     Raises:
-        SimcoreError: If the run is not possible or the robot's code has failed.
+        SimcoreError: If the run cannot be played or the robot's code fails.
     """
     if experiment.project is None:
         return play_values(experiment.common, planned, log)
@@ -282,7 +282,7 @@ def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[s
 
 @contextmanager
 def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
-    """Show a progress bar for a number of runs on a terminal; yield a function for `on_row` of `sweep`."""
+    """Show a progress bar on a terminal and yield a function for `on_row` of `sweep`."""
     columns = (
         TextColumn("runs"),
         BarColumn(),
@@ -303,7 +303,7 @@ def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
 
 
 def _seeds(text: str) -> tuple[int, ...]:
-    """Parse seeds of the command line.
+    """Parse the seeds on the command line.
 
     >>> _seeds("3"), _seeds("5:8"), _seeds("1,7")
     ((0, 1, 2), (5, 6, 7), (1, 7))

@@ -1,4 +1,4 @@
-"""Results of a sweep as text for a terminal, and as a page for a browser."""
+"""Results of a sweep as text for a terminal and as a page for a browser."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ _NAMES = {
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
     "hit_share": "share of hits", "flying": "in the air at the end",
 }  # fmt: skip
-"""Names of metrics for readers, where they differ from those of the columns."""
+"""Names of metrics for readers, where these differ from the column names."""
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 
 def summary_text(results: Results, condition: str = "") -> str:
-    """Return the text for a terminal: counts, effects of factors, shares of success, percentiles.
+    """Return the text for a terminal: counts, shares of successes, effects of factors, percentiles and errors.
 
     Args:
         results: Results of a sweep.
-        condition: Condition of a success; empty: none.
+        condition: Condition of a success; empty for no condition.
     """
     lines = [_counts(results)]
     if condition:
@@ -69,7 +69,7 @@ def sweep_page(results: Results, condition: str, folder: Path) -> str:
 
     Args:
         results: Results of the sweep.
-        condition: Condition of a success; empty: none.
+        condition: Condition of a success; empty for no condition.
         folder: Folder of the store, for the command that repeats a run.
     """
     blocks = [_headline(results, condition)]
@@ -86,12 +86,12 @@ def sweep_page(results: Results, condition: str, folder: Path) -> str:
 
 
 def comparison_page(results: Results, metric: str, difference: PairedDifference, folder: Path) -> str:
-    """Return the page of two variants, the values of the first factor, together on each axis.
+    """Return the page of two variants, which are the values of the first factor and share each axis.
 
     Args:
-        results: Results of both.
+        results: Results of both variants.
         metric: Column or condition to compare.
-        difference: Difference of this metric.
+        difference: Difference of the metric between the variants.
         folder: Folder of the store.
     """
     factor = results.factors[0]
@@ -126,7 +126,7 @@ def number_text(value: float | str) -> str:
 
 
 def _headline(results: Results, condition: str) -> Block:
-    """Return the headline: the share of success, or without a condition the median of the main metric."""
+    """Return the headline: the share of successes, or the median of the main metric if there is no condition."""
     counts = _counts(results)
     if condition:
         share = results.success(condition)
@@ -171,9 +171,9 @@ def _name(metric: str) -> str:
 
 
 def _main_metric(results: Results, condition: str = "") -> str:
-    """Return the metric that is drawn over the factors; empty for none.
+    """Return the metric that is drawn over the factors; empty if there is none.
 
-    It is the first of the condition, else the score, if it differs between runs, else the first that does.
+    Metrics that differ between runs come first: those in the condition, then the score, then all others.
     """
     first, varied = [*(Condition(condition).names if condition else ()), "score"], _varied_metrics(results)
     wanted = [*(name for name in first if name in varied), *varied, *first]
@@ -181,7 +181,7 @@ def _main_metric(results: Results, condition: str = "") -> str:
 
 
 def _varied_metrics(results: Results) -> list[str]:
-    """Return metrics that differ between runs; of several with equal values in each run, the first."""
+    """Return the metrics that differ between runs; of metrics that are equal in every run, only the first."""
     found: dict[tuple[Any, ...], str] = {}
     for name in results.metrics:
         values = tuple(row.get(name) for row in results.finished)
@@ -191,7 +191,7 @@ def _varied_metrics(results: Results) -> list[str]:
 
 
 def _spread_metrics(results: Results) -> list[str]:
-    """Return metrics that differ between runs by what a reader would see: a thousandth of their size, and of 1."""
+    """Return the metrics that visibly differ between runs: by over a thousandth of their size, and of 1."""
     found = []
     for name in _varied_metrics(results):
         values = results.values(name)
@@ -202,7 +202,7 @@ def _spread_metrics(results: Results) -> list[str]:
 
 
 def _percentile_rows(results: Results) -> list[list[Any]]:
-    kept = [name for name in (_main_metric(results), "score") if name in results.metrics]  # even if they do not vary
+    kept = [name for name in (_main_metric(results), "score") if name in results.metrics]  # even if these do not vary
     metrics = dict.fromkeys((*kept, *_varied_metrics(results)))
     return [[name, *results.percentiles(name, PERCENTILES)] for name in metrics]
 
@@ -211,7 +211,10 @@ def _percentile_rows(results: Results) -> list[list[Any]]:
 
 
 def _responses(results: Results, factor: str, condition: str, main: str) -> Iterator[Block]:
-    """Draw the share of successes and the main metric over a factor; one point per run if it has many values."""
+    """Yield charts of the share of successes and the main metric over a factor.
+
+    For a factor with many values, each run is a point.
+    """
     values = results.factor_values(factor)
     has_few = len(values) <= MOST_VALUES
     if condition and has_few:
@@ -239,7 +242,7 @@ def _over(title: str, factor: str, points: Sequence[tuple[Any, ...]], label: str
 
 
 def _distribution(metric: str, sides: dict[str, Results]) -> Block:
-    """Draw counts of runs by their value of a metric: bars for one side, steps on one axis for two."""
+    """Return a chart of the distribution of a metric over runs: bars for one side, steps for two sides."""
     values = {name: side.values(metric) for name, side in sides.items()}
     values = {name: found[np.isfinite(found)] for name, found in values.items()}
     edges = _bin_edges(np.concatenate([*values.values()]))
@@ -252,7 +255,7 @@ def _distribution(metric: str, sides: dict[str, Results]) -> Block:
 
 
 def _bin_edges(values: FloatArray) -> FloatArray:
-    """Return edges of bars: whole numbers are in the middle of their bars, else some 24 equal ones."""
+    """Return the edges of bars: whole numbers are in the middle of bars; other values have up to 24 equal bars."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     if np.array_equal(values, np.round(values)):
         step = max(1, math.ceil((high - low + 1) / _BINS))
@@ -264,7 +267,7 @@ def _bin_edges(values: FloatArray) -> FloatArray:
 
 
 def _run_tables(results: Results, main: str, folder: Path) -> Iterator[Block]:
-    """List the runs with the lowest main metric, and failed runs."""
+    """Yield tables of the runs with the lowest main metric and of failed runs."""
     heads = ("run", "seed", *results.factors)
     again = f"to see one: simcore sweep --out {shlex.quote(str(folder))} --repeat RUN"
     known = [row for row in results.finished if main and row.get(main) is not None]

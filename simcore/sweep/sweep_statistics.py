@@ -1,4 +1,4 @@
-"""Statistics of many runs with confidence intervals: a share of successes, and a difference on common seeds."""
+"""Statistics of many runs with confidence intervals: shares of successes and differences on common seeds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["CONFIDENCE", "PERCENTILES", "PairedDifference", "Share", "paired_dif
 CONFIDENCE = 0.95
 """Default confidence level of intervals."""
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0)
-_RESAMPLES, _AT_ONCE = 2000, 1_000_000  # and numbers drawn at once
+_RESAMPLES, _AT_ONCE = 2000, 1_000_000  # resampled means, and numbers drawn at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,16 +37,16 @@ class Share:
     upper: float
     """Upper end of the interval, 0 to 1."""
     confidence: float = CONFIDENCE
-    """Confidence level: how often such intervals contain the true share."""
+    """Confidence level: probability that the interval contains the true share."""
 
     @property
     def value(self) -> float:
-        """Share itself; NaN without trials."""
+        """Share of successes; NaN without trials."""
         return self.k / self.n if self.n else math.nan
 
     @property
     def interval(self) -> str:
-        """Interval for people, `84 to 100 %`."""
+        """Interval as text, e.g. `84 to 100 %`."""
         return f"{100 * self.lower:.0f} to {100 * self.upper:.0f} %"
 
     def __str__(self) -> str:
@@ -56,7 +56,7 @@ class Share:
 
 
 def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
-    """Return a share with Wilson's score interval, which is also valid for few runs and for shares near 0 and 1.
+    """Return a share with Wilson's score interval, which is valid even for few runs and shares near 0 and 1.
 
     >>> share = wilson_share(10, 10)
     >>> round(share.lower, 3), share.upper
@@ -82,14 +82,14 @@ def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
     middle = p + z * z / (2.0 * n)
     half = z * math.sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n))
     scale = 1.0 + z * z / n
-    # at the ends the formula gives 0 and 1, apart from rounding
+    # for 0 and n successes, the formula gives 0 and 1 apart from rounding
     return Share(
         k, n, 0.0 if k == 0 else (middle - half) / scale, 1.0 if k == n else (middle + half) / scale, confidence
     )
 
 
 def percentiles(values: FloatArray, at: Sequence[float] = PERCENTILES) -> list[float]:
-    """Return percentiles of the finite values, NaN without any; 50 is the median.
+    """Return percentiles of the finite values, NaN without finite values; 50 is the median.
 
     >>> percentiles([1.0, 2.0, math.nan, 3.0], (0, 50))
     [1.0, 2.0]
@@ -114,7 +114,7 @@ class PairedDifference:
     more: int
     """Number of seeds in which the second variant has the higher value."""
     less: int
-    """Number of seeds in which it has the lower value."""
+    """Number of seeds in which the second variant has the lower value."""
 
     @property
     def is_clear(self) -> bool:
@@ -129,16 +129,16 @@ class PairedDifference:
 
 
 def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> PairedDifference:
-    """Return the mean difference of pairs, with a bootstrap interval: means of pairs drawn with replacement.
+    """Return the mean difference of pairs with a bootstrap interval, from pairs drawn with replacement.
 
-    The interval is widened to Student's t for normal differences; otherwise it is too narrow for few seeds.
+    The interval is widened to that of Student's t for normal differences, because it is too narrow for few seeds.
 
     >>> print(paired_difference([1, 4, 2, 3], [2, 5, 3, 4]))
     +1 (95 % interval +1 to +1), 4 seeds: 4 more, 0 less, 0 equal
 
     Args:
-        first: Values of the first variant, one per seed, shape (n,).
-        second: Values of the second variant, for the seeds in this order.
+        first: Value of the first variant for each seed, shape (n,).
+        second: Value of the second variant for each seed, in the same order.
 
     Raises:
         ConfigError: If there are fewer than two pairs or values are not finite.
@@ -152,7 +152,7 @@ def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[floa
         raise ConfigError(f"a paired difference needs two rows of at least 2 values, got shapes {a.shape}, {b.shape}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ConfigError("a paired difference needs finite values")
-    # figures have three digits: smaller differences count as none
+    # printed numbers have three digits: smaller differences count as zero
     differences = np.where(np.isclose(a, b, rtol=5e-4, atol=1e-6), 0.0, b - a)
     n, mean, rng = len(differences), float(differences.mean()), np.random.default_rng(0)
     rows = max(1, _AT_ONCE // n)

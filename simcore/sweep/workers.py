@@ -1,9 +1,9 @@
-"""Processes that play runs: on this machine, or on a Dask cluster. All give equal rows, to the bit.
+"""Processes that play runs, on this machine or on a Dask cluster; rows are equal to the last bit on both.
 
-Each process is a joblib loky pool of one, so that the waiting thread knows whose process has died and can end one that
-takes too long. The process of a robot project plays one run; others are kept for further runs. On a cluster a Dask
-worker does this on its machine. (`joblib.Parallel` is not used: with Dask it waits forever for a task of a lost worker,
-because its backend's callbacks are not called.)
+Each process is a joblib loky pool with a single worker, so the waiting thread can tell which process has died and can
+end a process that takes too long. The process of a robot project plays only one run; other processes are kept for
+further runs. On a cluster, each Dask worker has processes on its own machine. (`joblib.Parallel` is not used: with Dask
+it waits forever for the task of a lost worker, because callbacks of the backend are not called.)
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from simcore.sweep.one_run import failed_row, play_run
 
 __all__ = ["Crew", "play_all"]
 
-_CONNECT = 10.0  # [s] within which a scheduler with a worker must answer
-_LOOKS = 0.5  # [s] between two checks whether the parent is alive
+_CONNECT = 10.0  # [s] time limit for the answer of a scheduler with a worker
+_LOOKS = 0.5  # [s] between two checks of the parent process
 _IDLE = 60.0  # [s] after which an idle process ends
-_LAST_WORDS = 300  # characters of a dead process's output
+_LAST_WORDS = 300  # characters of the output of a dead process
 _FROM_START = {"PYTHONHASHSEED": "0", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""Environment of a process: sets in robot code have a fixed order, and numpy starts no thread per core."""
+"""Environment of a process: sets in robot code have a fixed order, and numpy does not start a thread for each core."""
 
 Row = dict[str, Any]
 
@@ -52,14 +52,14 @@ def play_all(
 
     Args:
         experiment: Experiment of the runs.
-        runs: Runs in the order in which they begin.
-        workers: Processes on this machine; None: one for each core; 0: none, this one plays (except a project's runs).
+        runs: Runs, in the order in which they begin.
+        workers: Number of processes on this machine; None: one for each core; 0: this process plays all but projects.
         cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play instead of this machine.
 
     Raises:
-        ConfigError: If the scheduler cannot be reached or its workers have another simcore.
+        ConfigError: If the scheduler cannot be reached, or its workers have another version of simcore.
         VendorError: If Dask is not installed.
-        SimcoreError: If the scheduler was lost.
+        SimcoreError: If the scheduler is lost during the sweep.
     """
     common = experiment.common
     if workers == 0 and cluster is None and experiment.project is None:
@@ -87,10 +87,10 @@ def play_all(
 
 
 class Crew:
-    """Processes of this machine, as many as runs are played at once.
+    """Processes on this machine, one for each run that is played at the same time.
 
     Args:
-        is_quiet: Whether to keep the runs' output from the terminal; the row of a process that dies has its last
+        is_quiet: Whether to hide the output of runs from the terminal; if a process dies, its row has the end of its
             output.
     """
 
@@ -107,7 +107,7 @@ class Crew:
         Args:
             common: Part that all runs of the experiment share.
             planned: Run to play.
-            log: File for its telemetry; None: none.
+            log: File for the telemetry of the run; None for no file.
         """
         for is_last in (False, True):
             process, can_go_on = self._take(), False
@@ -158,21 +158,21 @@ class Crew:
                 os.unlink(output)
 
     def _death(self, process: ProcessPoolExecutor, error: BaseException) -> str:
-        """Describe how a process died, with its last output."""
+        """Return a sentence on how a process died, with the end of its output."""
         found = re.search(r"exit codes of the workers are \{(.+?)\}", str(error))
         text = ""
         with suppress(OSError, KeyError):
             text = Path(self._outputs[process]).read_text("utf-8", "replace")
-        at = text.rfind("Current thread ")  # of faulthandler's last dump, which begins with the place
+        at = text.rfind("Current thread ")  # start of faulthandler's last dump, which has the place
         words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
         return f"its process died{f' ({found[1]})' if found else ''}" + (f"; its last words: {words}" if words else "")
 
 
-# --- inside the process of a run ------------------------------------------------------------------------------------
+# --- in the process of a run ----------------------------------------------------------------------------------------
 
 
 def _begin(parent: int, output: str) -> None:
-    """Ignore Ctrl-C, end soon after the parent (not on Windows), and write all output to a file."""
+    """Ignore Ctrl-C, end soon after the parent process (not on Windows), and write all output to a file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     never = threading.Event()
 
@@ -191,7 +191,7 @@ def _begin(parent: int, output: str) -> None:
 
 
 def _prepare(is_project: bool) -> None:
-    """Import the modules that play, outside a run's time."""
+    """Import the modules that play runs, so that the time of a run does not include imports."""
     import_module("simcore.robotcode.sim.project_run" if is_project else "simcore.match.runner")
 
 
@@ -211,7 +211,7 @@ def _threads(count: int) -> Iterator[tuple[Submit, int]]:
 
 
 _crew = Crew()
-"""Processes of a cluster's worker."""
+"""Processes of a worker in a cluster."""
 
 
 def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> Row:
@@ -223,17 +223,17 @@ def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> R
 
 @contextmanager
 def _dask(address: str) -> Iterator[tuple[Submit, int]]:
-    """Connect to a scheduler.
+    """Connect to a Dask scheduler.
 
     Raises:
-        ConfigError: If none answers or its workers have another simcore.
+        ConfigError: If no scheduler answers, or its workers have another version of simcore.
         VendorError: If Dask is not installed.
     """
     try:
         distributed = import_module("distributed")
     except ImportError as error:
         raise VendorError(f"a cluster needs Dask: {install_command('cluster')}") from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # losses are reported below
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # lost connections are reported below
     try:
         client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:  # TimeoutError is an OSError
@@ -250,7 +250,7 @@ def _dask(address: str) -> Iterator[tuple[Submit, int]]:
                     "the same on all machines"
                 )
         pool = client.get_executor(pure=False)
-        width = 2 * sum(client.nthreads().values())  # so that no worker waits for its next run
+        width = 2 * sum(client.nthreads().values())  # two runs a thread, so that no worker waits for a run
         yield lambda common, planned: pool.submit(_play_on_cluster, common, planned, code_version()), width
 
 

@@ -1,1 +1,1 @@
-"""Cameras: the view of a Limelight or PhotonVision camera from the robot's true pose, and its published results."""
+"""Cameras: pictures of Limelight and PhotonVision cameras at the robot's true pose, and published results."""

@@ -1,7 +1,7 @@
 """Cameras: types, mounts, pipelines, and the projection of field points into a picture.
 
-Camera axes are WPILib's (x out of the lens, y left, z up); picture axes are u to the right and v down. The optical
-frame (x right, y down, z out of the lens) stands between them; projection is simplest in it.
+Camera axes are WPILib's (x out of the lens, y left, z up); picture axes are u to the right and v down. Projection uses
+the optical frame (x right, y down, z out of the lens).
 """
 
 from __future__ import annotations
@@ -55,14 +55,15 @@ __all__ = [
 
 
 FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""Full crop window: x0, x1, y0, y1; 1 is the right and the upper edge."""
+"""Crop window of the full picture: x0, x1, y0, y1, from -1 at the left and lower edge to 1 at the right and upper
+edge."""
 OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
-"""Rotation from camera axes (x ahead, y left, z up) to optical axes (x right, y down, z ahead)."""
+"""Rotation from camera axes (x forward, y left, z up) to optical axes (x right, y down, z forward)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
-    """A sensor with a lens, of any maker: no distortion, principal point in the center of the picture."""
+    """Camera type of any maker: sensor and lens without distortion, with a centered principal point."""
 
     name: str
     width: int
@@ -70,7 +71,9 @@ class LimelightType:
     height: int
     """Height of the picture [px]."""
     horizontal_fov_deg: float
+    """Horizontal field of view [deg]."""
     vertical_fov_deg: float
+    """Vertical field of view [deg]."""
     frame_rate: float
     """Processed frames per second [1/s]."""
     capture_latency: float
@@ -78,16 +81,16 @@ class LimelightType:
     pipeline_latency: float
     """Duration of the pipeline [s]; published as `tl`."""
     has_imu: bool = False
-    """Whether IMU modes 1 to 4 have an effect."""
+    """Whether the camera has an IMU, so that IMU modes 1 to 4 have an effect."""
     imu_drift_deg: float = 0.5
-    """Yaw drift of its IMU in 30 s, one standard deviation [deg]. Estimate, +-50 %."""
+    """Standard deviation of the IMU's yaw drift in 30 s [deg]. Estimate, +-50 %."""
     corner_noise: float = 0.085
-    """Frame-to-frame standard deviation of a tag corner in each direction [px]. The presets have 0.115 mrad, fitted to
-    a Limelight on a robot that stood still (log of a 2024 robot, `docs/cameras.md`)."""
+    """Standard deviation of a tag corner from frame to frame, in each direction [px]. The presets have 0.115 mrad,
+    fitted to a Limelight on a robot at rest (log of a 2024 robot, `docs/cameras.md`)."""
     focal_length: tuple[float, float] = field(init=False)
-    """Focal lengths of the pinhole model, across and down [px]."""
+    """Horizontal and vertical focal length of the pinhole model [px]."""
     principal_point: tuple[float, float] = field(init=False)
-    """Intersection of the optical axis with the picture, from its upper left corner [px]."""
+    """Intersection of the optical axis with the picture, from the upper left corner [px]."""
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
@@ -113,18 +116,18 @@ class LimelightType:
 LIMELIGHTS: dict[str, LimelightType] = {
     kind.name: kind
     for kind in (
-        # OV5647 behind a rolling shutter. FOV: docs.limelightvision.io (teams' constants also have 63.3 x 49.7).
-        # Latency: the JSON example on the same pages (LL2/3 class). Rate: the Java system that simcore began from.
+        # OV5647 with a rolling shutter. FOV: docs.limelightvision.io (teams' constants also have 63.3 x 49.7).
+        # Latency: JSON example on the same pages (LL2/3 class). Rate: the Java system that simcore is based on.
         LimelightType(
             name="LL3", width=640, height=480, horizontal_fov_deg=62.5, vertical_fov_deg=48.9,
             frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206, corner_noise=0.06,
         ),
-        # FOV and 50 frames/s at 640 x 480: docs.limelightvision.io. Latency: estimate, +-50 %.
+        # FOV, and 50 frames/s at 640 x 480: docs.limelightvision.io. Latency: estimate, +-50 %.
         LimelightType(
             name="LL3A", width=640, height=480, horizontal_fov_deg=54.5, vertical_fov_deg=42.0,
             frame_rate=50.0, capture_latency=0.020, pipeline_latency=0.015, corner_noise=0.07,
         ),
-        # OV9281, global shutter. FOV: constants in teams' code, for the 1280 x 800 modes. Latency: estimate, +-50 %.
+        # OV9281, global shutter. FOV: constants in teams' code for the 1280 x 800 modes. Latency: estimate, +-50 %.
         LimelightType(
             name="LL3G", width=1280, height=800, horizontal_fov_deg=82.0, vertical_fov_deg=56.2,
             frame_rate=45.0, capture_latency=0.015, pipeline_latency=0.012,
@@ -135,14 +138,14 @@ LIMELIGHTS: dict[str, LimelightType] = {
         ),
     )
 }  # fmt: skip
-"""Presets by name."""
+"""Presets of Limelights, by name."""
 
 
 def limelight_type(name: str) -> LimelightType:
-    """Return a preset by name: LL3, LL3A, LL3G, LL4.
+    """Look up a preset by name: LL3, LL3A, LL3G or LL4.
 
     Raises:
-        UnknownNameError: If there is no such type; it lists the nearest names.
+        UnknownNameError: If no preset has this name; the message lists the nearest names.
 
     >>> round(limelight_type("LL4").focal_length[0])
     736
@@ -159,13 +162,13 @@ PHOTON_LENS = LimelightType(
     # Focal lengths: SimCameraProperties.OV9281_1280_720 of photonlibpy 2026.3, 940.7 x 940.0 px.
     horizontal_fov_deg=68.5,
     vertical_fov_deg=41.9,
-    # Rate and latency: estimates for an Orange Pi 5, +-50 %; photonlibpy's 15 frames/s, 60 ms: a Raspberry Pi's.
+    # Rate and latency: estimates for an Orange Pi 5, +-50 %; photonlibpy has 15 frames/s and 60 ms, for a Raspberry Pi.
     frame_rate=30.0,
     capture_latency=0.0,
     pipeline_latency=0.030,
     corner_noise=0.11,
 )
-"""Default lens of a PhotonVision camera; its pipeline latency is the time from exposure to publishing."""
+"""Default type of a PhotonVision camera; the pipeline latency is the time from exposure to publishing."""
 
 
 def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
@@ -177,7 +180,7 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
         height: Height of the picture [px].
 
     Raises:
-        ConfigError: If no lens has these numbers.
+        ConfigError: If the field of view is not between 0 and 180 degrees, or the picture is empty.
 
     >>> round(vertical_fov_deg(90.0, 1280, 720), 1)
     58.7
@@ -192,19 +195,20 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraMount:
-    """Pose of a camera on the robot: WPILib's `robot_to_camera`. Its x axis points out of the lens, y left, z up."""
+    """Pose of a camera on the robot, WPILib's `robot_to_camera`; camera axes: x out of the lens, y left, z up."""
 
     x: float = 0.0
-    """Distance ahead of the robot's center [m]."""
+    """x coordinate of the camera, forward of the robot's center [m]."""
     y: float = 0.0
-    """Distance to the left of the robot's center [m]."""
+    """y coordinate of the camera, left of the robot's center [m]."""
     z: float = 0.0
     """Height above the carpet [m]."""
     roll_deg: float = 0.0
+    """Roll of the camera [deg]."""
     pitch_deg: float = 0.0
-    """Pitch, nose down positive as in WPILib [deg]: a camera that looks up has a negative pitch."""
+    """Pitch, positive down as in WPILib [deg]; negative for a camera that points up."""
     yaw_deg: float = 0.0
-    """Yaw, counter-clockwise [deg]: 180 looks back."""
+    """Yaw, counter-clockwise [deg]; 180 for a camera that points backward."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -219,7 +223,7 @@ class CameraMount:
 
     @property
     def position(self) -> Vector:
-        """Position in the robot frame [m]."""
+        """Position of the camera, robot frame [m]."""
         return self.x, self.y, self.z
 
     @property
@@ -230,20 +234,21 @@ class CameraMount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraBias:
-    """Standard deviations of the constant errors between true poses and those that robot code believes.
+    """Standard deviations of constant errors between true poses and the poses that robot code assumes.
 
-    The match's seed draws the errors, those of the tags once for all cameras. `CameraBias.none()` has no errors.
+    The errors depend on the match's seed; all cameras share the errors of the tags. `CameraBias.none()` has no errors.
+    All values are estimates, within a factor of 3.
     """
 
     tag_position: float = 0.002
-    """Position error of each tag along each field axis [m]. Estimate, within a factor of 3 like all of these: it makes
-    the pose of a robot at rest move by 2 cm from one tag to two (58 mm were measured, on one robot)."""
+    """Position error of each tag along each field axis [m]. The default moves the pose of a robot at rest by 2 cm
+    between one and two visible tags (58 mm were measured on one robot)."""
     tag_angle_deg: float = 0.3
     """Angle error of each tag about each axis [deg]."""
     mount_position: float = 0.002
-    """Position error of the camera on the robot along each axis [m]: what calibration with its own distances leaves."""
+    """Position error of the camera on the robot along each axis, after calibration by measured distances [m]."""
     mount_angle_deg: float = 0.1
-    """Angle error of the camera about each of its axes [deg]."""
+    """Angle error of the camera about each camera axis [deg]."""
     focal_length: float = 0.003
     """Relative error of the calibrated focal length [-]."""
 
@@ -269,16 +274,17 @@ class TagPipeline:
 
     kind: Literal["tags"] = "tags"
     json: bool = False
-    """Whether each frame is also published as `json`; off on a new Limelight, too."""
+    """Whether each frame is also published as `json`; off by default, as on a new Limelight."""
     downscale: float = 1.0
-    """Downscale factor of the searched picture: fewer pixels per tag, so tags are read at shorter range."""
+    """Downscale factor of the searched picture [-]; a larger factor shortens the range at which tags are readable."""
     min_side: float = 12.0
-    """Shortest readable edge of a tag [px of the searched picture]: 1.5 px for each of its 8 cells.
-    Estimate, +-30 %."""
+    """Length of the shortest readable edge of a tag [px of the searched picture]; 1.5 px for each of 8 cells. Estimate,
+    +-30 %."""
     max_angle_deg: float = 75.0
-    """Largest readable angle between a tag's normal and the line to the camera; beyond it, cells merge. Estimate."""
+    """Largest readable angle between a tag's normal and the line to the camera [deg]; at larger angles, cells merge.
+    Estimate."""
     id_filters: tuple[int, ...] = ()
-    """Ids of the tags to use; empty: all."""
+    """Ids of the tags to use; empty for all tags."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -292,21 +298,21 @@ class TagPipeline:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PiecePipeline:
-    """Pipeline that finds game pieces, like a neural detector."""
+    """Pipeline that detects game pieces, like a neural detector."""
 
     kind: Literal["pieces"] = "pieces"
     json: bool = False
     """Whether each frame is also published as `json`."""
     piece_class: str = ""
-    """Class of pieces to find; empty: all. Where pieces have no class, it is the name of each detection."""
+    """Class of pieces to detect; empty for all classes. If pieces have no class, this is the name of detections."""
     near: float = 0.1
-    """Distance of the near plane along the optical axis [m]."""
+    """Distance to the near plane along the optical axis [m]."""
     far: float = 4.0
-    """Distance of the far plane along the optical axis [m]."""
+    """Distance to the far plane along the optical axis [m]."""
     min_visible: float = 0.4
-    """Visible share of a piece that a detection needs [-]. Estimate."""
+    """Smallest visible fraction of a piece for a detection [-]. Estimate."""
     box_noise: float = 1.0
-    """Standard deviation of each edge of a detection's box [px]. Estimate."""
+    """Standard deviation of each edge of the bounding box [px]. Estimate."""
 
     def __post_init__(self) -> None:
         require_fields(self, near=FIELD_LENGTH, far=FIELD_LENGTH, min_visible=FRACTION, box_noise=NOISE_PIXELS)
@@ -319,22 +325,21 @@ Pipeline = TagPipeline | PiecePipeline
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig:
-    """Config of one camera on one robot."""
+    """Config of a camera on a robot."""
 
     name: str = "limelight"
-    """Name of its NetworkTables table, as robot code knows it."""
+    """Name of the camera's NetworkTables table in robot code."""
     maker: Literal["limelight", "photonvision"] = "limelight"
-    """Protocol of the camera. A PhotonVision camera gets its port from `simcore.robotcode.makers.photonvision`."""
+    """Protocol of the camera; `simcore.robotcode.makers.photonvision` has the ports of PhotonVision cameras."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
-    """Pose on the robot, apart from the bias; robot code can tell the camera another one by
-    `camerapose_robotspace_set`."""
+    """Pose on the robot without bias; robot code can configure another pose by `camerapose_robotspace_set`."""
     pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
     """Pipelines by number, from 0; at most 10."""
     frame_rate: float | None = None
-    """Frame rate that replaces the type's [1/s]."""
+    """Frame rate [1/s]; None for the frame rate of `type`."""
     bias: CameraBias = field(default_factory=CameraBias)
-    """Errors of the camera's and the tags' poses."""
+    """Standard deviations of the errors of camera and tag poses."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"camera {self.name!r}", frame_rate=FRAME_RATE)
@@ -345,38 +350,38 @@ class CameraConfig:
 
     @property
     def rate(self) -> float:
-        """Frames per second [1/s]."""
+        """Frame rate in effect [1/s]."""
         return self.frame_rate if self.frame_rate is not None else self.type.frame_rate
 
 
 def camera_pose(
     robot_pos: Vector, robot_quat: Quaternion, mount_pos: Vector, mount_quat: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute position [m] and attitude of a camera in the field frame."""
+    """Compute the position [m] and attitude of a camera, field frame, from the poses of robot and mount."""
     dx, dy, dz = rotate(robot_quat, mount_pos)
     pos = (robot_pos[0] + dx, robot_pos[1] + dy, robot_pos[2] + dz)
     return pos, multiply(robot_quat, mount_quat)
 
 
 def optical_rotation(quat: Quaternion) -> FloatArray:
-    """Compute the rotation R from field to optical axes, shape (3, 3): `p_optical = R @ (p_field - camera)`."""
+    """Compute the rotation R from field to optical axes, `p_optical = R @ (p_field - camera)`, shape (3, 3)."""
     return OPTICAL @ matrix(quat).T
 
 
 def project(
     points: FloatArray, pos: Vector, rotation: FloatArray, lens: LimelightType
 ) -> tuple[FloatArray, FloatArray]:
-    """Project points of the field into the picture.
+    """Project field points into the picture.
 
     Args:
         points: Points, field frame [m], shape (n, 3).
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
-        lens: Type with focal lengths and principal point.
+        lens: Camera type with focal lengths and principal point.
 
     Returns:
-        Pixels (u, v), shape (n, 2), and depths along the optical axis [m], shape (n,). A point behind the camera has a
-        depth <= 0 and a meaningless pixel.
+        Pixels (u, v), shape (n, 2), and depths along the optical axis [m], shape (n,). Points behind the camera have a
+        depth <= 0 and meaningless pixels.
     """
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
     p = (points - pos) @ rotation.T
@@ -386,14 +391,14 @@ def project(
 
 
 def quad_area(corners: FloatArray) -> FloatArray:
-    """Compute signed areas of quadrilaterals (n, 4, 2) [px^2]; counter-clockwise as seen is positive."""
+    """Compute the signed areas of quadrilaterals, (n, 4, 2) [px^2], positive if counter-clockwise in the picture."""
     a, b = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     area: FloatArray = 0.5 * (a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1])
     return area
 
 
 def crop_pixels(crop: tuple[float, float, float, float], lens: LimelightType) -> tuple[float, float, float, float]:
-    """Compute the lowest u, highest u, lowest v and highest v of a crop window [px]."""
+    """Compute the smallest and largest u, and the smallest and largest v, of a crop window [px]."""
     x0, x1, y0, y1 = crop
     return (
         0.5 * (x0 + 1.0) * lens.width,

@@ -1,6 +1,6 @@
-"""Results of one frame: tags, pieces and the robot poses derived from them. Plain records for any protocol.
+"""Results of a camera frame: tags, pieces and robot poses, as plain records for any protocol.
 
-Treat them as read-only; they are not frozen, because frozen ones take three times as long to make.
+The records must not be modified; they are not frozen, because frozen dataclasses take three times as long to create.
 """
 
 from __future__ import annotations
@@ -26,18 +26,21 @@ __all__ = [
 
 Pixel = tuple[float, float]
 Corners = tuple[Pixel, Pixel, Pixel, Pixel]
-"""Pixels (u to the right, v down) of a tag's lower left, lower right, upper right and upper left corner when facing it,
-or of a box's upper left, upper right, lower right and lower left corner."""
+"""Pixels (u to the right, v down) of four corners.
+
+For a tag: lower left, lower right, upper right, upper left as seen facing the tag. For a box: upper left, upper right,
+lower right, lower left.
+"""
 
 
 def as_pixels(corners: FloatArray) -> Corners:
-    """Convert an array of corners, shape (4, 2), to plain floats."""
+    """Convert an array of corners, shape (4, 2), to tuples of floats."""
     (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners.tolist()
     return (u0, v0), (u1, v1), (u2, v2), (u3, v3)
 
 
 StdDevs = tuple[float, float, float, float, float, float]
-"""Standard deviations of x, y, z [m], roll, pitch, yaw [deg]."""
+"""Standard deviations of x, y, z [m] and roll, pitch, yaw [deg]."""
 
 
 @dataclass(slots=True, eq=False)
@@ -45,32 +48,33 @@ class TagPose:
     """Pose of a tag relative to the camera."""
 
     rotation: list[list[float]]
-    """Rotation from the tag's axes (right when facing it, up, out of its face) to optical axes, 3 rows."""
+    """Rotation matrix from face axes (right as seen facing the tag, up, out of the face) to optical axes, 3 rows."""
     translation: list[float]
     """Center of the tag, optical frame [m]."""
 
 
 @dataclass(slots=True, eq=False)
 class TagSighting:
-    """One tag in a picture."""
+    """Detection of a tag in a picture."""
 
     id: int
+    """Id of the tag."""
     pixels: Corners
-    """Corners when facing the tag: lower left, lower right, upper right, upper left."""
+    """Corners lower left, lower right, upper right, upper left, as seen facing the tag [px]."""
     tx_deg: float
-    """Horizontal angle from the principal point to the tag's center [deg]; right is positive."""
+    """Horizontal angle from the principal point to the tag's center, positive to the right [deg]."""
     ty_deg: float
-    """Vertical angle from the principal point to the tag's center [deg]; up is positive."""
+    """Vertical angle from the principal point to the tag's center, positive up [deg]."""
     area_percent: float
-    """Share of the picture [%]."""
+    """Area of the tag as a percentage of the picture [%]."""
     camera_distance: float
     """Measured distance from the lens to the tag's center [m]."""
     robot_distance: float
     """Measured distance from the robot's center on the carpet to the tag's center [m]."""
     ambiguity: float
-    """Ambiguity, 0 to 1: reprojection error of the better of the two single-tag poses over that of the other."""
+    """Ambiguity, 0 to 1: ratio of the reprojection errors of the better and the worse pose in `poses`."""
     poses: tuple[TagPose, TagPose]
-    """Both poses that explain the corners, the better one first."""
+    """Two possible poses of the tag by its corners, the better fit first."""
 
     @property
     def corners(self) -> FloatArray:
@@ -80,17 +84,22 @@ class TagSighting:
 
 @dataclass(slots=True, eq=False)
 class PieceSighting:
-    """One game piece in a picture."""
+    """Detection of a game piece in a picture."""
 
     class_id: int
+    """Class id of the detector."""
     class_name: str
+    """Class name of the detector."""
     pixels: Corners
-    """Corners of the box: upper left, upper right, lower right, lower left."""
+    """Corners upper left, upper right, lower right, lower left of the bounding box [px]."""
     tx_deg: float
+    """Horizontal angle from the principal point to the box's center, positive to the right [deg]."""
     ty_deg: float
+    """Vertical angle from the principal point to the box's center, positive up [deg]."""
     area_percent: float
+    """Area of the box as a percentage of the picture [%]."""
     distance: float
-    """True distance from the lens to its center [m], which defines "nearest"; a Limelight does not publish it."""
+    """True distance from the lens to the piece's center [m]; defines the nearest piece, not published."""
     slot: int
     """Row of the piece in the arrays of the scene."""
 
@@ -102,72 +111,86 @@ class PieceSighting:
 
 @dataclass(slots=True)
 class PoseEstimate:
-    """Robot pose derived from tags, field frame."""
+    """Robot pose estimated from tags, field frame."""
 
     position: Vector
     """Position of the robot [m]."""
     roll_deg: float
+    """Roll of the robot [deg]."""
     pitch_deg: float
+    """Pitch of the robot [deg]."""
     yaw_deg: float
+    """Yaw of the robot [deg]."""
     tag_count: int
+    """Number of tags used."""
     tag_span: float
     """Largest distance between two of the tags [m]."""
     average_distance: float
     """Average distance of the tags from the camera [m]."""
     average_area: float
-    """Average share of the picture [%]."""
+    """Average area of the tags as a percentage of the picture [%]."""
     std_devs: StdDevs
-    """Standard deviations of x, y, z [m], roll, pitch, yaw [deg], from the noise of the corners."""
+    """Standard deviations of x, y, z [m] and roll, pitch, yaw [deg] by corner noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImuReading:
-    """Readings of the camera's own IMU."""
+    """Readings of the camera's internal IMU."""
 
     robot_yaw_deg: float
-    """Heading that MegaTag 2 uses."""
+    """Yaw that MegaTag 2 uses [deg]."""
     roll_deg: float
+    """Roll of the robot [deg]."""
     pitch_deg: float
+    """Pitch of the robot [deg]."""
     internal_yaw_deg: float
+    """Yaw of the IMU [deg]."""
     rates_dps: Vector
     """Rates of roll, pitch and yaw [deg/s]."""
     acceleration_g: Vector
-    """Gravity in robot axes [g]; the robot's own acceleration is left out."""
+    """Gravity in robot axes [g], without the robot's acceleration."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Frame:
-    """All results of one frame."""
+    """Results of one frame."""
 
     number: int
-    """Number of the frame, counting up by one; the heartbeat."""
+    """Number of the frame, counting up by one; published as the heartbeat."""
     time: float
     """Simulated time of the exposure [s]."""
     published: float
-    """Simulated time at which the camera published it [s]."""
+    """Simulated time at which the camera published the frame [s]."""
     capture_latency: float
+    """Time from exposure to the start of the pipeline [s]."""
     pipeline_latency: float
+    """Duration of the pipeline [s]."""
     pipeline: int
+    """Number of the pipeline."""
     pipeline_kind: str
-    """`tags` or `pieces`."""
+    """Kind of the pipeline, `tags` or `pieces`."""
     json: bool
+    """Whether the frame is also published as JSON."""
     tags: tuple[TagSighting, ...] = ()
     pieces: tuple[PieceSighting, ...] = ()
     megatag1: PoseEstimate | None = None
+    """Pose from the picture alone; None without tags."""
     megatag2: PoseEstimate | None = None
+    """Pose with a known heading; None without tags or without a solution."""
     primary_tag: TagSighting | None = None
-    """Tag whose angles are published: the priority tag, else the largest."""
+    """Tag whose angles are published: the priority tag, otherwise the largest tag."""
     primary_piece: PieceSighting | None = None
-    """Nearest piece."""
+    """Nearest piece; None without pieces."""
     mount: tuple[float, float, float, float, float, float]
-    """Configured camera pose on the robot: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
+    """Configured camera pose on the robot: forward, right, up [m], roll, pitch (positive up), yaw [deg]."""
     mount_position: FloatArray
-    """Position of `mount` in the robot frame [m], shape (3,)."""
+    """Configured camera position, robot frame [m], shape (3,)."""
     mount_axes: FloatArray
-    """Rotation of `mount` from optical to robot axes, shape (3, 3)."""
+    """Configured rotation from optical to robot axes, shape (3, 3)."""
     imu: ImuReading | None = None
+    """Readings of the IMU; None if the camera has no IMU."""
 
     @property
     def latency(self) -> float:
-        """Latency of capture and pipeline together [s]."""
+        """Total latency of capture and pipeline [s]."""
         return self.capture_latency + self.pipeline_latency

@@ -1,4 +1,4 @@
-"""Surroundings of a camera, and the game pieces that the camera finds in them."""
+"""Surroundings of a camera, and detection of game pieces."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ _NOTHING: FloatArray = np.zeros((0, 3))
 
 
 MOST_DETECTIONS = 32
-"""Largest number of entries in a raw array; farther pieces are left out."""
-_CANDIDATES = 40  # nearest pieces that are tested for occlusion
+"""Largest number of detections in a raw array; the nearest pieces are kept."""
+_CANDIDATES = 40  # number of nearest pieces tested for occlusion
 _RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
-"""Points of a piece that are tested for occlusion, right and down in radii: its center and four points around it."""
+"""Points of a piece tested for occlusion, right and down in radii: the center and four points around it."""
 _NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
-"""Pairs (points of piece i, piece j) with j < i, where j can hide the point; pieces are sorted by distance."""
+"""Whether piece j (column) can hide a point of piece i (rows): j < i, as pieces are sorted by distance."""
 
 
 class SightLines(Protocol):
-    """Ray test against the field and its robots."""
+    """Ray test against the field and robots."""
 
     def blocked(self, robot: int, start: Vector, ends: Sequence[Sequence[float]]) -> list[bool]:
-        """Return which of the straight lines from `start` to `ends` meet the field or another robot.
+        """Return whether the field or another robot blocks the straight line from `start` to each of n `ends`.
 
         Args:
-            robot: Number of the robot that carries the camera; its own body is transparent.
+            robot: Number of the robot that carries the camera; this robot blocks no line.
             start: Position of the camera, field frame [m].
-            ends: End points, field frame [m]: n points.
+            ends: Ends of the lines, field frame [m].
         """
         ...
 
@@ -48,29 +48,29 @@ class CameraScene:
     pieces: FloatArray = field(default_factory=lambda: _NOTHING)
     """Centers of all pieces, field frame [m], shape (n, 3)."""
     is_there: BoolArray | None = None
-    """Whether each piece is visible on the field, shape (n,); None: all are."""
+    """Whether each piece is on the field, shape (n,); None if all pieces are."""
     radii: FloatArray = field(default_factory=lambda: np.zeros(0))
     """Radius of the sphere that represents each piece [m], shape (n,)."""
     class_names: Sequence[str] = ()
-    """Detector's class names of the piece types, by class id; empty: pieces have no class."""
+    """Class names of the detector, by class id; empty if pieces have no class."""
     class_ids: IntArray | None = None
-    """Row in `class_names` of each piece, shape (n,); None: all are of the first class."""
+    """Class id of each piece, shape (n,); None if all pieces have the first class."""
     sight: SightLines | None = None
-    """Ray test against field and robots; None: only pieces can be in the way."""
+    """Ray test against field and robots; None if only pieces can block the view."""
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> BoolArray:
-    """Return which lines of sight pass through a piece.
+    """Return whether a piece, as a sphere, hides each point from the camera.
 
     Args:
-        start: Position of the camera [m].
-        points: End points of the lines [m], shape (n, 3).
-        scene: Scene with the pieces, which are balls.
+        start: Position of the camera, field frame [m].
+        points: Points to look at, field frame [m], shape (n, 3).
+        scene: Scene with the pieces.
 
     Returns:
         Whether each point is hidden, shape (n,).
     """
-    # A ball below all lines of sight hides nothing: that is most of them, and costs one comparison.
+    # Most balls are below all lines of sight and hide nothing, which a single comparison can tell.
     z, radii = scene.pieces[:, 2], scene.radii
     is_near: BoolArray = z > min(start[2], float(points[:, 2].min(initial=np.inf))) - radii
     if scene.is_there is not None:
@@ -96,20 +96,20 @@ def find_pieces(
     crop: tuple[float, float, float, float],
     rng: np.random.Generator,
 ) -> tuple[PieceSighting, ...]:
-    """Return the detections of one frame, the nearest first.
+    """Detect the pieces in a frame, nearest first.
 
     Args:
-        scene: Pieces and obstacles.
+        scene: Scene with pieces and obstacles.
         robot: Number of the robot that carries the camera.
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
         lens: Type of the camera.
-        pipeline: Pipeline with near and far plane and class.
-        crop: Part of the picture that is searched.
-        rng: Generator for the noise of the boxes.
+        pipeline: Pipeline with near plane, far plane and class.
+        crop: Crop window, the part of the picture to search.
+        rng: Random generator for the noise of the boxes.
     """
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
-    ahead = scene.pieces @ rotation[2]  # depths first: most pieces are behind or too far
+    ahead = scene.pieces @ rotation[2]  # depths are tested first, as most pieces are behind the camera or too far away
     start = float(rotation[2] @ pos)
     is_near: BoolArray = (ahead >= start + pipeline.near) & (ahead <= start + pipeline.far)
     if scene.is_there is not None:
@@ -129,7 +129,7 @@ def find_pieces(
         return ()
     radii = scene.radii[slots]
     kept = np.nonzero(_visible_part(p, distance, radii) >= pipeline.min_visible)[0]
-    if scene.sight is not None and len(kept):  # rays cost most: cast them last
+    if scene.sight is not None and len(kept):  # rays come last, because they take most of the time
         near_side = p[kept] * (1.0 - radii[kept] / distance[kept])[:, None]
         blocked = scene.sight.blocked(robot, pos, (near_side @ rotation + pos).tolist())
         kept = kept[~np.array(blocked)]
@@ -152,14 +152,20 @@ def find_pieces(
 
 
 def _is_of_class(scene: CameraScene, name: str) -> BoolArray:
-    """Return which pieces are of a class, shape (n,)."""
+    """Return whether each piece is of a class, shape (n,)."""
     ids = np.zeros(len(scene.pieces), dtype=np.int64) if scene.class_ids is None else scene.class_ids
     is_of_it: BoolArray = np.array([known == name for known in scene.class_names])[ids]
     return is_of_it
 
 
 def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> FloatArray:
-    """Compute the share of each piece that other pieces leave visible [-], shape (n,); optical frame, nearest first."""
+    """Compute the fraction of each piece that other pieces do not hide [-], shape (n,).
+
+    Args:
+        p: Centers of the pieces, nearest first, optical frame [m], shape (n, 3).
+        distance: Distances of the centers from the camera [m], shape (n,).
+        radii: Radii of the pieces [m], shape (n,).
+    """
     n = len(p)
     x, y, z = (p / distance[:, None]).T
     level = np.maximum(np.hypot(x, z), 1e-9)
@@ -169,7 +175,7 @@ def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> Flo
     rim = _RIM[:, :1] * across.T[:, None, :] + _RIM[:, 1:] * down.T[:, None, :]
     points = p[:, None, :] + radii[:, None, None] * rim
     points = points.reshape(-1, 3)
-    # A ball hides a point if it is nearer and the line of sight passes within its radius.
+    # A ball hides a point if the ball is nearer and the line of sight passes within the radius of the ball.
     along = points @ p.T
     reach2 = np.einsum("ij,ij->i", points, points)
     close = along * along > (distance * distance - radii * radii)[None, :] * reach2[:, None]

@@ -1,4 +1,4 @@
-"""Robot pose at the time of an exposure, and the heading that MegaTag 2 uses: sent by the robot or from an IMU."""
+"""Robot pose at the time of an exposure, and the heading for MegaTag 2, from robot code or from an IMU."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["AngleHistory", "HeadingSource", "PoseHistory"]
 
 _Value = TypeVar("_Value")
 
-_TELEPORT = 30.0  # [m/s]; faster than any robot: it was placed elsewhere, with no motion in between
+_TELEPORT = 30.0  # [m/s]; a robot that seems faster than this was placed elsewhere
 
 
 _EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
@@ -27,7 +27,7 @@ _IMU_RATE = 1000.0  # [1/s]; the assist filter runs at the IMU's rate
 
 
 class _History(Generic[_Value]):
-    """Time-ordered samples with interpolation between them."""
+    """Time-ordered samples with interpolation."""
 
     __slots__ = ("_between", "_span", "_times", "_values")
 
@@ -42,7 +42,7 @@ class _History(Generic[_Value]):
         return len(self._times)
 
     def clear(self) -> None:
-        """Forget all samples."""
+        """Remove all samples."""
         self._times.clear()
         self._values.clear()
 
@@ -50,11 +50,11 @@ class _History(Generic[_Value]):
         times = self._times
         times.append(time)
         self._values.append(value)
-        if len(times) > 64 and times[32] < time - self._span:  # dropped in batches: cheaper than one per tick
+        if len(times) > 64 and times[32] < time - self._span:  # in batches, which is faster than one sample per tick
             del times[:32], self._values[:32]
 
     def _look_up(self, time: float) -> _Value | None:
-        """Return the value at a time [s], held before the first and after the last sample; None without samples."""
+        """Interpolate the value at a time [s]; outside the samples, return the nearest; None without samples."""
         times, values = self._times, self._values
         k = bisect_right(times, time)
         if not times or k == len(times):
@@ -65,7 +65,7 @@ class _History(Generic[_Value]):
 
 
 class PoseHistory(_History[tuple[Vector, Quaternion]]):
-    """Poses over time; between two samples the position moves straight and the attitude turns at a constant rate.
+    """Poses over time, with linearly interpolated position and attitude.
 
     >>> history = PoseHistory()
     >>> history.add(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -81,7 +81,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
-        """Add the present pose; a jump in space or backwards in time clears the history."""
+        """Add a pose at a time [s]; a jump in position or backward in time first clears the history."""
         if self._times:
             step = time - self._times[-1]
             if step <= 0.0 or math.dist(pos, self._values[-1][0]) > _TELEPORT * step:
@@ -89,10 +89,10 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         self._append(time, (pos, quat))
 
     def at(self, time: float) -> tuple[Vector, Quaternion]:
-        """Return the pose at a time [s], held before the first and after the last sample.
+        """Interpolate the pose at a time [s]; outside the history, return the nearest pose.
 
         Raises:
-            ConfigError: If nothing has been added yet.
+            ConfigError: If no pose was added yet.
         """
         found = self._look_up(time)
         if found is None:
@@ -101,7 +101,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
 
 
 class AngleHistory(_History[Vector]):
-    """Yaw, pitch and roll [rad] over time, linearly interpolated, so they must not wrap."""
+    """Yaw, pitch and roll over time [rad], linearly interpolated; the angles must be continuous."""
 
     __slots__ = ()
 
@@ -110,14 +110,14 @@ class AngleHistory(_History[Vector]):
         super().__init__(_lerp, span)
 
     def add(self, time: float, angles: Vector) -> None:
-        """Add a reading; one older than the last is dropped, one of equal time replaces it."""
+        """Add a reading at a time [s]; a reading of equal time replaces the last one, an older reading is ignored."""
         if self._times and time == self._times[-1]:
             self._values[-1] = angles
         elif not self._times or time > self._times[-1]:
             self._append(time, angles)
 
     def at(self, time: float) -> Vector | None:
-        """Return the reading at a time [s], held before the first and after the last; None without readings."""
+        """Interpolate the reading at a time [s]; outside the history, return the nearest; None without readings."""
         return self._look_up(time)
 
 
@@ -126,17 +126,17 @@ def _lerp(a: Vector, b: Vector, s: float) -> Vector:
 
 
 class HeadingSource:
-    """Yaw, pitch and roll at any time of the last two seconds.
+    """Source of yaw, pitch and roll at any time in the last two seconds.
 
-    Modes, for cameras with an IMU: 0 robot's heading; 1 robot's heading, which also seeds the IMU; 2 IMU alone; 3 IMU
-    corrected by MegaTag 1; 4 IMU corrected by the robot's heading. Without an IMU the mode is always 0.
+    IMU modes: 0 heading from robot code; 1 heading from robot code, which also seeds the IMU; 2 IMU alone; 3 IMU
+    corrected by MegaTag 1; 4 IMU corrected by the heading from robot code. Without an IMU the mode is always 0.
 
-    The IMU's yaw is zero at power-on, whichever way the robot faces. It follows the robot with a slow drift.
+    The yaw of the IMU is zero at power-on for any heading of the robot, and follows the robot with a slow drift.
 
     Args:
         has_imu: Whether the camera has an IMU.
-        drift_deg: Yaw drift of the IMU in 30 s, one standard deviation [deg].
-        rng: Generator for the drift.
+        drift_deg: Standard deviation of the IMU's yaw drift in 30 s [deg].
+        rng: Random generator for the drift.
     """
 
     def __init__(self, *, has_imu: bool, drift_deg: float, rng: np.random.Generator) -> None:
@@ -146,7 +146,7 @@ class HeadingSource:
         self.mode = _EXTERNAL
         """IMU mode, 0 to 4; ignored without an IMU."""
         self.assist = 0.001
-        """Weight of the correction in each of the IMU's 1000 samples per second, in modes 3 and 4 [-]."""
+        """Weight of the correction in modes 3 and 4, per IMU sample of 1 ms [-]."""
         self._sent = AngleHistory()
         self._internal = AngleHistory()
         self._yaw = 0.0
@@ -156,7 +156,7 @@ class HeadingSource:
         self._gravity = (0.0, 0.0, 1.0)
 
     def tell(self, time: float, orientation: Sequence[float]) -> None:
-        """Take the robot's orientation: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
+        """Record the orientation from robot code: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
         yaw = math.radians(orientation[0])
         last = self._sent.at(math.inf)
         if last is not None:
@@ -164,7 +164,7 @@ class HeadingSource:
         self._sent.add(time, (yaw, math.radians(orientation[2]), math.radians(orientation[4])))
 
     def move(self, time: float, quat: Quaternion) -> None:
-        """Update the IMU with the robot's true attitude at a time [s]; called once a tick."""
+        """Update the IMU with the robot's true attitude at a time [s], once per tick."""
         if not self._has_imu:
             return
         roll, pitch, yaw = rpy(quat)
@@ -187,17 +187,17 @@ class HeadingSource:
         self._internal.add(time, (self._yaw, pitch, roll))
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
-        """Correct the IMU by a MegaTag 1 heading [deg] in mode 3; `since` is the time since the frame before [s]."""
+        """Correct the IMU by a MegaTag 1 heading [deg] in mode 3; `since` is the time since the previous frame [s]."""
         if self._has_imu and self.mode == _MT1_ASSIST:
             self._draw_to(math.radians(yaw_deg), since)
 
     def attitude(self, time: float) -> FloatArray:
-        """Return the rotation from robot to field axes at a time [s], shape (3, 3)."""
+        """Return the rotation from robot to field axes at a time [s] by the current mode, shape (3, 3)."""
         yaw, pitch, roll = self._at(time)
         return matrix(from_rpy(roll, pitch, yaw))
 
     def reading(self) -> ImuReading | None:
-        """Return the IMU's present reading; None without an IMU."""
+        """Return the current readings of the IMU; None without an IMU."""
         if not self._has_imu or self._true is None:
             return None
         yaw, _, _ = self._at(self._time)
@@ -212,11 +212,11 @@ class HeadingSource:
         )
 
     def _at(self, time: float) -> Vector:
-        """Return yaw, pitch, roll [rad]; zeros while the robot has sent no heading."""
+        """Return yaw, pitch and roll at a time [rad]; zeros before robot code has sent a heading."""
         is_internal = self._has_imu and self.mode >= _INTERNAL
         return (self._internal if is_internal else self._sent).at(time) or (0.0, 0.0, 0.0)
 
     def _draw_to(self, yaw: float, dt: float) -> None:
-        """Run the complementary filter for the IMU's samples of dt [s]."""
+        """Apply the complementary filter toward a yaw [rad] over the IMU samples of dt [s]."""
         share = 1.0 - (1.0 - self.assist) ** (_IMU_RATE * dt)
         self._yaw += share * math.remainder(yaw - self._yaw, math.tau)

@@ -1,4 +1,4 @@
-"""One camera over time: it exposes frames at its rate, processes them and publishes them after its latency."""
+"""Simulation of a camera that exposes frames at its frame rate, and publishes results after its latency."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ __all__ = ["CameraPort", "CameraRequest", "LimelightSim"]
 _log = logging.getLogger(__name__)
 
 _ORIENTATION = "robot_orientation_set"
-_LONGEST_GAP = 1.0  # [s]; after a longer gap the missed frames are skipped
+_LONGEST_GAP = 1.0  # [s]; after a longer gap, missed frames are skipped
 
 
 @dataclass(slots=True)
 class CameraRequest:
-    """A value that robot code wrote to an input topic."""
+    """Value that robot code wrote to an input topic."""
 
     topic: str
     values: tuple[float, ...] | None
-    """Numbers of the request; None: it is not a number."""
+    """Numbers of the request; None if the value is not a number."""
     time: float | None = None
-    """Simulated time at which it was sent [s]; None: now."""
+    """Simulated time at which robot code sent the request [s]; None for the current time."""
 
 
 class CameraPort(Protocol):
@@ -50,25 +50,25 @@ class CameraPort(Protocol):
         ...
 
     def publish(self, frame: Frame) -> None:
-        """Send a frame."""
+        """Publish the results of a frame."""
         ...
 
     def close(self) -> None:
-        """Withdraw all topics."""
+        """Unpublish all topics."""
         ...
 
 
 class CameraNetwork(Protocol):
-    """Network on which cameras meet robot code, e.g. `CameraTables` on NetworkTables."""
+    """Network between cameras and robot code, for example `CameraTables` on NetworkTables."""
 
     def port(self, config: CameraConfig, field_size: tuple[float, float]) -> CameraPort:
-        """Open the port of a camera on a field of this length and width [m]."""
+        """Open the port of a camera; `field_size` is the length and width of the field [m]."""
         ...
 
 
 @dataclass(slots=True, eq=False)
 class _Exposure:
-    """A frame in processing."""
+    """Frame in processing."""
 
     number: int
     time: float
@@ -78,15 +78,15 @@ class _Exposure:
     rotation: FloatArray
     """Rotation from field to optical axes, shape (3, 3)."""
     rows: list[int] = field(default_factory=list)
-    """Rows of the tags in the layout."""
+    """Rows of the visible tags in the layout."""
     pixels: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)))
-    """Pixels of the tags' corners, shape (k, 4, 2)."""
+    """Corners of the visible tags [px], shape (k, 4, 2)."""
     pieces: tuple[PieceSighting, ...] = ()
 
 
 @dataclass(slots=True)
 class _RequestLog:
-    """Log of bad requests; each kind is logged once."""
+    """Log of invalid requests; each kind of problem is logged once."""
 
     camera: str
     known: set[tuple[str, str]] = field(default_factory=set)
@@ -100,7 +100,7 @@ class _RequestLog:
             _log.warning("%s: %s at %.2f s: %s; it is ignored", self.camera, topic, time, problem)
 
     def note(self, topic: str) -> None:
-        """Log once that a topic that robot code writes changes nothing."""
+        """Log once that a topic written by robot code has no effect."""
         if (topic, "") in self.known:
             return
         self.known.add((topic, ""))
@@ -118,12 +118,12 @@ class LimelightSim:
 
     Args:
         config: Config of the camera.
-        layout: Tags of the field at the poses that robot code believes.
-        rng: Generator for its noise, its bias, and the time of its first exposure.
-        robot: Number of the robot that carries it.
-        ports: Ports on which it publishes and listens.
-        tag_errors: Errors of the tags' poses, in standard deviations of the config's bias: rotation and translation of
-            each, shape (n, 6); equal for all cameras of a match. None: the camera draws its own.
+        layout: Tags of the field at their nominal poses, as assumed by robot code.
+        rng: Random generator for noise, bias, and the time of the first exposure.
+        robot: Number of the robot that carries the camera.
+        ports: Ports to robot code.
+        tag_errors: Errors of the tag poses, in standard deviations of the config's bias: rotation and translation of
+            each tag, shape (n, 6), equal for all cameras of a match; None to draw errors for this camera alone.
     """
 
     def __init__(
@@ -140,12 +140,12 @@ class LimelightSim:
         self.layout = layout
         self.robot = robot
         self.is_off = False
-        """Whether processing is switched off: frames are then empty and cost nothing."""
+        """Whether processing is switched off; frames are then empty and take no computing time."""
         self.ports = list(ports)
         self.settings = CameraSettings.of(config)
         self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
         self.last: Frame | None = None
-        """Frame that was published last."""
+        """Last published frame; None before the first."""
         self._rng = rng
         self._latency = config.type.capture_latency + config.type.pipeline_latency
         self._period = 1.0 / config.rate
@@ -173,19 +173,19 @@ class LimelightSim:
 
     @property
     def bad_requests(self) -> int:
-        """Number of refused requests so far."""
+        """Number of invalid requests so far."""
         return self._request_log.count
 
     # --- requests -----------------------------------------------------------------------------------------------
 
     def listen(self, time: float) -> None:
-        """Read the requests that robot code has written by now [s]."""
+        """Read and apply all new requests of robot code at the current time [s]."""
         for port in self.ports:
             for request in port.read():
                 self.request(request, time)
 
     def request(self, request: CameraRequest, time: float) -> None:
-        """Apply one request at a time [s]; an invalid one changes nothing."""
+        """Apply a request at the current time [s]; an invalid request has no effect."""
         topic, values = request.topic, request.values
         if topic not in INPUTS and topic != _ORIENTATION:
             self._request_log.note(topic)
@@ -206,12 +206,12 @@ class LimelightSim:
     # --- frames -------------------------------------------------------------------------------------------------
 
     def update(self, time: float, history: PoseHistory, scene: CameraScene) -> list[Frame]:
-        """Expose the frames that are due by now, and publish those that are ready.
+        """Expose all frames that are due, and publish all frames that are ready.
 
         Args:
-            time: Present simulated time [s].
+            time: Current simulated time [s].
             history: Poses of the robot that carries the camera.
-            scene: Present state of the field.
+            scene: Current state of the field.
 
         Returns:
             Published frames, oldest first.
@@ -228,7 +228,7 @@ class LimelightSim:
         while self._next <= time:
             if self._skip > 0:
                 self._skip -= 1
-            elif self._next + self._period > time:  # robot code would see only the newer of two within a tick
+            elif self._next + self._period > time:  # robot code sees only the latest of several frames in a tick
                 working.append(self._expose(self._next, history, scene))
                 self._skip = self.settings.throttle
             self._number += 1
@@ -242,11 +242,11 @@ class LimelightSim:
         return published
 
     def pose_at(self, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
-        """Compute the true field pose of the camera [m] for a robot pose."""
+        """Compute the true pose of the camera for a robot pose: position [m] and attitude, field frame."""
         return camera_pose(pos, quat, *self._mount)
 
     def move_to(self, mount: CameraMount) -> None:
-        """Move the camera on the robot from the next frame on, with the same mounting error."""
+        """Change the mount of the camera from the next frame on; the mounting error stays."""
         self._mount = camera_pose(mount.position, mount.rotation, *self._mount_bias)
         self.settings.mount = limelight_mount(mount)
         self.settings.version += 1
@@ -257,7 +257,7 @@ class LimelightSim:
             port.close()
 
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
-        """Take the picture, with noise; the scene is less than a tick newer than the exposure."""
+        """Expose a frame with noise; the scene is less than a tick newer than the exposure."""
         pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, pos, rotation)
@@ -278,7 +278,7 @@ class LimelightSim:
             )
             if rows:
                 free = self._occlusion.uncovered(rows, pos, scene, time)
-                noise = lens.corner_noise * self._rng.standard_normal(pixels.shape)  # drawn for hidden tags as well
+                noise = lens.corner_noise * self._rng.standard_normal(pixels.shape)  # also drawn for hidden tags
                 center = np.array(lens.principal_point)
                 exposure.rows = [row for row, is_free in zip(rows, free, strict=True) if is_free]
                 exposure.pixels = (center + self._focal_factor * (pixels - center) + noise)[free]
@@ -289,7 +289,7 @@ class LimelightSim:
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Solve the frame: by now the robot has sent its heading for that time."""
+        """Solve for the poses in a frame, with the heading that the robot has sent for the exposure time."""
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]
@@ -337,7 +337,7 @@ class LimelightSim:
         )
 
     def _follow_settings(self) -> None:
-        """Update what depends on the settings, once after each change."""
+        """Update all values that depend on the settings, once after each change."""
         settings = self.settings
         if self._settings_seen == settings.version:
             return

@@ -1,4 +1,4 @@
-"""Settings of a camera that robot code can change; an invalid request changes nothing and gives a reason."""
+"""Camera settings that robot code can change; an invalid request has no effect and returns a reason."""
 
 from __future__ import annotations
 
@@ -11,49 +11,53 @@ from simcore.world.rotation import Quaternion, Vector, from_rpy
 
 __all__ = ["INPUTS", "NOT_MODELED", "NO_EFFECT", "CameraSettings", "limelight_mount"]
 
-_DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # by index in `fiducial_downscale_set`; 0 is the pipeline's own value
+_DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # by index in `fiducial_downscale_set`; 0 for the pipeline's value
 
 Values = Sequence[float]
 
 
 @dataclass(slots=True)
 class CameraSettings:
-    """Present settings of one camera. `apply` is the only way to change them."""
+    """Current settings of a camera; only `apply` changes them."""
 
     config: CameraConfig
     pipeline: int = 0
+    """Number of the current pipeline."""
     priority_id: int = -1
-    """Id of the tag whose angles are published if it is seen; -1: the largest."""
+    """Id of the tag whose angles are published if visible; -1 for the largest tag."""
     crop: tuple[float, float, float, float] = FULL_CROP
+    """Crop window; see `FULL_CROP`."""
     id_filters: tuple[int, ...] | None = None
-    """Tags to use; None: those of the pipeline."""
+    """Ids of the tags to use; None for the ids of the pipeline."""
     downscale: float = 0.0
-    """Downscale factor; 0: that of the pipeline."""
+    """Downscale factor [-]; 0 for the factor of the pipeline."""
     throttle: int = 0
-    """Frames that are skipped after each processed one."""
+    """Number of frames to skip after each processed frame."""
     is_driver_camera: bool = False
-    """Whether pictures go to the driver and are not processed."""
+    """Whether the camera is a driver camera, which does not process pictures."""
     imu_mode: int = 0
+    """IMU mode, 0 to 4; see `HeadingSource`."""
     imu_assist: float = 0.001
+    """Weight of the correction in IMU modes 3 and 4, per IMU sample of 1 ms [-]."""
     mount: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Configured camera pose on the robot: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
+    """Configured camera pose on the robot: forward, right, up [m], roll, pitch (positive up), yaw [deg]."""
     version: int = field(default=0)
     """Number of changes so far."""
 
     @classmethod
     def of(cls, config: CameraConfig) -> CameraSettings:
-        """Return the settings at power-on: the camera knows its mount."""
+        """Return the settings at power-on, with the mount from the config."""
         return cls(config, mount=limelight_mount(config.mount))
 
     def apply(self, topic: str, values: Values) -> str | None:
-        """Apply one request.
+        """Apply a request.
 
         Args:
-            topic: Name of the topic, one of `INPUTS`.
-            values: Numbers of the request; a lone number is a sequence of one.
+            topic: Name of the topic, a key of `INPUTS`.
+            values: Numbers of the request; a single number is a sequence of length one.
 
         Returns:
-            None if it was accepted, else the reason for refusing it; then nothing has changed.
+            None if the request is valid, otherwise the reason for rejecting it; a rejected request changes nothing.
         """
         if not all(math.isfinite(v) for v in values):
             return f"needs finite numbers, got {list(values)}"
@@ -81,17 +85,18 @@ class CameraSettings:
 
 @dataclass(frozen=True, slots=True)
 class _Setting:
-    """Setting behind one topic."""
+    """Setting that a topic changes."""
 
     name: str
-    """Name of the field of `CameraSettings`."""
+    """Name of the field in `CameraSettings`."""
     length: int | None
-    """Count of numbers that it needs; None: any."""
+    """Required count of numbers; None for any count."""
     needs: str
-    """Description of valid numbers."""
+    """Description of valid numbers, for messages."""
     is_valid: Callable[[Values], bool]
+    """Function that returns whether numbers are valid."""
     of: Callable[[Values], object]
-    """Conversion of valid numbers to the field's value."""
+    """Function that converts valid numbers to the value of the field."""
 
 
 def _is_whole(values: Values, least: float, most: float = math.inf) -> bool:
@@ -126,7 +131,7 @@ INPUTS = {
     ),
     "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
-"""Topics that change a setting. `robot_orientation_set` is not here: the camera keeps its history."""
+"""Settings by topic; `robot_orientation_set` is not included, because the camera stores it with its history."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",
@@ -136,12 +141,12 @@ NO_EFFECT = {
     "capture_rewind": "nothing is recorded",
     "llrobot": "a Python pipeline would read it, and there is none",
 }
-"""Topics that a Limelight reads and that change nothing that robot code can read back, with the reason."""
+"""Topics of a real Limelight without an effect on its output in simulation, with the reason."""
 
 NOT_MODELED = ("fiducial_offset_set", "keystone_set")
-"""Topics that a Limelight reads and that would change its output if they were modeled."""
+"""Topics of a real Limelight that affect its output, but are not modeled."""
 
 
 def limelight_mount(mount: CameraMount) -> tuple[float, float, float, float, float, float]:
-    """Convert a mount to Limelight robot space: ahead, right, up [m]; roll, pitch (up positive), yaw [deg]."""
+    """Convert a mount to Limelight robot space: forward, right, up [m]; roll, pitch (positive up), yaw [deg]."""
     return mount.x, -mount.y, mount.z, mount.roll_deg, -mount.pitch_deg, mount.yaw_deg

@@ -1,12 +1,13 @@
-"""Poses from tag corners: of each tag, and of the robot by MegaTag 1 (picture alone) and 2 (known heading).
+"""Poses from tag corners: pose of each tag, and robot pose by MegaTag 1 (picture alone) and MegaTag 2 (known heading).
 
-A solver's result is modeled as the true pose plus the corner errors propagated through the linearized projection.
-With the Jacobian J (8 x 6) of a tag's corners by its pose, corner errors e move the least-squares pose by
+The result of a solver is modeled as the true pose plus the corner errors, propagated through the linearized projection.
+With the Jacobian J (8 x 6) of a tag's corners with respect to its pose, corner errors e move the least-squares pose by
 (J^T J)^-1 J^T e, with covariance s^2 (J^T J)^-1 for noise s in each direction. Source: R. Hartley, A. Zisserman,
 "Multiple View Geometry in Computer Vision", sections 5.2 and A6.
 
-Corners are in ideal coordinates here: pixels from the principal point over the focal length. A change of a tag's pose
-is a rotation w about its center and a translation v, in optical axes: a point at m + a moves to m + a + w x a + v.
+Corners are in ideal coordinates: pixels from the principal point, divided by the focal length. A change of a tag's pose
+is a rotation w about the tag's center m and a translation v, in optical axes: a point m + a moves to
+m + a + w x a + v.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from simcore.world.rotation import Quaternion, Vector, matrix
 
 __all__ = ["Mounting", "TagPicture", "flip_pose", "solve_tags"]
 
-_NEAR = 0.01  # [m]; close to the lens, the flipped pose of a tag can have corners behind it
+_NEAR = 0.01  # [m]; smallest depth of a corner: the flipped pose of a near tag can have corners behind the lens
 _EXACT = 1e-20  # [-]; square of the rounding error of corners without noise
 _IDENTITY: FloatArray = np.eye(3)
-_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # of a square in its plane
+_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # of a tag in the plane of its face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,16 +43,16 @@ class Mounting:
 
     @classmethod
     def of(cls, position: Vector, rotation: Quaternion) -> Mounting:
-        """Make it from position [m] and attitude (camera to robot axes) on the robot."""
+        """Create a mounting from position [m] and attitude (camera to robot axes), robot frame."""
         return cls(np.array(position), OPTICAL @ matrix(rotation).T)
 
 
 def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
-    """Compute the second attitude in which each tag looks nearly equal: its normal mirrored about the line of sight.
+    """Compute the second attitude in which each tag has nearly the same picture, with a mirrored normal.
 
-    That is half a turn in the tag's plane, then half a turn about the line of sight. In weak perspective both pictures
-    are equal. Source: D. Oberkampf, D. DeMenthon, L. Davis, "Iterative Pose Estimation Using Coplanar Feature Points",
-    CVIU 63 (1996).
+    The mirror is the line of sight: half a turn in the tag's plane, then half a turn about the line of sight. In weak
+    perspective the two pictures are equal. Source: D. Oberkampf, D. DeMenthon, L. Davis, "Iterative Pose Estimation
+    Using Coplanar Feature Points", CVIU 63 (1996).
 
     Args:
         rotations: Rotations from tag face axes (right, up, out of the face) to optical axes, shape (k, 3, 3).
@@ -65,7 +66,7 @@ def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
 def solve_tags(
     rotations: FloatArray, places: FloatArray, seen: FloatArray, size: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Make one least-squares step (Gauss-Newton) for the pose of each tag alone.
+    """Compute a Gauss-Newton step for the pose of each tag, solved separately.
 
     Args:
         rotations: Initial rotation of each tag, from face axes to optical axes, shape (..., 3, 3).
@@ -74,8 +75,8 @@ def solve_tags(
         size: Edge length of a tag [m].
 
     Returns:
-        J^T J, shape (..., 6, 6); J^T e, shape (..., 6); the steps, rotation [rad] and translation [m], shape (..., 6);
-        and the remaining sum of squared distances between corners [-], shape (...).
+        J^T J, shape (..., 6, 6); J^T e, shape (..., 6); step with rotation [rad] and translation [m], shape (..., 6);
+        and remaining sum of squared corner errors [-], shape (...).
     """
     half = 0.5 * size
     square = np.array([(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)])
@@ -83,7 +84,7 @@ def solve_tags(
     corners = arms + places[..., None, :]
     inverse = 1.0 / np.maximum(corners[..., 2:], _NEAR)
     ideal = corners[..., :2] * inverse
-    # d(x / z) is (1, 0, -x / z) / z times the displacement of a corner, v - a x w.
+    # d(x / z) is the product of (1, 0, -x / z) / z and the displacement of a corner, v - a x w.
     by_step = np.zeros((*ideal.shape, 3))
     by_step[..., 0, 0] = by_step[..., 1, 1] = inverse[..., 0]
     by_step[..., 2] = -ideal * inverse
@@ -98,21 +99,21 @@ def solve_tags(
 
 
 class TagPicture:
-    """Tags of one frame, and the poses derived from them.
+    """Visible tags of a frame, and the poses estimated from them.
 
-    For a single tag two poses explain the corners about equally well: the true one and that of `flip_pose`. The tag
-    takes the better fit, so noise flips small and frontal tags. Its ambiguity is the ratio of both errors, as
-    PhotonVision's documentation defines it ("3D Tracking").
+    Two poses of a single tag fit the corners about equally well: the true pose and the pose of `flip_pose`. The better
+    fit is chosen, so noise flips small and frontal tags. The ambiguity of a tag is the ratio of the two errors, as
+    defined in PhotonVision's documentation ("3D Tracking").
 
     Args:
-        layout: All tags at the poses that robot code and camera believe.
+        layout: All tags at their nominal poses, as assumed by robot code and camera.
         true_layout: All tags at their true poses.
-        offsets: True poses relative to believed ones: rotation [rad] and translation [m], field axes, shape (n, 6).
-        rows: Rows of the visible tags, k >= 1.
+        offsets: True poses relative to nominal poses: rotation [rad] and translation [m], field axes, shape (n, 6).
+        rows: Rows of the k visible tags, k >= 1.
         pixels: Detected corners of the visible tags [px], shape (k, 4, 2).
         eye: True position of the camera, field frame [m].
         rotation: Rotation from field to true optical axes, shape (3, 3).
-        lens: Type of the camera with the focal length that it believes.
+        lens: Type of the camera with the nominal focal length.
         mounting: Configured pose of the camera.
     """
 
@@ -138,7 +139,7 @@ class TagPicture:
         self._places = (true_layout.centers[self._rows] - self._eye) @ rotation.T
         start = np.array((true, flip_pose(true, self._places)))
         normal, right, step, left = solve_tags(start, self._places, self._seen, layout.size)
-        # A tilt by a shortens a tag by a^2 / 2, in any direction: noise s hides it up to sqrt(2 s z / h).
+        # A tilt by an angle a shortens a tag by a^2 / 2, in any direction; noise s hides tilts up to sqrt(2 s z / h).
         hidden = 4.0 * self._noise / layout.size * self._places[:, 2]
         turned = (step[..., :3] ** 2).sum(axis=-1)
         step[..., :3] *= np.sqrt(hidden / (hidden + turned + _EXACT))[..., None]
@@ -160,7 +161,7 @@ class TagPicture:
         if len(better) == 1 and self._noise > 0.0:
             self._normal[:3, :3] += self._noise**2 / hidden[0] * _IDENTITY
         self.tags = self._sightings(pixels, lens, doubt)
-        """Sightings of the tags, each solved alone."""
+        """Detections of the tags, each solved separately."""
         self._statistics = _statistics(layout, self._rows, self.tags)
 
     def _sightings(self, pixels: FloatArray, lens: LimelightType, doubt: FloatArray) -> tuple[TagSighting, ...]:
@@ -181,7 +182,7 @@ class TagPicture:
         )  # fmt: skip
 
     def megatag1(self) -> PoseEstimate:
-        """Estimate the pose from the picture alone: the better pose of a single tag, least squares for several."""
+        """Estimate the robot pose from the picture alone: the better pose of a single tag, or least squares."""
         covariance = np.linalg.inv(self._normal)
         if len(self._rows) == 1:
             row = self._rows[0]
@@ -192,7 +193,7 @@ class TagPicture:
             rotation = rotation_matrices(-step[:3]) @ self._rotation
             eye = self._eye + step[3:] @ rotation
         to_optical, position = self._mounting.to_optical, self._mounting.position
-        # Robot: x, y, z from s + lever x w in field axes; roll and pitch about its own axes, yaw about the field's.
+        # Robot: x, y, z from s + lever x w in field axes; roll and pitch about robot axes, yaw about the field z axis.
         lever = cross_matrices(to_optical @ position)
         back = rotation.T
         by_camera = np.zeros((6, 6))
@@ -203,16 +204,16 @@ class TagPicture:
         return self._estimate(eye, back @ to_optical, deviations)
 
     def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
-        """Estimate the position by linear least squares, with the attitude from the robot or the camera's IMU.
+        """Estimate the robot position by linear least squares, with the attitude from robot code or the camera's IMU.
 
-        With t = -R c, a corner X gives t_x - x t_z = x p_z - p_x for p = R X, likewise for y; divided by the depth,
-        this is a distance in the picture.
+        With t = -R c, a corner X satisfies t_x - x t_z = x p_z - p_x for p = R X, and the analogous equation for y.
+        Divided by the depth, the error of this equation is a distance in the picture.
 
         Args:
-            attitude: Rotation from robot to field axes, shape (3, 3). A wrong one gives a wrong position.
+            attitude: Rotation from robot to field axes, shape (3, 3); an error in it makes the position wrong.
 
         Returns:
-            Estimate, or None if the tags would be behind the camera, which happens with a very wrong attitude.
+            Estimate, or None if the tags would be behind the camera, which happens only with a very wrong attitude.
         """
         rotation = self._mounting.to_optical @ attitude.T
         points = (self._layout.corners[self._rows] @ rotation.T).reshape(-1, 3)
@@ -251,7 +252,7 @@ def _lengths(vectors: FloatArray) -> FloatArray:
 
 
 def _statistics(layout: TagLayout, rows: IntArray, tags: Sequence[TagSighting]) -> tuple[int, float, float, float]:
-    """Compute the count of tags, their largest mutual distance [m], average distance [m] and average area [%]."""
+    """Compute the number, largest mutual distance [m], average distance [m] and average area [%] of the tags."""
     centers, n = layout.centers[rows], len(tags)
     span = _lengths((centers[:, None, :] - centers).reshape(-1, 3)).max()
     return n, float(span), sum(t.camera_distance for t in tags) / n, sum(t.area_percent for t in tags) / n

@@ -1,4 +1,4 @@
-"""A headset that tracks the robot's motion, like QuestNav's: it reports poses relative to the last pose reset."""
+"""Headset that tracks the robot's motion, like QuestNav's, and reports poses relative to the last pose reset."""
 
 from __future__ import annotations
 
@@ -16,30 +16,31 @@ from simcore.world.rotation import Quaternion, Vector, from_rpy, multiply, rotat
 
 __all__ = ["HeadsetPort", "PoseReset", "QuestConfig", "QuestFrame", "QuestHeadset"]
 
-_LONGEST_GAP = 1.0  # [s]; after a longer gap the missed frames are skipped
-_BATTERY_LIFE = 7200.0  # [s]; estimate, +-30 %: a Quest 3S with its displays off
-_STILL = 0.05  # [m]; a robot this close to its last place has not moved
-_PLAUSIBLE = 1.0  # [m]; no legal robot has a headset farther from its center
+_LONGEST_GAP = 1.0  # [s]; after a longer gap, missed frames are skipped
+_BATTERY_LIFE = 7200.0  # [s]; estimate, +-30 %: a Quest 3S with displays off
+_STILL = 0.05  # [m]; a robot this close to its last position counts as not moved
+_PLAUSIBLE = 1.0  # [m]; largest distance of a headset from the center of a legal robot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QuestConfig:
-    """A Meta Quest with the QuestNav app.
+    """Config of a Meta Quest with the QuestNav app.
 
-    Noise and drift are estimates, +-50 %: QuestNav's examples trust a pose to 2 cm and 2 degrees after a whole match.
+    Noise and drift are estimates, +-50 %: QuestNav's examples assume 2 cm and 2 degrees after a whole match.
     """
 
     mount: CameraMount | None = None
-    """Pose on the robot; None: derived from robot code's first pose reset, see `QuestHeadset.reset`."""
+    """Pose on the robot; None to derive it from robot code's first pose reset, see `QuestHeadset.reset`."""
     frame_rate: float = 100.0
-    """Poses per second [1/s], as QuestNav's documentation says."""
+    """Poses per second [1/s]. Source of the default: QuestNav's documentation."""
     position_noise: float = 0.002
-    """Position noise of each pose, in each direction, standard deviation [m]."""
+    """Standard deviation of the position noise of each pose, in each direction [m]."""
     angle_noise_deg: float = 0.05
+    """Standard deviation of the angle noise of each pose, about each axis [deg]."""
     position_drift: float = 0.02
-    """Drift of x and y in 150 s, standard deviation [m]."""
+    """Standard deviation of the drift of x and y in 150 s [m]."""
     yaw_drift_deg: float = 1.0
-    """Drift of yaw in 150 s, standard deviation [deg]."""
+    """Standard deviation of the yaw drift in 150 s [deg]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -54,20 +55,21 @@ class QuestConfig:
 
 @dataclass(slots=True)
 class QuestFrame:
-    """One published pose."""
+    """Published pose of a headset."""
 
     number: int
     """Number of the frame, counting up by one."""
     time: float
-    """Simulated time of the pose and of its sending [s]: the headset predicts its pose to the present."""
+    """Simulated time of the pose [s], equal to the time of publishing, because the headset predicts its pose."""
     position: Vector
-    """Position of the headset in the frame of the last reset; before any reset, in the frame of its start [m]."""
+    """Position in the frame of the last reset [m]; before the first reset, in the frame of the start pose."""
     attitude: Quaternion
+    """Attitude in the same frame as the position."""
 
 
 @dataclass(slots=True)
 class PoseReset:
-    """A pose that robot code sets on the headset."""
+    """Headset pose that robot code sets."""
 
     position: Vector
     attitude: Quaternion
@@ -81,11 +83,11 @@ class HeadsetPort(Protocol):
         ...
 
     def publish(self, frames: Sequence[QuestFrame], battery_percent: int) -> None:
-        """Send poses, oldest first, and the battery level."""
+        """Publish poses, oldest first, and the battery level."""
         ...
 
     def close(self) -> None:
-        """Withdraw all topics."""
+        """Unpublish all topics."""
         ...
 
 
@@ -94,9 +96,9 @@ class QuestHeadset:
 
     Args:
         config: Config of the headset.
-        rng: Generator for its noise and drift.
-        robot: Number of the robot that carries it.
-        ports: Ports on which it publishes and listens.
+        rng: Random generator for noise and drift.
+        robot: Number of the robot that carries the headset.
+        ports: Ports to robot code.
     """
 
     def __init__(
@@ -112,7 +114,7 @@ class QuestHeadset:
         self.ports = list(ports)
         self.mount = config.mount
         """Pose on the robot, from the config or derived from a reset; None while unknown."""
-        self._assumed = CameraMount()  # while `mount` is unknown
+        self._assumed = CameraMount()  # used while `mount` is unknown
         self.last: QuestFrame | None = None
         self.resets = 0
         """Number of pose resets so far."""
@@ -120,10 +122,10 @@ class QuestHeadset:
         self._period = 1.0 / config.frame_rate
         self._next = float(rng.uniform(0.0, self._period))
         self._number = 0
-        self._frame: tuple[Vector, Quaternion] | None = None  # from field to the frame it reports in
-        self._waiting: list[PoseReset] = []  # until the robot's first pose
-        self._last_reset: tuple[PoseReset, Vector] | None = None  # with the robot's position at that time
-        self._has_derived_mount = False  # from that reset
+        self._frame: tuple[Vector, Quaternion] | None = None  # transform from the field to the frame of the last reset
+        self._waiting: list[PoseReset] = []  # resets that wait for the robot's first pose
+        self._last_reset: tuple[PoseReset, Vector] | None = None  # last reset, and the robot's position at its time
+        self._has_derived_mount = False  # whether `mount` was derived from the last reset
         self._drift = np.zeros(3)  # x, y [m], yaw [rad] since the last reset
         # A random walk grows with the square root of time.
         walk = math.sqrt(self._period / 150.0)
@@ -131,7 +133,7 @@ class QuestHeadset:
         self._step = walk * np.array(drift)
 
     def listen(self, time: float, history: PoseHistory) -> None:
-        """Read the pose resets that robot code has sent by now [s]."""
+        """Read and apply all new pose resets of robot code at the current time [s]."""
         for port in self.ports:
             self._waiting += port.read()
         self._take_resets(time, history)
@@ -144,16 +146,16 @@ class QuestHeadset:
                 self.reset(reset, *history.at(time))
 
     def reset(self, believed: PoseReset, robot_pos: Vector, robot_quat: Quaternion) -> None:
-        """Set the present pose of the headset on the field; later poses are relative to it.
+        """Set the current pose of the headset, field frame; later poses are relative to this pose.
 
-        Without a mount in its config the headset derives one that makes the reset true, if it fits on a robot: robot
-        code computes the reset from the robot pose and the mount that it believes. If it does not fit, the headset is
-        assumed at the center of the robot, rotated as the reset says, until a later reset fits.
+        If the config has no mount, the headset derives the mount for which the reset is correct, because robot code
+        computes the reset from its robot pose and its mount. If this mount is too far from the robot's center, the
+        headset is assumed at the center, with the rotation of the reset, until a later reset is plausible.
 
         Args:
-            believed: Pose of the headset on the field, as robot code believes.
-            robot_pos: True position of the robot [m].
-            robot_quat: True attitude of the robot.
+            believed: Pose of the headset, field frame, as assumed by robot code.
+            robot_pos: True position of the robot, field frame [m].
+            robot_quat: True attitude of the robot, field frame.
         """
         self.resets += 1
         self._last_reset = believed, robot_pos
@@ -166,22 +168,22 @@ class QuestHeadset:
             if math.hypot(x, y, z) <= _PLAUSIBLE:
                 self.mount = CameraMount(x=x, y=y, z=z, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
                 self._has_derived_mount = True
-            else:  # robot code has the wrong position, but probably the right rotation
+            else:  # the position in robot code is wrong, but the rotation probably is right
                 height = z if abs(z) <= _PLAUSIBLE else 0.0
                 self._assumed = CameraMount(z=height, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
         self._drift[:] = 0.0
         self._frame = _frame_to(believed.position, believed.attitude, *self._pose(robot_pos, robot_quat))
 
     def move_start(self, old_pos: Vector, robot_pos: Vector, robot_quat: Quaternion) -> None:
-        """Apply the last reset again at the robot's new pose, if the robot has not moved since that reset.
+        """Apply the last reset again at the robot's new pose, if the robot has not moved since the reset.
 
-        A match uses it when it puts a robot at the start of its auto after robot code has set poses for that place. If
-        the robot has moved since the reset, the headset reports the move.
+        A match calls this when it places a robot at the start pose of its auto after robot code has already reset poses
+        to this start pose. If the robot has moved since the reset, the headset reports the change of pose as motion.
 
         Args:
-            old_pos: Position of the robot until now [m].
-            robot_pos: Present position of the robot [m].
-            robot_quat: Present attitude of the robot.
+            old_pos: Position of the robot before the placement, field frame [m].
+            robot_pos: Position of the robot after the placement, field frame [m].
+            robot_quat: Attitude of the robot after the placement, field frame.
         """
         if self._last_reset is not None and math.dist(old_pos, self._last_reset[1]) < _STILL:
             if self._has_derived_mount:
@@ -190,10 +192,10 @@ class QuestHeadset:
             self.reset(self._last_reset[0], robot_pos, robot_quat)
 
     def update(self, time: float, history: PoseHistory) -> list[QuestFrame]:
-        """Take the poses that are due by now, and publish them.
+        """Publish all poses that are due, and return them.
 
         Args:
-            time: Present simulated time [s].
+            time: Current simulated time [s].
             history: Poses of the robot that carries the headset.
         """
         if time - self._next > _LONGEST_GAP:
@@ -221,7 +223,7 @@ class QuestHeadset:
 
     def _take(self, time: float, robot_pos: Vector, robot_quat: Quaternion) -> QuestFrame:
         pos, quat = self._pose(robot_pos, robot_quat)
-        if self._frame is None:  # no reset yet: its start is the origin
+        if self._frame is None:  # before the first reset, the start pose is the origin
             self._frame = _frame_to((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), pos, quat)
         origin, turn = self._frame
         x, y, z = rotate(turn, pos)
@@ -246,7 +248,7 @@ class QuestHeadset:
 def _frame_to(
     believed_pos: Vector, believed_quat: Quaternion, pos: Vector, quat: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute the transform from field poses to the frame of the reset."""
+    """Compute the transform from field poses to the frame of a reset."""
     x, y, z, w = quat
     turn = multiply(believed_quat, (-x, -y, -z, w))
     rx, ry, rz = rotate(turn, pos)

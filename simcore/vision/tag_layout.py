@@ -1,4 +1,4 @@
-"""AprilTag layouts: the official ones that come with WPILib, or any file in WPILib's JSON format."""
+"""AprilTag layouts: official layouts from WPILib, or files in WPILib's JSON format."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ __all__ = [
 ]
 
 TAG_SIZE = inches(6.5)
-"""Edge of the black square of an FRC AprilTag, family 36h11 [m]. 2026 manual, section 5."""
+"""Edge length of the black square of an FRC AprilTag, family 36h11 [m]. Source: 2026 manual, section 5."""
 
-_TAG_ID = Quantity("", 0, 586, is_whole=True)  # of family 36h11
+_TAG_ID = Quantity("", 0, 586, is_whole=True)  # ids of family 36h11
 _TAG_SIZE = Quantity("m", 0.0, 1.0, is_open=True)
 _QUATERNION = Quantity("", -1.0 - 1e-3, 1.0 + 1e-3)
-_ROUNDING = 1e-3  # [-]; files have three digits or more
+_ROUNDING = 1e-3  # [-]; numbers in files have three digits or more
 
 _IDENTITY: FloatArray = np.eye(3)
 _CROSS: FloatArray = np.array(
     [(0, 0, 0, 0, 0, -1, 0, 1, 0), (0, 0, 1, 0, 0, 0, -1, 0, 0), (0, -1, 0, 1, 0, 0, 0, 0, 0)], dtype=float
 )
-"""Matrix of the vector product for each unit vector, flattened row by row, shape (3, 9)."""
+"""Cross product matrix of each unit vector, flattened by rows, shape (3, 9)."""
 
 OFFICIAL_LAYOUTS = {
     "2026-welded": "k2026RebuiltWelded",
@@ -48,12 +48,12 @@ OFFICIAL_LAYOUTS = {
     "2025-welded": "k2025ReefscapeWelded",
     "2025-andymark": "k2025ReefscapeAndyMark",
 }
-"""Short names for the layouts that come with WPILib."""
+"""WPILib names of the official layouts, by short name."""
 
 
 @dataclass(frozen=True, eq=False)
 class TagLayout:
-    """All tags of a field, one row per tag; made by `of`. A tag's x axis points out of its face, z up."""
+    """All tags of a field, one row per tag, created by `of`; a tag's x axis points out of the face, z up."""
 
     ids: IntArray
     """Tag ids, ascending, shape (n,)."""
@@ -62,24 +62,27 @@ class TagLayout:
     rotations: FloatArray
     """Rotations from tag axes to field axes, shape (n, 3, 3)."""
     corners: FloatArray
-    """Corners, field frame [m], shape (n, 4, 3): lower left, lower right, upper right, upper left, facing the tag."""
+    """Corners lower left, lower right, upper right, upper left, as seen facing the tag, field frame [m], shape
+    (n, 4, 3)."""
     field_size: tuple[float, float]
+    """Length and width of the field [m]."""
     size: float
+    """Edge length of the black square [m]."""
     normals: FloatArray
-    """Normals out of the tags' faces, shape (n, 3)."""
+    """Unit normals out of the faces, field frame, shape (n, 3)."""
     square_axes: FloatArray
-    """Rotations from field axes to tag face axes (x right when facing it, y up, z out of the face), shape (n, 3, 3)."""
+    """Rotations from field axes to face axes (right as seen facing the tag, up, out of the face), shape (n, 3, 3)."""
 
     @classmethod
     def of(
         cls, tags: Iterable[tuple[int, Vector, Quaternion]], *, field_size: tuple[float, float], size: float = TAG_SIZE
     ) -> TagLayout:
-        """Build a layout.
+        """Create a layout.
 
         Args:
             tags: Id, center in the field frame [m] and attitude of each tag.
             field_size: Length and width of the field [m].
-            size: Edge of the black square [m].
+            size: Edge length of the black square [m].
 
         Raises:
             ConfigError: If an id occurs twice or a number is out of range.
@@ -114,29 +117,29 @@ class TagLayout:
         return cls(*arrays[:4], field_size, size, *arrays[4:])
 
     def displaced(self, offsets: FloatArray) -> TagLayout:
-        """Return the layout with each tag moved.
+        """Return a copy in which each tag is displaced.
 
         Args:
-            offsets: Rotation vector about each tag's center [rad] and translation [m], field axes, shape (n, 6).
+            offsets: Rotation vector about the tag's center [rad] and translation [m], field axes, shape (n, 6).
         """
         rotations = rotation_matrices(offsets[:, :3]) @ self.rotations
         return self._placed(self.ids, self.centers + offsets[:, 3:], rotations, self.field_size, self.size)
 
     @property
     def id_list(self) -> list[int]:
-        """Ids as a list: a tag's row is its index."""
+        """Ids as a list, in the order of the rows."""
         numbers: list[int] = self.ids.tolist()
         return numbers
 
 
 def cross_matrices(vectors: FloatArray) -> FloatArray:
-    """Compute matrices C with C w = v x w, shapes (..., 3) and (..., 3, 3)."""
+    """Compute the matrices C with C w = v x w for vectors v (..., 3), shape (..., 3, 3)."""
     matrices: FloatArray = (vectors @ _CROSS).reshape(*vectors.shape, 3)
     return matrices
 
 
 def rotation_matrices(vectors: FloatArray) -> FloatArray:
-    """Compute rotation matrices from rotation vectors [rad] (Rodrigues), shapes (..., 3) and (..., 3, 3)."""
+    """Compute the matrices of rotation vectors (..., 3) [rad] by Rodrigues' formula, shape (..., 3, 3)."""
     across = cross_matrices(vectors)
     angle2 = np.maximum((vectors * vectors).sum(axis=-1), 1e-18)[..., None, None]
     angle = np.sqrt(angle2)
@@ -159,10 +162,10 @@ def _unit(quat: Quaternion) -> Quaternion:
 
 
 def official_layout(name: str) -> TagLayout:
-    """Return a layout that comes with WPILib, by our name or WPILib's (`k2026RebuiltWelded`).
+    """Load an official layout by short name or by WPILib's name (`k2026RebuiltWelded`).
 
     Raises:
-        UnknownNameError: If there is no such layout; it lists the nearest names.
+        UnknownNameError: If no layout has this name; the message lists the nearest names.
     """
     known = _official_rows()
     layout = known.get(OFFICIAL_LAYOUTS.get(name, name))
@@ -175,7 +178,7 @@ def official_layout(name: str) -> TagLayout:
 
 @cache
 def _official_rows() -> dict[str, Any]:
-    """Read the file that `scripts/make_tag_layouts.py` writes."""
+    """Read all official layouts from the file written by `scripts/make_tag_layouts.py`."""
     data: dict[str, Any] = json.loads(Path(__file__).with_name("tag_layouts.json").read_text(encoding="utf-8"))
     return data
 
@@ -184,7 +187,7 @@ def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
     """Load a layout from a file in WPILib's JSON format.
 
     Raises:
-        ConfigError: If the file is missing or broken; the message names it.
+        ConfigError: If the file is missing or malformed; the message names the file.
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))

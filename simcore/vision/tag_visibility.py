@@ -1,4 +1,4 @@
-"""Visible tags: those in the picture, large enough, turned towards the camera and not occluded."""
+"""Visibility of tags: position in the picture, size, angle to the camera, and occlusion."""
 
 from __future__ import annotations
 
@@ -17,15 +17,18 @@ __all__ = ["Occlusion", "find_tags"]
 
 _NEAREST = 0.1  # [m]; a tag whose center is closer to the lens is out of focus
 _CLEAR = 0.05
-"""Gap between the end of a line of sight and the tag's face [m]: the mesh of the tag's support stands up to 14 mm
-proud of the tag, at some corners up to 39 mm (measured on the field of 2026)."""
+"""Gap between the end of a line of sight and the tag's face [m].
+
+The mesh of a tag's support is up to 14 mm in front of the tag, at some corners up to 39 mm (measured on the field of
+2026).
+"""
 _EDGE_POINTS: FloatArray = np.array(
     [(x, y, 1) for x, y in ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0))], dtype=float
 )
-"""Points of a tag that must be visible, in half edges: 8.3 cm apart, so that no piece of 15 cm fits between."""
-_RAYS = (0, 2, 4, 6, 8)  # indices into `_EDGE_POINTS` that get a ray: corners and center
-_MOVED = 0.3  # [m]; distance that the fastest obstacle covers in `_STALE`
-_STALE = 0.1  # [s]
+"""Points of a tag that must be visible, in half edges: 8.3 cm apart, so that no piece of 15 cm fits between them."""
+_RAYS = (0, 2, 4, 6, 8)  # indices in `_EDGE_POINTS` of the points tested by rays: corners and center
+_MOVED = 0.3  # [m]; camera travel after which a result is out of date: the fastest obstacle's travel in `_STALE`
+_STALE = 0.1  # [s]; age at which a result is out of date
 
 
 def find_tags(
@@ -39,20 +42,20 @@ def find_tags(
     crop: tuple[float, float, float, float] = FULL_CROP,
     wanted: Collection[int] | None = None,
 ) -> tuple[list[int], FloatArray]:
-    """Find the tags that a camera would read without occlusion.
+    """Find the tags that a camera could read without occlusion.
 
     Args:
-        layout: All tags, at their true poses.
+        layout: All tags at their true poses.
         lens: Type of the camera.
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
-        min_side: Shortest readable edge in the picture [px].
-        max_angle_deg: Largest readable angle between a tag's normal and the line to the camera.
-        crop: Part of the picture that is searched.
-        wanted: Ids of the tags to find; None: all.
+        min_side: Length of the shortest readable edge in the picture [px].
+        max_angle_deg: Largest readable angle between a tag's normal and the line to the camera [deg].
+        crop: Crop window, the part of the picture to search.
+        wanted: Ids of the tags to find; None for all tags.
 
     Returns:
-        Rows in the layout, and pixels (u, v) of the four corners of each tag, shape (k, 4, 2).
+        Rows of the k readable tags in the layout, and pixels (u, v) of their corners, shape (k, 4, 2).
     """
     way = layout.centers - pos
     lean = math.cos(math.radians(max_angle_deg)) * np.sqrt((way * way).sum(axis=1))
@@ -71,13 +74,14 @@ def find_tags(
 
 
 class Occlusion:
-    """Occlusion test between one camera and the tags.
+    """Occlusion test between a camera and the tags.
 
-    Pieces are tested as balls against nine points of a tag, in every frame. The field and robots are tested by rays to
-    the corners and the center, every 0.1 s or 30 cm, all rays of a frame in one call: they cost most, 3 us each.
+    Pieces, as spheres, are tested in every frame against the lines of sight to nine points of a tag. The field and
+    robots are tested by rays to the corners and the center, every 0.1 s or 30 cm and in one call per frame, because
+    rays take most of the time, 3 us each.
 
     Args:
-        layout: Tags of the field.
+        layout: Tags of the field at their true poses.
         robot: Number of the robot that carries the camera.
     """
 
@@ -89,13 +93,13 @@ class Occlusion:
         self._known: dict[int, tuple[float, Vector, bool]] = {}
 
     def uncovered(self, rows: Sequence[int], pos: Vector, scene: CameraScene, time: float) -> BoolArray:
-        """Return which of the given tags have a clear line of sight to the camera, shape (k,).
+        """Return whether each of k tags has a clear line of sight to the camera, shape (k,).
 
         Args:
             rows: Rows of the tags in the layout.
             pos: Position of the camera, field frame [m].
-            scene: Possible obstacles.
-            time: Present time [s].
+            scene: Scene with the possible obstacles.
+            time: Current simulated time [s].
         """
         free: BoolArray = np.ones(len(rows), dtype=bool)
         if scene.sight is not None:
@@ -106,7 +110,7 @@ class Occlusion:
         return free
 
     def _refresh(self, rows: Sequence[int], pos: Vector, sight: SightLines, time: float) -> None:
-        """Cast rays to the tags whose last result is too old or from too far away."""
+        """Cast rays to all tags whose last result is too old, or from a camera position too far away."""
         stale = []
         for row in rows:
             last = self._known.get(row)

@@ -1,1 +1,1 @@
-"""Physics world: rotations, zones, symmetry, shapes, bodies, fields and engines. One module imports each engine."""
+"""Physics world: rotations, shapes, zones, field geometry and symmetry, bodies, and physics engines."""

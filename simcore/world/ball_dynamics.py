@@ -1,4 +1,4 @@
-"""Balls of a world: their arrays, and the queries about them."""
+"""Balls of a world: state arrays, queries, and the exchange of impulses with the engine's bodies."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ _NO_ROBOTS, _NO_BODIES = no_robots(), records(BODY, 0)
 
 
 def factors(surface: TerrainSurface) -> Vector:
-    """Return friction [-], restitution [-] and rolling lever [m] of a surface for contacts of balls."""
+    """Return friction [-], restitution [-] and rolling lever [m] of a surface, for contacts with balls."""
     return surface.friction, surface.restitution, surface.rolling
 
 
 class StandingField(NamedTuple):
-    """Static field for test flights of balls that meet no moving body and no other ball."""
+    """Static field for test flights of balls, without moving bodies and without contacts between balls."""
 
     solids: Solids
     floor: Floor
 
     @classmethod
     def of(cls, elements: Iterable[FieldElement], floor: TerrainSurface) -> StandingField:
-        """Make it from elements and from the material of the floor at z = 0."""
+        """Make a static field from field elements and the surface of the floor at z = 0."""
         prepare()
         builder = SolidsBuilder()
         for element in elements:
@@ -49,17 +49,17 @@ class StandingField(NamedTuple):
         return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
-        """Move separate balls by h [s]; `memory` keeps their friction state."""
+        """Advance test balls by h [s]; `memory` holds the friction state of their contacts."""
         advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
 
 
 class BallDynamics:
-    """All balls of a world.
+    """Dynamics of all balls of a world.
 
     Args:
-        bodies: Bodies that balls may touch.
-        solids: Solids that balls touch, apart from the floor and each other.
-        floor: Material of the floor at z = 0; None: no floor.
+        bodies: Bodies that balls can touch.
+        solids: Solids that balls can touch, other than the floor.
+        floor: Surface of the floor at z = 0; None for no floor.
         gravity: Gravity, downward [m/s^2].
     """
 
@@ -67,22 +67,22 @@ class BallDynamics:
         self._bodies, self._builder = bodies, solids
         friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
-        self._others: list[int] = []  # numbers of the bodies, without robots, that balls may touch in this tick
-        self._fixed: set[int] = set()  # numbers of the sleeping ones
-        self._sent: dict[int, FloatArray] = {}  # carriers' rates as sent before the engine's last step
+        self._others: list[int] = []  # numbers of the bodies other than robots that balls can touch in this tick
+        self._fixed: set[int] = set()  # numbers of the sleeping bodies among them
+        self._sent: dict[int, FloatArray] = {}  # angular velocities of carriers, sent before the engine's last step
         self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
         """State of all balls."""
         self.memory = make_memory(0)
         """Contact memory of all balls."""
 
     def set_balls(self, balls: Balls) -> None:
-        """Replace the balls of the world."""
+        """Replace all balls of the world."""
         if len(balls.status):
             prepare()
         self.balls, self.memory = balls, make_memory(len(balls.status))
 
     def depth(self, pos: Vector, radius: float) -> float:
-        """Return the depth of a ball at a place in the static field [m]; 0 for no overlap."""
+        """Return the overlap of a ball at a position with the static field [m]; 0 without overlap."""
         depth = float(depth_at(self._builder.solids, *pos, radius))
         return max(depth, radius - pos[2]) if self.floor.is_there else depth
 
@@ -91,22 +91,22 @@ class BallDynamics:
         return float(self._bodies.of(row)["reach"][0])
 
     def leave(self, ball: int, row: int) -> None:
-        """Let a ball touch the body of a row only after the ball has left it."""
+        """Ignore contact between a ball and a body until the ball has left the body once."""
         self.balls.leaves[ball] = self._bodies.number_of[row]
 
     def robots_touching(self, ball: int) -> list[int]:
-        """Return rows of the robots that a ball has touched in this tick."""
+        """Return the rows of the robots that a ball touched in this tick."""
         marks, marked = int(self.balls.bodies[ball]), self._bodies.records["mark"]
         return [self._bodies.rows[number] for number in self._bodies.robots if marks & int(marked[number])]
 
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set the bodies that balls may touch in a tick.
+        """Set the bodies, in addition to robots, that balls can touch in a tick.
 
         Args:
-            others: Rows of the bodies that are not robots.
-            fixed: Rows of the sleeping ones.
+            others: Rows of the bodies other than robots.
+            fixed: Rows of the sleeping bodies among `others`.
         """
         self.balls.bodies[:] = 0
         bodies = self._bodies
@@ -117,7 +117,7 @@ class BallDynamics:
         self._fixed = {bodies.number_of[row] for row in fixed}
 
     def read_bodies(self, engine: Engine, h: float) -> None:
-        """Read poses and velocities of the engine's bodies that balls or robots may touch, for a step of h [s]."""
+        """Read poses and velocities of the engine's bodies that balls or robots can touch, for a step of h [s]."""
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
@@ -128,7 +128,7 @@ class BallDynamics:
                 body["pull"] = (body["rate"] - self._sent.get(number, body["rate"])) / h
 
     def push_bodies(self, engine: Engine) -> None:
-        """Apply the impulses of the balls to the engine's bodies, before its step."""
+        """Apply the impulses of balls to the engine's bodies, before the engine's step."""
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
@@ -151,9 +151,9 @@ class BallDynamics:
 
     @property
     def standing(self) -> StandingField:
-        """Static field, for test flights of separate balls."""
+        """Static field, for test flights of balls outside the world."""
         return StandingField(self._builder.solids, self.floor._replace(with_pairs=False))
 
     def fly(self, balls: Balls, h: float) -> None:
-        """Move separate balls by h [s] through the static field, past each other and past all bodies."""
+        """Advance test balls by h [s] through the static field, without contacts with bodies or each other."""
         self.standing.fly(balls, make_memory(len(balls.status)), h)

@@ -1,4 +1,4 @@
-"""Rigid bodies of a world as records of the loop: robots, and the engine's bodies that balls may touch."""
+"""Records of a world's rigid bodies for the loop: robots, and the engine's bodies that balls can touch."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from simcore.world.solids_builder import SolidsBuilder
 
 __all__ = ["Bodies"]
 
-_MARKS = 62  # robots that a ball's contact marks tell apart
+_MARKS = 62  # largest number of robots that the contact marks of a ball can distinguish
 
 
 class Bodies:
-    """All bodies of a world, one record each.
+    """Records of all bodies of a world, one per body.
 
     Args:
-        solids: Builder that receives their shapes.
+        solids: Builder to which `add` passes the shapes.
     """
 
     def __init__(self, solids: SolidsBuilder) -> None:
@@ -26,9 +26,9 @@ class Bodies:
         self.records: Records = records(BODY, 0)
         """Records in the order of `add`; see `BODY`."""
         self.rows: list[int] = []
-        """Row of each body among the bodies of the world."""
+        """Row of each body in the world, by number."""
         self.number_of: dict[int, int] = {}
-        """Number of each body by its row."""
+        """Number of each body, by row."""
         self.carriers: list[int] = []
         """Numbers of the bodies that robots drive on."""
         self.robots: list[int] = []
@@ -52,17 +52,17 @@ class Bodies:
         """Add a body and return its number.
 
         Args:
-            row: Row among the bodies of the world.
+            row: Row of the body in the world.
             shape: Collision shape.
             surface: Friction [-], restitution [-] and rolling lever [m].
             mass: Mass [kg].
-            inertia: Principal moments about the center of mass, or about the pivot [kg m^2].
+            inertia: Principal moments of inertia about the center of mass, or about `pivot` if given [kg m^2].
             center: Center of mass in the body frame [m].
             inertia_axes: Attitude of the principal axes in the body frame.
-            pivot: Point of the field about which the body swings [m].
+            pivot: Fixed point about which the body swings, field frame [m]; None for a free body.
             pos: Origin of the body, field frame [m].
-            is_robot: Whether the loop moves it and balls can always touch it.
-            drivable: Whether robots drive on it.
+            is_robot: Whether the body is a robot: the loop moves robots, and balls can always touch them.
+            drivable: Whether robots drive on the body.
         """
         number = len(self.rows)
         self.rows.append(row)
@@ -87,6 +87,6 @@ class Bodies:
         return number
 
     def of(self, row: int) -> Records:
-        """Return the record of the body at a row, shape (1,)."""
+        """Return the record of the body with this row, shape (1,)."""
         number = self.number_of[row]
         return self.records[number : number + 1]

@@ -1,15 +1,15 @@
-"""Engine on PyBullet: the only module that imports it.
+"""Engine on PyBullet. No other module imports `pybullet`.
 
 Settings and their reasons:
 
-- Every body uses maximal coordinates (Bullet's plain rigid bodies): no velocity clamp, no hidden quadratic damping,
-  a third faster than its multibodies.
-- Every contact of a piece has the piece's stiffness with a damper, as Bullet's contact stiffness and damping; these
-  carry load only without split impulses. The solver starts from the forces of the step before: otherwise a robot that
-  presses against a wall needs more iterations.
+- Every body uses maximal coordinates (Bullet's plain rigid bodies). They have no velocity clamp and no hidden quadratic
+  damping, and are a third faster than Bullet's multibodies.
+- Every contact of a game piece has the piece's stiffness and a damper, set as Bullet's contact stiffness and damping,
+  which carry load only without split impulses. The solver starts from the forces of the previous step: otherwise a
+  robot that presses against a wall needs more iterations.
 - Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off: it
   removes the bounce, and sub-steps are cheaper while few pieces are fast.
-- simcore decides who sleeps: the thresholds are 0, so Bullet never freezes a body, but it wakes sleepers on contact.
+- simcore puts bodies to sleep: Bullet's thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 
 from __future__ import annotations
@@ -67,22 +67,22 @@ __all__ = ["BulletEngine", "load_pybullet"]
 _SOLVER_ITERATIONS = 32
 """Largest number of solver iterations."""
 _RESIDUAL = 1e-9
-"""Residual [m^2/s^2]; the solver stops when no iteration changes a velocity by more than its root, 0.03 mm/s."""
+"""Squared change of velocity per iteration below which the solver stops [m^2/s^2]: the root is 0.03 mm/s."""
 _WARM_START = 0.95
-"""Share of the previous step's forces from which the solver starts."""
+"""Fraction of the previous step's forces with which the solver starts."""
 _CONTACT_DISTANCE = 0.001  # [m]
-_SLIGHT_SPIN = 1e-4  # [rad/s], change of spin per step by the gyroscopic torque
+_SLIGHT_SPIN = 1e-4  # [rad/s], negligible change of spin per step by the gyroscopic torque
 _POINT_RADIUS = 0.01  # [m], of the static to which a pivot is tied
 
 
 def load_pybullet() -> Any:
-    """Import PyBullet without the line that it prints, and return it.
+    """Import PyBullet without printing its build time, and return the module.
 
     Raises:
-        EngineError: If it is not installed.
+        EngineError: If PyBullet is not installed.
     """
     try:
-        with _silent_stdio():  # C printf writes its build time into the middle of our output
+        with _silent_stdio():  # PyBullet prints its build time with C printf, into the middle of our output
             import pybullet
     except ImportError as error:
         raise EngineError(
@@ -96,13 +96,13 @@ def load_pybullet() -> Any:
 
 @contextlib.contextmanager
 def _silent_stdio() -> Iterator[None]:
-    """Discard what C code prints to stdout and stderr."""
+    """Discard the output of C code on stdout and stderr."""
     saved: dict[int, int] = {}
     try:
         sys.stdout.flush()
         sys.stderr.flush()
         saved = {fd: os.dup(fd) for fd in (1, 2)}
-    except (OSError, ValueError, AttributeError):  # no files behind them (pythonw, some IDEs): nothing to protect
+    except (OSError, ValueError, AttributeError):  # stdout and stderr are no files (pythonw, some IDEs)
         yield
         return
     null = os.open(os.devnull, os.O_WRONLY)
@@ -127,7 +127,7 @@ def _flush_c_stdio() -> None:
 
 
 class BulletEngine(Engine):
-    """World on one PyBullet client. Use as a context manager, or call `close`."""
+    """Physics engine on one PyBullet client. Use as a context manager, or call `close`."""
 
     name = "bullet"
 
@@ -146,12 +146,12 @@ class BulletEngine(Engine):
         p = self._p
         p.setGravity(0.0, 0.0, -self.gravity, **self._kw)
         p.setPhysicsEngineParameter(
-            contactBreakingThreshold=_CONTACT_DISTANCE,  # global to the process, so set again for every client
+            contactBreakingThreshold=_CONTACT_DISTANCE,  # global to the process, so every client sets it again
             numSolverIterations=_SOLVER_ITERATIONS,
             solverResidualThreshold=_RESIDUAL,
             deterministicOverlappingPairs=1,  # 5-8 % of a step
             collisionFilterMode=0,  # both masks must agree
-            useSplitImpulse=0,  # with it springs carry no load
+            useSplitImpulse=0,  # with split impulses, springs carry no load
             warmStartingFactor=_WARM_START,
             **self._kw,
         )
@@ -193,7 +193,7 @@ class BulletEngine(Engine):
         return row
 
     def _make(self, definition: BodyDefinition) -> int:
-        """Make a body in the world and return its PyBullet id."""
+        """Create a body in PyBullet and return its PyBullet id."""
         self._require_open()
         p, d = self._p, definition
         origin = np.add(d.pos, rotate(d.quat, d.center_of_mass)).tolist()
@@ -215,7 +215,7 @@ class BulletEngine(Engine):
         p.changeDynamics(
             body,
             -1,
-            mass=d.mass,  # always with the inertia: without it the mass becomes 0
+            mass=d.mass,  # required with the inertia: otherwise the mass becomes 0
             lateralFriction=s.friction,
             restitution=s.restitution,
             rollingFriction=s.rolling,
@@ -230,7 +230,7 @@ class BulletEngine(Engine):
         return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Tie a body to its pivot: to a static without collisions, because PyBullet has no such joint to the world."""
+        """Tie a body to a static without collisions at its pivot, as PyBullet has no point joint to the world."""
         p, d = self._p, definition
         point = self._shapes.static(Sphere(_POINT_RADIUS))
         fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
@@ -251,9 +251,9 @@ class BulletEngine(Engine):
         self._p.resetBaseVelocity(self._ids[row], linear, angular, self._open())
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change mass [kg], center of mass [m] and principal moments [kg m^2]; the values of the velocity stay.
+        """Change mass [kg], center of mass [m] and principal moments of inertia [kg m^2]; the velocity stays.
 
-        PyBullet's frame is the center of mass and cannot move within a body, so another body replaces it (0.5 ms).
+        PyBullet cannot move the center of mass within a body, so a new body replaces the old one (0.5 ms).
         """
         old, p, client = self._definitions[row], self._p, self._open()
         new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
@@ -288,8 +288,8 @@ class BulletEngine(Engine):
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Apply forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
-        In the link frame with position 0, the force acts at the center of mass but is given in body axes; in the world
-        frame it acts at a world point. This uses the second with the body's center.
+        PyBullet takes a force at the center of mass only in body axes. This method uses the world frame instead, with
+        the center of mass as the point at which the force acts.
         """
         p, client, ids = self._p, self._open(), self._ids
         for row, force, center in zip(rows, forces.tolist(), self.centers(rows).tolist(), strict=True):
@@ -311,10 +311,10 @@ class BulletEngine(Engine):
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
 
     def fix(self, row: int) -> None:
-        """Freeze a body until it is woken or put to sleep; other bodies meet it as a static.
+        """Make a body act as a static until `wake` or `sleep` is called.
 
-        An awake body keeps awake all sleepers that it touches, and those that they touch; statics do not pass this on.
-        A static also costs a fifth of a sleeper per step: 500 of them 18 us instead of 85.
+        An awake body keeps all bodies awake that it touches, directly or through other bodies; statics stop this chain.
+        A static also costs a fifth of a sleeping body per step: 500 statics take 18 us instead of 85 us.
         """
         if row not in self._fixed:
             p, client, body = self._p, self._open(), self._ids[row]
@@ -362,7 +362,7 @@ class BulletEngine(Engine):
         return -float(min(gaps))
 
     def _touch(self, row: int, other: int) -> bool:
-        """Return whether two bodies collide, by their groups and masks."""
+        """Return whether the groups and masks of two bodies let them collide."""
         (group, mask), (other_group, other_mask) = self._collision[row], self._collision[other]
         return bool(group & other_mask and other_group & mask)
 
@@ -384,7 +384,7 @@ class BulletEngine(Engine):
                 self.set_velocity(row, linear, np.add(angular, spin).tolist())
 
     def _precession_lost(self, row: int, h: float) -> Vector | None:
-        """Compute the spin that a step of h [s] removes from free rotation, field frame [rad/s]; None if negligible.
+        """Compute the angular velocity to restore after a step of h [s], field frame [rad/s]; None if negligible.
 
         Bullet integrates the gyroscopic torque by one implicit Euler step (btRigidBody,
         "computeGyroscopicImpulseImplicit"): a tube tumbling at 9 rad/s would lose a quarter of its energy in 1.5 s.
@@ -397,7 +397,7 @@ class BulletEngine(Engine):
         if max(map(abs, turning)) * h < _SLIGHT_SPIN * min(inertia):
             return None
         p, q, r = a * x, b * y, c * z
-        step = (  # moments of inertia, plus h times the derivative of `turning` by the spin
+        step = (  # moments of inertia, plus h times the derivative of `turning` with respect to the spin
             (a, h * (r - b * z), h * (c * y - q)),
             (h * (a * z - r), b, h * (p - c * x)),
             (h * (q - a * y), h * (b * x - p), c),
@@ -408,7 +408,7 @@ class BulletEngine(Engine):
         return rotate(quat, (freely[0] - x + taken[0], freely[1] - y + taken[1], freely[2] - z + taken[2]))
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
-        # lists: 23 us for 20 rays, arrays 53
+        # as lists, 20 rays take 23 us; as arrays, 53 us
         hits = self._p.rayTestBatch(
             start.tolist(), end.tolist(), collisionFilterMask=mask, physicsClientId=self._open()
         )
@@ -453,10 +453,10 @@ class _BulletShapes:
         self._compounds: dict[Shape, int] = {}
 
     def moving(self, shape: Shape) -> int:
-        """Return a collision shape id for moving bodies, shared by bodies of one shape; hulls have their true size.
+        """Return the id of a collision shape for moving bodies; bodies of the same shape share one id.
 
-        A box is made of eight: each has one contact with a hull, whereas a single box rocks, sinks in (by 84 mm on a
-        slope) and slides with too much friction (14 % there).
+        Hulls have their true size. A box is made of eight boxes, each of which has one contact with a hull: a single
+        box rocks, sinks in (by 84 mm on a slope) and has too much friction (14 % on a slope).
         """
         if isinstance(shape, Sphere | Cylinder):
             return self.static(shape)
@@ -468,7 +468,7 @@ class _BulletShapes:
         return self._compounds[shape]
 
     def static(self, shape: Shape) -> int:
-        """Return the collision shape id for statics; equal spheres, boxes and cylinders share one."""
+        """Return the id of a collision shape for statics; equal spheres, boxes and cylinders share one id."""
         p, kw = self._p, self._kw
         if isinstance(shape, Compound):
             return self._compound(shape)
@@ -500,10 +500,10 @@ class _BulletShapes:
         return self._shapes[key]
 
     def _compound(self, compound: Compound) -> int:
-        """Make a compound shape; PyBullet reads its hulls from a file, which is written and deleted here.
+        """Create a compound shape; PyBullet reads the hulls from a temporary file.
 
-        PyBullet takes 16 shapes and drops the rest silently; a file counts as one, however many hulls it has. It never
-        frees such hulls: a world with one kind of 24 hulls costs a process 0.22 MB.
+        PyBullet takes at most 16 shapes and drops the rest silently; a file counts as one shape, however many hulls it
+        contains. PyBullet never frees these hulls: a compound of 24 hulls leaks 0.22 MB per world.
         """
         p = self._p
         parts = [_plain(part) for part in compound.parts]
@@ -551,7 +551,7 @@ def _octants(box: Part) -> list[Part]:
 
 
 def _plain(part: Part) -> Part:
-    """Return a hull that is a box as a box part: a box has more than one contact with a wall at a time."""
+    """Convert a hull with the shape of a box to a `Box`, which can have several contacts with a wall at a time."""
     if not isinstance(part.shape, Hull) or len(part.shape.points) != 8:
         return part
     low, high = bounding_box(part.shape)
@@ -564,7 +564,7 @@ def _plain(part: Part) -> Part:
 
 
 def _hull_file(folder: Path, hulls: Sequence[Part]) -> str:
-    """Write hulls as objects of an OBJ file, each shrunk by PyBullet's margin, and return the file's path."""
+    """Write hulls, shrunk by PyBullet's margin, to an OBJ file and return the path of the file."""
     lines, first = [], 1
     for number, part in enumerate(hulls):
         assert isinstance(part.shape, Hull)
@@ -576,14 +576,14 @@ def _hull_file(folder: Path, hulls: Sequence[Part]) -> str:
         lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in placed] + [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
         first += len(inner)
     content = "\n".join(lines) + "\n"
-    path = folder / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.obj"  # files of one name are read only once
+    path = folder / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.obj"  # PyBullet caches files by name
     path.write_text(content, encoding="ascii")
     return str(path)
 
 
 @lru_cache(maxsize=256)
 def _without_margin(points: bytes) -> list[list[float]]:
-    """Compute the corners of a hull whose faces are moved inward by PyBullet's margin."""
+    """Compute the corners of a hull after moving its faces inward by PyBullet's margin."""
     corners = np.frombuffer(points).reshape(-1, 3)
     planes = ConvexHull(corners).equations.copy()
     planes[:, 3] += _HULL_MARGIN
@@ -601,6 +601,6 @@ def _without_margin(points: bytes) -> list[list[float]]:
 
 @lru_cache(maxsize=4096)
 def _corners(points: bytes) -> list[list[float]]:
-    """Convert rows of float64 coordinates to a list; equal hulls share it, because PyBullet never frees one."""
+    """Convert the bytes of float64 corners to a list; equal hulls share one list, because PyBullet never frees it."""
     rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
     return rows

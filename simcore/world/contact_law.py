@@ -1,11 +1,10 @@
-"""Contact materials, and the springs and dampers that the engines use for a pair of them.
+"""Surfaces of bodies, and the contact springs and dampers that the engines use for a pair of surfaces.
 
-- **Pairs.** Friction and restitution are the products of both sides' values. A rolling pair resists with the torque
-`(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. So each surface acts on every pair that touches it,
-and there is no separate table of pairs.
-- **Load.** A spring and a damper: f = k x - c v. For two soft surfaces the depths add.
+- **Pairs.** Friction and restitution of a pair are the products of the two surfaces' values. The rolling resistance
+torque is `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. No table of pairs is needed.
+- **Load.** A contact is a spring and a damper: f = k x - c v. The depths of two soft surfaces add.
 
-`simcore.loop.contact` has the contacts of balls.
+`simcore.loop.contact` contains the contact law of balls.
 """
 
 from __future__ import annotations
@@ -51,31 +50,32 @@ _Value = TypeVar("_Value", float, FloatArray)
 # --- springs, dampers and overlaps ----------------------------------------------------------------------------------
 
 _DAMPING_RATIO = 8.0
-"""Damping ratio of contacts on PyBullet: a compressed contact recovers slowly, and a hit does not bounce twice."""
+"""Damping ratio of contacts on PyBullet [-]: a compressed contact recovers slowly, so an impact bounces only once."""
 OVERLAP_TIME = 0.5
-"""Time constant with which overlaps of rigid bodies vanish on PyBullet [s]: the correction adds to bounces."""
+"""Time constant of the correction of overlaps on PyBullet [s]; a faster correction would add to the bounce."""
 _STRONGEST = (1.0, 0.2)
-"""Largest c h / m of a contact on MuJoCo in its step h [-]: without friction and bounce, and for others.
+"""Largest c h / m of a contact on MuJoCo [-]: without friction and restitution, and for all other contacts.
 
-MuJoCo makes its friction cone convex: a body that starts to slide at v is thrown up with at most mu v c h / m. At
-2 m/s a tube on carpet hops by 1 mm."""
-_LEAST_RATIO = 0.5  # of damping, which limits springs: half a period has 15 steps or more
+h is the step. MuJoCo makes the friction cone convex: a body that starts to slide at v jumps up with at most
+mu v c h / m. At 2 m/s a tube on carpet jumps by 1 mm.
+"""
+_LEAST_RATIO = 0.5  # damping ratio for the limit on springs: half a period takes 15 steps or more
 # --- materials ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TerrainSurface:
-    """Contact material of one body. Make variants with `dataclasses.replace`."""
+    """Contact properties of a body's surface. Make variants with `dataclasses.replace`."""
 
     name: str
     friction: float
-    """Friction factor; the Coulomb coefficient of a pair is the product of both [-]."""
+    """Friction factor [-]; the coefficient of friction of a pair is the product of the two factors."""
     restitution: float
-    """Bounce factor; the speed ratio of a pair (out over in) is the product of both [-], 0 to 1."""
+    """Restitution factor, 0 to 1 [-]; the coefficient of restitution of a pair is the product of the two factors."""
     rolling: float = 0.0
-    """Rolling resistance lever arm [m]: a ball of radius r, friction f decelerates by rolling * f * g / (1.4 r)."""
+    """Rolling resistance lever arm [m]; a ball of radius r and friction f decelerates by rolling * f * g / (1.4 r)."""
     stiffness: float | None = None
-    """Stiffness under load, force over depth [N/m]; None: rigid. The depths of a pair add."""
+    """Stiffness under load [N/m]; None for a rigid surface. The depths of a pair add."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -85,10 +85,10 @@ class TerrainSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoamStiffness:
-    """Stiffness of foam on one side of a ball: F = linear d + cubic d^3 at a depth d."""
+    """Stiffness of foam on one side of a ball: force F = linear d + cubic d^3 at depth d."""
 
     linear: float
-    """Stiffness in the first millimeters [N/m]."""
+    """Stiffness at small depths [N/m]."""
     cubic: float
     """Coefficient of the cubic term [N/m^3]."""
 
@@ -96,9 +96,9 @@ class FoamStiffness:
         require_fields(self, "FoamStiffness", linear=STIFFNESS, cubic=Quantity("N/m^3", 0.0, 1e12))
 
 
-# Estimates, +-30 %: no measurements of FRC field materials against foam balls are published. Against a foam ball
-# (friction 0.8, restitution 0.55) they give mu / e: carpet 0.8 / 0.28, wall 0.4 / 0.44, bumper 0.96 / 0.25,
-# polycarbonate 0.24 / 0.5; a ball rolling on carpet slows by 0.45 m/s^2.
+# Estimates, +-30 %: no measurements of FRC field materials against foam balls are published. With a foam ball
+# (friction 0.8, restitution 0.55) the pairs have mu / e: carpet 0.8 / 0.28, wall 0.4 / 0.44, bumper 0.96 / 0.25,
+# polycarbonate 0.24 / 0.5; a ball rolling on carpet decelerates by 0.45 m/s^2.
 CARPET = TerrainSurface(name="CARPET", friction=1.0, restitution=0.5, rolling=0.006)
 WALL = TerrainSurface(name="WALL", friction=0.5, restitution=0.8, rolling=0.001)
 RUBBER = TerrainSurface(name="RUBBER", friction=1.2, restitution=0.45, rolling=0.005)
@@ -106,30 +106,32 @@ POLYCARBONATE = TerrainSurface(name="POLYCARBONATE", friction=0.3, restitution=0
 FRICTIONLESS = TerrainSurface(name="FRICTIONLESS", friction=0.0, restitution=0.0)
 
 BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
-"""Surface of a bumper (noodles under fabric) against pieces; two robots bounce off each other with e = 0.06."""
+"""Surface of a bumper (noodles under fabric) against game pieces; the restitution between two robots is 0.06."""
 BUMPER_CLOTH = 0.7
 """Friction factor of bumper cloth against walls and robots: 0.49 between two bumpers, 0.35 at a wall [-].
 
-Source: team 971 measured 0.5 for Cordura on Cordura, 0.3 for ballistic nylon on it and 0.25 for sailcloth on it
-(Chief Delphi, "Bumper Material", post 1381897, 2014). No measurement of cloth on polycarbonate is published;
+Source: team 971 measured 0.5 for Cordura on Cordura, 0.3 for ballistic nylon on Cordura and 0.25 for sailcloth on
+Cordura (Chief Delphi, "Bumper Material", post 1381897, 2014). No measurement of cloth on polycarbonate is published;
 estimate, +-30 %.
 """
 FOAM_STIFFNESS = 1e5
-"""Stiffness of dense foam [N/m]: a piece pressed against a wall with 600 N is compressed by 6 mm on each side.
-Estimate, within a factor of 3."""
+"""Stiffness of dense foam [N/m]: a force of 600 N compresses a game piece at a wall by 6 mm on each side.
+
+Estimate, within a factor of 3.
+"""
 FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM_STIFFNESS)
-"""Default surface of pieces."""
+"""Default surface of game pieces."""
 
 # --- pairs ----------------------------------------------------------------------------------------------------------
 
 
 def pair_friction(a: _Value, b: _Value) -> _Value:
-    """Compute Coulomb's coefficient of a pair from the factors of both [-], or of n pairs, shape (n,)."""
+    """Compute the coefficient of friction of a pair from its friction factors [-], or of n pairs, shape (n,)."""
     return a * b
 
 
 def pair_restitution(a: _Value, b: _Value) -> _Value:
-    """Compute the coefficient of restitution of a pair from the factors of both [-], or of n pairs, shape (n,)."""
+    """Compute the coefficient of restitution of a pair from its restitution factors [-], or of n pairs, shape (n,)."""
     return a * b
 
 
@@ -139,21 +141,21 @@ def pair_rolling(rolling_a: _Value, friction_a: _Value, rolling_b: _Value, frict
 
 
 def contact_damping(stiffness: float, mass: float) -> float:
-    """Compute the damping of a body's contacts on PyBullet [N s/m] from its stiffness [N/m] and mass [kg]."""
+    """Compute the contact damping of a body on PyBullet [N s/m] from stiffness [N/m] and mass [kg]."""
     return 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass)
 
 
 def contact_spring(restitution: float, friction: float, stiffness: float, mass: float, h: float) -> tuple[float, float]:
-    """Compute spring and damper of a contact on MuJoCo over the mass: k / m [1/s^2] and c / m [1/s].
+    """Compute spring and damper of a contact on MuJoCo, divided by the mass: k / m [1/s^2] and c / m [1/s].
 
     Args:
-        restitution: Restitution of the pair [-]; below 0.13 it acts as 0.13.
-        friction: Friction of the pair [-].
-        stiffness: Stiffness of the pair, infinite for rigid ones [N/m]; reduced where the step requires it.
+        restitution: Coefficient of restitution of the pair [-]; values below 0.13 act as 0.13.
+        friction: Coefficient of friction of the pair [-].
+        stiffness: Stiffness of the pair, infinite for a rigid pair [N/m]; reduced if the step requires it.
         mass: Mass of the lighter body [kg].
-        h: Longest step in which it is computed [s].
+        h: Longest step of the contact [s].
     """
-    from simcore.loop.bumpers import DAMPING_RATIOS  # imported here, so that reading a material needs no Numba
+    from simcore.loop.bumpers import DAMPING_RATIOS  # imported here, so that importing a surface needs no Numba
 
     places = np.linspace(0.0, 1.0, len(DAMPING_RATIOS))
     ratio = min(1.0, float(np.interp(restitution, places, DAMPING_RATIOS)))

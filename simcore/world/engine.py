@@ -1,6 +1,7 @@
-"""Interface of a rigid-body engine, as small as simcore needs it: bodies by row, arrays in, arrays out.
+"""Interface of a rigid-body engine, reduced to the functions that simcore needs.
 
-One module implements it on PyBullet, another on MuJoCo. A `row` is the number that `add_body` returned.
+`simcore.world.bullet` implements the interface on PyBullet, `simcore.world.mujoco_engine` on MuJoCo. `row` is the
+number of a body that `add_body` returned.
 """
 
 from __future__ import annotations
@@ -28,50 +29,51 @@ class BodyDefinition:
     shape: Shape
     surface: TerrainSurface
     mass: float = 0.0
-    """Mass [kg]; 0 makes a static."""
+    """Mass [kg]; 0 for a static."""
     center_of_mass: Vector = (0.0, 0.0, 0.0)
     """Center of mass in the frame of the shape [m]."""
     inertia: Vector | None = None
-    """Principal moments about the center of mass [kg m^2]; None: a uniform solid."""
+    """Principal moments of inertia about the center of mass [kg m^2]; None for a uniform solid."""
     inertia_axes: Quaternion = (0.0, 0.0, 0.0, 1.0)
     """Attitude of the principal axes in the frame of the shape, x, y, z, w."""
     group: int = 1
     """Collision group, one bit."""
     mask: int = 0xFFFF
-    """Groups to collide with; two bodies touch when each has the other's group in its mask."""
+    """Groups to collide with; two bodies collide if each mask contains the other body's group."""
     pos: Vector = (0.0, 0.0, 0.0)
     """Origin of the shape, field frame [m]."""
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    """Attitude of the shape, field frame, x, y, z, w."""
     keeps_spin: bool = True
-    """Whether the engine integrates free rotation to second order, which keeps the energy of a tumbling body."""
+    """Whether the engine integrates free rotation to second order, which conserves a tumbling body's energy."""
     pivot: Vector | None = None
-    """Fixed point of a moving body, field frame [m]: the body turns about it; None: the body is free."""
+    """Fixed point about which a moving body turns, field frame [m]; None for a free body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """First hits of rays, one row per ray."""
+    """First hits of n rays, one array row per ray."""
 
     fraction: FloatArray
     """Fraction of the ray before the hit, 1.0 for no hit, shape (n,)."""
     row: IntArray
     """Row of the body that was hit, -1 for none, shape (n,)."""
     normal: FloatArray
-    """Surface normal at the hit, field frame, shape (n, 3)."""
+    """Unit normal of the surface at the hit, field frame, shape (n, 3)."""
 
 
 class Engine(Protocol):
-    """A rigid-body world with gravity along -z.
+    """Rigid-body world with gravity along -z.
 
-    Integrates positions by x += h v with the v of the end of the step (semi-implicit Euler).
+    Engines integrate positions by semi-implicit Euler, x += h v with v at the end of the step.
     """
 
     name: str
-    """Name in `engine_choice`."""
+    """Name of the engine in `engine_choice`."""
     gravity: float
     """Gravity, downward [m/s^2]."""
     _definitions: list[BodyDefinition]
-    """Definitions by row."""
+    """Definitions of the bodies, by row."""
 
     def __enter__(self: _SomeEngine) -> _SomeEngine:
         return self
@@ -80,46 +82,56 @@ class Engine(Protocol):
         self.close()
 
     def add_body(self, definition: BodyDefinition) -> int:
-        """Add a body or a static and return its row."""
+        """Add a moving body or a static and return its row."""
         ...
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        """Place the origin of a body [m]; its velocity becomes zero."""
+        """Place a body by its origin [m] and attitude, field frame, and set its velocity to zero."""
         ...
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
-        """Set linear (center of mass) [m/s] and angular velocity [rad/s], field frame, without waking the body."""
+        """Set the velocity of a body's center of mass [m/s] and its angular velocity [rad/s] without waking the body.
+
+        Both are in the field frame.
+        """
         ...
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change mass [kg], center of mass in the frame of the shape [m] and principal moments [kg m^2] of a body.
+        """Change the mass properties of a body and wake it.
 
-        The pose of its origin stays, and so do the values of its velocity: they now apply to the new center. The body
-        is awake, and its contacts are found again in the next step.
+        The pose of the origin stays. The velocity keeps its value, which then applies to the new center of mass. The
+        engine finds the body's contacts again in the next step.
+
+        Args:
+            row: Row of the body.
+            mass: Mass [kg].
+            center_of_mass: Center of mass in the frame of the shape [m].
+            inertia: Principal moments of inertia about the center of mass [kg m^2].
         """
         ...
 
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
-        """Return origin [m] and attitude of one body, field frame."""
+        """Return the origin [m] and attitude of a body, field frame."""
         ...
 
     def state(self, row: int) -> tuple[float, ...]:
         """Return the state of a moving body as thirteen numbers, field frame.
 
-        Center of mass [m], attitude of the principal axes, linear and angular velocity [m/s, rad/s].
+        The numbers are center of mass [m], attitude of the principal axes x, y, z, w, linear velocity [m/s] and angular
+        velocity [rad/s].
         """
         ...
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:
-        """Return velocity of the center of mass [m/s] and angular velocity [rad/s] of one body, field frame."""
+        """Return a body's velocity of the center of mass [m/s] and angular velocity [rad/s], field frame."""
         ...
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Return centers of mass of moving bodies, field frame [m], shape (n, 3)."""
+        """Return the centers of mass of moving bodies, field frame [m], shape (n, 3)."""
         return np.array([self.state(row)[:3] for row in rows]).reshape(-1, 3)
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
-        """Return linear and angular velocities of moving bodies, field frame [m/s, rad/s], shape (n, 6)."""
+        """Return the linear and angular velocities of moving bodies, field frame [m/s, rad/s], shape (n, 6)."""
         return np.array([self.state(row)[7:] for row in rows]).reshape(-1, 6)
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
@@ -127,51 +139,58 @@ class Engine(Protocol):
         ...
 
     def wake(self, row: int) -> None:
-        """Let a body move again."""
+        """Wake a sleeping or fixed body."""
         ...
 
     def sleep(self, row: int) -> None:
-        """Freeze a body until a moving one touches it or it is woken; its velocity becomes zero."""
+        """Stop a body and put it to sleep until an awake body touches it or `wake` is called."""
         ...
 
     def fix(self, row: int) -> None:
-        """Freeze a body until it is woken or put to sleep; other bodies meet it as a static."""
+        """Stop a body and make it act as a static until `wake` or `sleep` is called."""
         ...
 
     def overlap(self, row: int) -> float:
-        """Return the body's deepest overlap with others in the last step [m]; 0 for none."""
+        """Return the largest overlap of a body with other bodies in the last step [m]; 0 without overlap."""
         ...
 
     def depth(self, row: int) -> float:
-        """Return the body's depth in statics at its present place, without a step [m]; 0 for none."""
+        """Return the largest overlap of a body with statics at its current pose, without a step [m]; 0 for none."""
         ...
 
     def touching(self, row: int) -> list[int]:
-        """Return rows of the bodies that a body was in contact with in the last step."""
+        """Return the rows of the bodies that touched a body in the last step."""
         return sorted(set(self.contact_points(row)[0]))
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
         """Return the contacts of a body in the last step.
 
         Returns:
-            Row of the other body for each contact, and contact point on it, field frame [m], shape (n, 3).
+            Row of the other body for each contact, and contact points on the other bodies, field frame [m], shape
+            (n, 3).
         """
         ...
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
-        """Change collision group and mask of a body; 0, 0 removes it from all collisions."""
+        """Change the collision group and mask of a body; 0, 0 removes it from all collisions."""
         ...
 
     def step(self, h: float) -> None:
-        """Advance by h [s]."""
+        """Advance the world by h [s]."""
         ...
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
-        """Return the first hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
+        """Find the first hits of segments on bodies whose collision group is in `mask`.
+
+        Args:
+            start: Starts of the segments, field frame [m], shape (n, 3).
+            end: Ends of the segments, field frame [m], shape (n, 3).
+            mask: Collision groups that the segments can hit.
+        """
         ...
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return rows of the bodies whose bounding boxes overlap a box [m]."""
+        """Return the rows of the bodies whose bounding boxes overlap a box, field frame [m]."""
         ...
 
     def reset(self) -> None:

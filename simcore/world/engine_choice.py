@@ -1,4 +1,4 @@
-"""Choice of the physics engine: by name, by environment variable, or the one that is installed."""
+"""Choice of the physics engine by name, by environment variable, or by installed packages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simcore.world.engine import Engine
 __all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "engine_label", "make_engine", "require_known"]
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
-"""Name of each engine and the package that it needs. PyBullet is first: it is the default where installed."""
+"""Package that each engine needs, by name of the engine; the first installed engine is the default."""
 VARIABLE = "SIMCORE_ENGINE"
 """Environment variable that names the default engine."""
 
@@ -22,11 +22,11 @@ def choose_engine(name: str | None = None) -> str:
     """Return the name of the engine to use.
 
     Args:
-        name: Requested name; None: the environment variable's, else the first of `ENGINES` that is installed.
+        name: Requested name; None for the engine in the environment variable, or the first installed of `ENGINES`.
 
     Raises:
-        UnknownNameError: If there is no such engine.
-        EngineError: If none is named and none is installed.
+        UnknownNameError: If no engine has this name.
+        EngineError: If no engine is named and none is installed.
     """
     wanted = name or os.environ.get(VARIABLE) or None
     if wanted is not None:
@@ -41,7 +41,7 @@ def choose_engine(name: str | None = None) -> str:
 
 
 def engine_label(name: str | None = None) -> str:
-    """Return the engine that a world would get, for a run record; "none" if none is installed."""
+    """Return the name of the engine that a world would use, for run records; "none" if no engine is installed."""
     try:
         return choose_engine(name)
     except EngineError:
@@ -49,12 +49,17 @@ def engine_label(name: str | None = None) -> str:
 
 
 def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
-    """Make an empty world of an engine; arguments and errors as for `choose_engine`.
+    """Make an engine with an empty world.
+
+    Args:
+        name: Name of the engine; None for the default of `choose_engine`.
+        gravity: Gravity, downward [m/s^2].
 
     Raises:
+        UnknownNameError: If no engine has this name.
         EngineError: If the engine is not installed.
     """
-    if choose_engine(name) == "mujoco":  # imported only here, so that importing simcore loads no engine
+    if choose_engine(name) == "mujoco":  # engines are imported here, so that `import simcore` loads none
         from simcore.world.mujoco_engine import MuJoCoEngine
 
         return MuJoCoEngine(gravity=gravity)
@@ -64,17 +69,17 @@ def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
 
 
 def add_engine_option(parser: argparse.ArgumentParser) -> None:
-    """Add `--engine NAME`."""
+    """Add the option `--engine NAME` to a parser."""
     parser.add_argument(
         "--engine", choices=tuple(ENGINES), help="physics engine (default: bullet where it is installed)"
     )
 
 
 def require_known(name: str) -> str:
-    """Return the name if an engine has it.
+    """Check that an engine has this name, and return the name.
 
     Raises:
-        UnknownNameError: If there is no engine of this name.
+        UnknownNameError: If no engine has this name.
     """
     if name not in ENGINES:
         raise UnknownNameError("physics engine", name, ENGINES)

@@ -1,4 +1,4 @@
-"""Static field as named shapes with surfaces, read from an OBJ file."""
+"""Static field: named shapes with surfaces, read from an OBJ file."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from simcore.world.symmetry import FieldSymmetry
 __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element", "slope_element"]
 
 MAX_EXTENT = 40.0
-"""Largest length of a field and largest distance from the origin [m]; a larger mesh is in other units."""
+"""Largest length of a field and largest distance from the origin [m]; a larger mesh must be in other units."""
 MIN_EXTENT = 0.5
 """Smallest length of a field [m]."""
 REFUSED_OVER = 20
-"""Factor on `max_triangles` above which a mesh is an error instead of a warning."""
+"""Multiple of `max_triangles` above which loading a mesh is an error instead of a warning."""
 
-_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes stand outside, and nothing on a field has been that high
+_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes are outside the field, and no field element was ever so high
 _UNITS = {"meters": 1.0, "feet": 0.3048, "inches": 0.0254, "centimeters": 0.01, "millimeters": 0.001}
 
 _log = logging.getLogger(__name__)
@@ -41,18 +41,18 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldBoundary:
-    """Walls around the rectangle from (0, 0) to (length, width), standing on the floor; their thickness is outside."""
+    """Walls on the floor, whose inner faces bound the rectangle from (0, 0) to (length, width)."""
 
     length: float
     """Length along x, between the inner faces of the end walls [m]."""
     width: float
     """Width along y, between the inner faces of the side walls [m]."""
     side_height: float
-    """Height of the walls along x, the guardrails [m]."""
+    """Height of the guardrails, the walls along x [m]."""
     end_height: float
-    """Height of the walls along y, the alliance walls [m]."""
+    """Height of the alliance walls, the walls along y [m]."""
     thickness: float = 0.3
-    """Thickness, outward [m]: a ball at 40 m/s cannot pass it in one sub-step."""
+    """Thickness of the walls, outward [m]; by default, too thick for a ball at 40 m/s to pass in one sub-step."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -65,7 +65,7 @@ class FieldBoundary:
         )
 
     def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
-        """Return `boundary_right` (y = 0), `boundary_left`, and the end walls `boundary_blue` and `boundary_red`."""
+        """Return the walls `boundary_right` (y = 0), `boundary_left`, `boundary_blue` (x = 0) and `boundary_red`."""
         t = self.thickness
         side, end = (self.length, t, self.side_height), (t, self.width + 2.0 * t, self.end_height)
         middle = self.length / 2.0, self.width / 2.0
@@ -88,7 +88,7 @@ class FieldElement:
     """One static part of the field."""
 
     name: str
-    """Name of its group in the mesh; a group of several shapes adds `.0`, `.1` and so on."""
+    """Name of the group in the mesh, with `.0`, `.1` and so on appended if the group has several shapes."""
     shape: Shape
     position: FloatArray
     """Origin of the shape, field frame [m], shape (3,). Shapes are never rotated."""
@@ -101,7 +101,7 @@ class FieldElement:
         object.__setattr__(self, "position", position)
 
     def outline(self) -> FloatArray:
-        """Compute the convex outline seen from above, counter-clockwise, field frame [m], shape (n, 2)."""
+        """Compute the convex plan-view outline, counter-clockwise, field frame [m], shape (n, 2)."""
         return outline(outline_points(self.shape)[:, :2] + self.position[:2])
 
 
@@ -111,13 +111,13 @@ def box_element(
     high: tuple[float, float, float],
     surface: TerrainSurface = WALL,
 ) -> FieldElement:
-    """Make a box between two corners.
+    """Make a box from two opposite corners.
 
     Args:
-        name: Name, for patterns.
-        low: Smallest corner, field frame [m].
-        high: Largest corner [m].
-        surface: Material of the box.
+        name: Name of the element.
+        low: Corner with the smallest coordinates, field frame [m].
+        high: Corner with the largest coordinates, field frame [m].
+        surface: Surface of the box.
 
     Raises:
         ConfigError: If the corners are not in order.
@@ -136,17 +136,17 @@ def slope_element(
     toward: Literal["+x", "-x", "+y", "-y"],
     surface: TerrainSurface = WALL,
 ) -> FieldElement:
-    """Make a wedge in a box: it rises from one lower edge of the box to the opposite upper edge.
+    """Make a wedge that rises from one lower edge of a box to the opposite upper edge.
 
     Args:
-        name: Name, for patterns.
-        low: Smallest corner, field frame [m].
-        high: Largest corner [m].
-        toward: Direction in which it rises.
-        surface: Material of the wedge.
+        name: Name of the element.
+        low: Corner of the box with the smallest coordinates, field frame [m].
+        high: Corner of the box with the largest coordinates, field frame [m].
+        toward: Direction in which the slope rises.
+        surface: Surface of the wedge.
 
     Raises:
-        ConfigError: If the corners are not in order or there is no such direction.
+        ConfigError: If the corners are not in order or the direction is unknown.
     """
     box = box_element(name, low, high, surface)
     if toward not in ("+x", "-x", "+y", "-y"):
@@ -160,7 +160,7 @@ def slope_element(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FieldGeometry:
-    """All static parts of a field, ready for an engine."""
+    """All static parts of a field, as shapes that an engine can collide with."""
 
     elements: tuple[FieldElement, ...]
 
@@ -185,22 +185,23 @@ class FieldGeometry:
     ) -> FieldGeometry:
         """Read an OBJ file in meters, z up, field frame, and convert each named group into shapes.
 
-        `simcore.world.mesh.decompose` chooses the shapes; groups that remain triangle meshes are logged. One warning
-        names groups whose open surfaces are wound both ways or against their image on the other half, and groups
-        without an image there.
+        `simcore.world.mesh.decompose` chooses the shapes; groups that remain triangle meshes are logged. A single
+        warning names groups with inconsistent winding, groups wound unlike their image on the other half of the field,
+        and groups without an image.
 
         Args:
             path: Path of the OBJ file.
-            surfaces: Surface by group name; `*`, `?` and `[...]` match as in file names, the last match wins. Names of
-                the boundary walls match too.
+            surfaces: Surface by group name; `*`, `?` and `[...]` match as in file names, and the last match wins.
+                Patterns also match the names of the boundary walls.
             default_surface: Surface of groups that no pattern matches.
-            boundary: Walls to add around the field; None if the mesh has its own.
-            symmetry: Symmetry between the halves of the field; None if there is none.
+            boundary: Walls to add around the field; None if the mesh contains the walls.
+            symmetry: Symmetry between the halves of the field; None if the field has no symmetry.
             plate_thickness: Thickness of the plates made from open surfaces [m].
-            max_triangles: Number above which a warning suggests a simpler mesh; far above it is an error.
+            max_triangles: Number of triangles above which a warning suggests a simpler mesh; above `REFUSED_OVER` times
+                this number, loading fails.
 
         Raises:
-            FieldMeshError: If the file is missing, broken or empty, or cannot be a field in meters.
+            FieldMeshError: If the file is missing, malformed or empty, or cannot be a field in meters.
             UnknownNameError: If a pattern in `surfaces` matches no group.
         """
         require("FieldGeometry.load", "max_triangles", max_triangles, Quantity("", 1, 10_000_000, is_whole=True))
@@ -248,10 +249,10 @@ class FieldGeometry:
         return cls(tuple(elements))
 
     def element(self, name: str) -> FieldElement:
-        """Return the element of that name.
+        """Return the element with the given name.
 
         Raises:
-            UnknownNameError: If there is none.
+            UnknownNameError: If no element has this name.
         """
         for element in self.elements:
             if element.name == name:
@@ -259,19 +260,19 @@ class FieldGeometry:
         raise UnknownNameError("field element", name, (element.name for element in self.elements))
 
     def outlines(self) -> list[tuple[str, FloatArray]]:
-        """Return name and outline from above of each element, for drawing: field frame [m], each of shape (n, 2)."""
+        """Return the name and plan-view outline of each element, for drawing: field frame [m], shape (n, 2) each."""
         return [(element.name, element.outline()) for element in self.elements]
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lowest and highest corner of the field, field frame [m], each of shape (3,)."""
+        """Return the low and high corners of the field's bounding box, field frame [m], shape (3,) each."""
         points = np.vstack([outline_points(element.shape) + element.position for element in self.elements])
         return points.min(axis=0), points.max(axis=0)
 
 
 def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) -> list[str]:
-    """Return names of groups with parts that have no image under the symmetry, by their bounds.
+    """Return the names of groups with parts whose bounds have no image under the symmetry.
 
-    The other half may divide a surface differently, so the remaining parts of each group are also compared as a whole.
+    The other half may divide a surface differently, so the parts of a group without an image are also compared as one.
     """
     low_high = [outline_points(element.shape) + element.position for element in elements]
     bounds = np.array([[points.min(axis=0), points.max(axis=0)] for points in low_high])
@@ -292,17 +293,17 @@ def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) ->
 
 
 def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> str:
-    """Describe how a misplaced mesh could be misread: in other units, with y up, or centered; "" for no match.
+    """Return a sentence that explains a misplaced mesh by other units, y up or a centered origin; "" if none fits.
 
     Args:
-        low: Smallest corner in the units of the file.
-        high: Largest corner in the units of the file.
+        low: Corner with the smallest coordinates, in the units of the file.
+        high: Corner with the largest coordinates, in the units of the file.
         size: Length and width of the field [m].
     """
     for unit, scale in _UNITS.items():
         for is_y_up in (False, True):
             a, b = scale * low, scale * high
-            if is_y_up:  # x stays, y becomes z, and z becomes -y
+            if is_y_up:  # x stays x, y becomes z, and z becomes -y
                 a, b = np.array([a[0], -b[2], a[1]]), np.array([b[0], -a[2], b[1]])
             for is_centered in (False, True):
                 shift = np.array([size[0] / 2.0, size[1] / 2.0, 0.0]) if is_centered else np.zeros(3)
@@ -317,7 +318,7 @@ def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> st
 
 
 def _is_within(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> bool:
-    """Return whether a box lies on a field or slightly beyond it [m]."""
+    """Return whether a box is inside a field or at most slightly outside [m]."""
     below, above = (-_BEYOND, -_BEYOND, -1.0), (size[0] + _BEYOND, size[1] + _BEYOND, _HIGHEST)
     return bool((low >= below).all() and (high <= above).all())
 

@@ -1,4 +1,4 @@
-"""Corners of boxes, and outlines on the carpet: corners of a rectangle, and whether it overlaps a zone."""
+"""Corners of boxes, and outlines in plan view: rectangles, hexagons, and a test for overlap."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ __all__ = ["box_corners", "corners", "hexagon", "overlaps"]
 
 
 def box_corners(low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> FloatArray:
-    """Return the eight corners of a box between its lowest and its highest corner [m], shape (8, 3)."""
+    """Return all eight corners of a box from its low and high corners [m], shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low, high, strict=True))))
 
 
 def corners(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:
-    """Return the corners of a rectangle in order [m], shape (4, 2).
+    """Return the corners of a rectangle, counter-clockwise [m], shape (4, 2).
 
     Args:
-        x: Center [m].
-        y: Center [m].
-        yaw: Direction of its length [rad].
+        x: x coordinate of the center [m].
+        y: y coordinate of the center [m].
+        yaw: Yaw of the length axis [rad].
         length: Length [m].
         width: Width [m].
 
@@ -36,10 +36,10 @@ def corners(x: float, y: float, yaw: float, length: float, width: float) -> Floa
 
 
 def hexagon(center: tuple[float, float], apothem: float, yaw: float = 0.0) -> FloatArray:
-    """Return the corners of a regular hexagon in order [m], shape (6, 2).
+    """Return the corners of a regular hexagon, counter-clockwise [m], shape (6, 2).
 
     Args:
-        center: Center [m].
+        center: Center of the hexagon [m].
         apothem: Distance from the center to the middle of a side [m].
         yaw: Direction from the center to the middle of a side [rad].
 
@@ -53,9 +53,11 @@ def hexagon(center: tuple[float, float], apothem: float, yaw: float = 0.0) -> Fl
 
 
 def overlaps(one: FloatArray, other: FloatArray) -> bool:
-    """Return whether two convex outlines, corners in order (n, 2) and (m, 2) [m], have a point in common.
+    """Return whether two convex outlines overlap, by the separating axis theorem.
 
-    If they do not, one side of one outline separates it from the other (separating axes).
+    Args:
+        one: Corners of the first outline, in order [m], shape (n, 2).
+        other: Corners of the second outline, in order [m], shape (m, 2).
 
     >>> square = corners(0.0, 0.0, 0.0, 2.0, 2.0)
     >>> overlaps(square, square + 1.9), overlaps(square, square + 2.1), overlaps(square, 0.1 * square)

@@ -1,8 +1,8 @@
-"""Bodies that hang from the field on a chain and swing, or turn about a hinge; robots and pieces push them.
+"""Bodies that swing on a chain or turn about a hinge fixed to the field, pushed by robots and game pieces.
 
-The engine holds the body at its pivot and moves it like pieces. This module adds what the engine lacks: friction of the
-chain, which also turns the body back to its heading at rest, friction and spring of a hinge, the pull of climbers,
-and sleep. A hinge keeps its axis because the engine gets a large inertia about the other axes.
+The engine ties the body to its pivot and moves it like a game piece. This module adds friction of the chain, which also
+returns the body to its yaw at rest, friction and spring of a hinge, the pull of climbers, and sleep. The body turns
+only about its hinge because the engine gets large moments of inertia about the other axes.
 """
 
 from __future__ import annotations
@@ -25,38 +25,37 @@ __all__ = ["HangingBody", "HangingConfig"]
 
 _DAMPING = Quantity("1/s", 0.0, 100.0)
 _SPRING = Quantity("N m/rad", 0.0, 1e5)
-_STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm below a chain of 1 m
-_STILL_TIME = 0.5  # [s], duration below both
-_TOUCHING_SPEED = 0.3  # [m/s]; below it, the engine wakes what the body touches in time
-_TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back within a second, without overshoot
+_STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]; 2 mm at the end of a chain of 1 m
+_STILL_TIME = 0.5  # [s], time at rest before the body sleeps
+_TOUCHING_SPEED = 0.3  # [m/s]; at lower speeds, the engine wakes touched bodies in time
+_TWIST_RATE = 3.0  # [rad/s]; estimate: two chain links turn a body back within a second, without overshoot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HangingConfig:
-    """Config of a body that hangs on a chain or turns about a hinge: a bar, or a seesaw that robots drive on."""
+    """Config of a body on a chain or a hinge, for example a bar, or a seesaw that robots drive on."""
 
     name: str
     shape: Box | Cylinder | Sphere
-    """Shape; its origin is the center of mass, and its axes are the field's at rest."""
+    """Shape; the origin is the center of mass, and the axes at rest are the field axes."""
     mass: float
     """Mass [kg]."""
     pivot: Vector
-    """Fixed point of its chain, or center of its hinge, field frame [m]."""
+    """Fixed end of the chain, or center of the hinge, field frame [m]."""
     drop: float
-    """Distance from the pivot down to the center of mass [m]; for a hinge it may be 0, or negative if hinged from
-    below."""
+    """Distance from the pivot down to the center of mass [m]; with a hinge also 0, or negative if the hinge is below
+    the center of mass."""
     hinge: Literal["x", "y"] | None = None
-    """Axis of its hinge; None: it hangs on a chain. A hinged body turns until it meets the carpet or an element of the
-    field: these are its stops."""
+    """Axis of the hinge; None for a body on a chain. The carpet and field elements are the end stops of a hinge."""
     spring: float = 0.0
-    """Spring of a hinge: torque per angle back to the rest position [N m/rad]."""
+    """Rate of the spring that returns a hinged body to its rest position [N m/rad]."""
     drivable: bool = False
-    """Whether robots drive on it; for hinged bodies only."""
+    """Whether robots drive on the body; for hinged bodies only."""
     alliance: Alliance | None = None
-    """Alliance that it belongs to; None: neither."""
+    """Alliance that the body belongs to; None for a neutral body."""
     surface: TerrainSurface = WALL
     damping: float = 0.3
-    """Share of its angular velocity lost to friction and air per second [1/s]; a swing decays at half this rate."""
+    """Decay rate of the angular velocity by friction and drag [1/s]; a swing's amplitude decays at half this rate."""
 
     def __post_init__(self) -> None:
         owner = f"HangingConfig {self.name!r}"
@@ -69,7 +68,7 @@ class HangingConfig:
 
 
 class HangingBody:
-    """A hanging or hinged body in a world; it starts at rest and sleeps until something touches it.
+    """Hanging or hinged body in a world; the body starts at rest and sleeps until something touches it.
 
     Args:
         world: World with the field.
@@ -95,12 +94,12 @@ class HangingBody:
         self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
         self._own_share = across / self._inertia
         self.radius = bounding_radius(config.shape)
-        """Radius of a ball about the center of mass that encloses it [m]."""
+        """Radius of a sphere about the center of mass that encloses the body [m]."""
         self._half = bounding_box(config.shape)[1]
         self._torque = (0.0, 0.0, 0.0)
         self._still = 0.0
         self.is_awake = False
-        """Whether it moves."""
+        """Whether the body is awake."""
         self.pos: Vector = (x, y, z - config.drop)
         """Center of mass, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -111,11 +110,11 @@ class HangingBody:
     # --- interface for climbers -----------------------------------------------------------------------------------
 
     def to_rest(self, place: Vector) -> Vector:
-        """Return where a point of the field, moved with the body, is when the body is at rest [m]."""
+        """Return the rest position of the body point that is now at `place`, field frame [m]."""
         return self._from_pivot(rotate_back(self.quat, self._arm(place)))
 
     def from_rest(self, place: Vector) -> Vector:
-        """Return the present place of a point of the body from its place at rest [m]."""
+        """Return the current position of the body point whose rest position is `place`, field frame [m]."""
         return self._from_pivot(rotate(self.quat, self._arm(place)))
 
     def velocity_at(self, place: Vector) -> Vector:
@@ -123,12 +122,12 @@ class HangingBody:
         return cross(self.rate, self._arm(place))
 
     def mobility_at(self, place: Vector) -> float:
-        """Return the inverse of the effective mass at a point, across the line to the pivot [1/kg]."""
+        """Return the inverse effective mass at a point, for forces at a right angle to the line to the pivot [1/kg]."""
         arm = self._arm(place)
         return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
 
     def pull(self, place: Vector, force: Vector) -> None:
-        """Pull at a point in the next sub-step, field frame [m, N]; the pivot bears the part along the chain."""
+        """Apply a force at a point in the next sub-step, field frame [m, N]; the pivot takes the part along the arm."""
         tx, ty, tz = cross(self._arm(place), force)
         x, y, z = self._torque
         self._torque = (x + tx, y + ty, z + tz)
@@ -137,15 +136,15 @@ class HangingBody:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def read(self) -> None:
-        """Read pose and velocity from the engine, before climbers ask for them."""
+        """Read pose and velocity from the engine; must run before climbers use them."""
         if self.is_awake:
             self.pos, self.quat = self._engine.pose(self.row)
             vel, rate = self._engine.velocity(self.row)
             if self.config.hinge is not None:
                 self.rate = self._about_hinge(rate[self._axis])
                 return
-            # Rate from the angular momentum about the pivot, which the joint preserves while position and rate
-            # disagree.
+            # The angular velocity comes from the angular momentum about the pivot: the joint conserves the momentum
+            # even while position and velocity disagree.
             arm, own = self._arm(self.pos), self._own_share
             length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
             along = (rate[0] * arm[0] + rate[1] * arm[1] + rate[2] * arm[2]) / length2
@@ -158,7 +157,7 @@ class HangingBody:
             )
 
     def before_substep(self, h: float) -> None:
-        """Apply friction and the pull of climbers for the next sub-step of h [s]."""
+        """Apply friction, spring and the pull of climbers for the next sub-step of h [s]."""
         if not self.is_awake:
             return
         arm = self._arm(self.pos)
@@ -185,11 +184,11 @@ class HangingBody:
             self._torque = (0.0, 0.0, 0.0)
 
     def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
-        """Wake the body if something touched it in a tick of dt [s], or put it to sleep after enough time at rest.
+        """Wake the body if anything touched it in this tick; put the body to sleep after enough time at rest.
 
         Args:
             dt: Length of the tick [s].
-            in_reach: Whether anything that moves could have touched it.
+            in_reach: Whether any moving object could have touched the body.
         """
         is_hinged = self.config.hinge is not None
         if not self.is_awake:
@@ -197,7 +196,7 @@ class HangingBody:
                 self._wake()
             return
         self.read()
-        if is_hinged:  # it rests at any angle, and a robot on it may be slow
+        if is_hinged:  # a hinged body can rest at any angle, and a robot on it may be slow
             is_still = not in_reach and abs(self.rate[self._axis]) < _STILL_RATE
         else:
             x, y, _ = self._arm(self.pos)
@@ -215,15 +214,16 @@ class HangingBody:
 
     @property
     def speed(self) -> float:
-        """Upper bound on the speed of its fastest point [m/s]."""
+        """Upper bound on the speed of any point of the body [m/s]."""
         return math.hypot(*self.rate) * (abs(self.config.drop) + self.radius)
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
-        """Extent and speed, for the pieces.
+        """Extent and speed of the body, for waking game pieces.
 
-        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest point [m], and the speed below which
-        it wakes pieces by touch alone, because it swings for half a minute [m/s].
+        The values are x, y, yaw [m, m, rad], half length and half width [m], speed [m/s], heights of the lowest and
+        highest point [m], and the speed [m/s] below which the body wakes only the pieces it touches, because a swing
+        lasts half a minute.
         """
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
         x, y, z = self.pos

@@ -1,7 +1,7 @@
-"""Moving parts of a robot: a chain of joints from the robot frame to the part.
+"""Kinematics of a robot's moving parts: a chain of joints from the robot frame to the part.
 
-An elevator is a joint that slides, an arm one that turns; a claw on an arm on an elevator is a chain of both. The chain
-gives the pose of a drawn part, of an intake's zone, and of a held piece with its velocity.
+An elevator is a sliding joint and an arm a turning joint; a claw on an arm on an elevator is a chain of two joints. The
+chain gives the poses of drawn parts and intake zones, and the pose and velocity of a held game piece.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ __all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "
 
 
 class MechanismMotion(Protocol):
-    """Mechanism that drives a joint, as a joint needs it."""
+    """Mechanism that drives a joint."""
 
     @property
     def position(self) -> float:
-        """Angle of its shaft [rad]."""
+        """Angle of the mechanism's shaft [rad]."""
         ...
 
     @property
     def velocity(self) -> float:
-        """Rate of its shaft [rad/s]."""
+        """Angular velocity of the mechanism's shaft [rad/s]."""
         ...
 
 
@@ -37,13 +37,13 @@ class Joint:
     """One joint of a chain, driven by a mechanism."""
 
     mechanism: str
-    """Name of the mechanism."""
+    """Name of the mechanism that drives the joint."""
     axis: Vector
-    """Unit vector in the frame before the joint: axis of a counter-clockwise turn, or direction of the travel."""
+    """Axis of counter-clockwise rotation, or direction of travel: a unit vector in the frame before the joint."""
     origin: Vector = (0.0, 0.0, 0.0)
-    """Origin of the joint in the frame before it [m]."""
+    """Origin of the joint in the frame before the joint [m]."""
     slides: bool = False
-    """Whether it slides; otherwise it turns."""
+    """Whether the joint slides instead of turning."""
     ratio: float = 1.0
     """Angle [rad] or travel [m] of the joint per radian of the mechanism's shaft."""
 
@@ -55,12 +55,12 @@ class Joint:
 
 
 class PartState(NamedTuple):
-    """Pose and motion of a part or of a whole robot: in the robot frame, or in the field frame where stated."""
+    """Pose and motion of a part or a robot, in the robot frame unless stated otherwise."""
 
     pos: Vector
     """Position [m]."""
     quat: Quaternion
-    """Attitude: rotation from the part's axes, x, y, z, w."""
+    """Attitude: rotation from the part's axes to those of the frame, x, y, z, w."""
     vel: Vector
     """Velocity [m/s]."""
     rate: Vector
@@ -73,7 +73,7 @@ def part_pose(
     """Compute the pose of a part in the robot frame.
 
     Args:
-        joints: Joints from the robot outward; none for a fixed part.
+        joints: Joints from the robot outward; empty for a fixed part.
         mechanisms: Mechanisms by name.
         offset: Position of the part in the frame after the last joint [m].
     """
@@ -98,7 +98,7 @@ def part_pose(
 def part_state(
     joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
 ) -> PartState:
-    """Compute pose and motion of a part in the robot frame; see `part_pose`."""
+    """Compute the pose and motion of a part in the robot frame; the arguments are those of `part_pose`."""
     (x, y, z), quat = part_pose(joints, mechanisms, offset)
     vx = vy = vz = wx = wy = wz = 0.0
     for number, joint in enumerate(joints):
@@ -116,10 +116,10 @@ def part_state(
 
 
 def require_mechanisms(owner: str, names: Iterable[str | None], known: Iterable[str]) -> None:
-    """Check that the mechanisms that a config names exist.
+    """Check that all mechanisms named in a config exist.
 
     Raises:
-        UnknownNameError: If one does not; the message names its owner.
+        UnknownNameError: If a mechanism does not exist; the message contains `owner`.
     """
     known = list(known)
     for name in names:

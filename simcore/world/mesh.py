@@ -1,13 +1,13 @@
 """Conversion of a mesh group into the simplest shapes that an engine can collide with.
 
-A box collides faster and leaks less than a hull, and both are better than a triangle mesh: balls bump over the inner
-edges of triangles and pass through them at larger steps. So each group becomes, in this order of preference: a
-`Box`, a `Hull`, thin convex plates, and a `Mesh` only where nothing else fits.
+Boxes collide faster than hulls and let fewer balls through. Both are better than triangle meshes: balls bump on the
+inner edges of triangles and pass through them at larger steps. A group therefore becomes, in this order of preference,
+a `Box`, a `Hull`, thin convex plates, or, if nothing else fits, a `Mesh`.
 
-A surface without thickness becomes plates: the side that a face points to (counter-clockwise corners) is free, and the
-plate grows to the other side. Files often have mixed winding, or one half of a field copied from the other with its
-faces reversed. So the winding of neighbors is made consistent first, then that of a surface and its image on the
-other half. Where the winding does not decide, the free side is the one that faces up, where pieces come from.
+A surface without thickness becomes plates. The side that a face points to (counter-clockwise corners) is the free side,
+and the plate extends to the other side. Files often have mixed winding, or one half of the field is a copy of the other
+with reversed faces. The winding of neighboring faces is therefore made consistent first, then the winding of a surface
+and its image on the other half. If the winding is ambiguous, the side that faces up is free: pieces come from above.
 """
 
 from __future__ import annotations
@@ -30,21 +30,24 @@ __all__ = ["MAX_PLATES", "SAME_PLACE", "TOLERANCE", "MeshPart", "Sheet", "choose
 TOLERANCE = 1e-4
 """Tolerance for dents and bends [m]: a tenth of a millimeter, far below the building tolerance of a field."""
 MAX_PLATES = 32
-"""Largest number of flat faces of an open surface; one with more counts as curved and stays a triangle mesh."""
+"""Largest number of flat faces of an open surface; surfaces with more count as curved and stay triangle meshes."""
 SAME_PLACE = 0.02
-"""Parts of the two halves of a field are each other's image if their bounds agree within this [m]. Building tolerances
-are smaller; a plate on the wrong side is off by its 0.05 m, of which at least 0.029 m are along one axis."""
+"""Largest difference between the bounds of a part and of its image on the other half of the field [m].
+
+Building tolerances are smaller; a plate on the wrong side is off by its thickness of 0.05 m, at least 0.029 m of it
+along one axis.
+"""
 _LEVEL = 0.05
-"""Share of a surface's area seen from above below which it is upright: neither side faces up [-]."""
+"""Net fraction of a surface's area facing up or down below which the surface counts as upright [-]."""
 _SLIVER = 1e-4
-"""Share of a surface's area below which the winding of faces does not matter [-]."""
+"""Fraction of a surface's area below which the winding of faces does not matter [-]."""
 _THIN = 1e-5
-"""Height of a triangle below which it has no normal [m]."""
+"""Height below which a triangle has no usable normal [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPart:
-    """One shape with the position of its origin."""
+    """Shape and position of its origin."""
 
     shape: Box | Hull | Mesh
     position: FloatArray
@@ -53,28 +56,28 @@ class MeshPart:
 
 @dataclass(slots=True, eq=False)
 class Sheet:
-    """A connected open surface as convex flat polygons, all wound to the same side."""
+    """Connected open surface as flat convex polygons with consistent winding."""
 
     group: str
-    """Name of its group in the file."""
+    """Name of the surface's group in the file."""
     corners: list[FloatArray]
     """Corners of each polygon [m], shape (m, 3)."""
     normals: FloatArray
-    """Normals of the polygons, to the free side, shape (n, 3)."""
+    """Unit normals of the polygons, toward the free side, shape (n, 3)."""
     areas: FloatArray
     """Areas of the polygons [m^2], shape (n,)."""
     is_mixed: bool
-    """Whether its faces had mixed winding."""
+    """Whether the faces in the file had mixed winding."""
     bounds: FloatArray
-    """Smallest and largest corner [m], shape (2, 3)."""
+    """Low and high corners of the bounding box [m], shape (2, 3)."""
 
     @property
     def rise(self) -> float:
-        """Share of its area that faces up, minus the share that faces down [-]."""
+        """Fraction of the area that faces up minus the fraction that faces down [-]."""
         return float(self.normals[:, 2] @ self.areas / self.areas.sum())
 
     def plates(self, thickness: float) -> list[MeshPart]:
-        """Make a plate of this thickness [m] for each polygon, behind its free side."""
+        """Make a plate of the given thickness [m] behind the free side of each polygon."""
         return [
             _convex_part(np.vstack([corners, corners - thickness * normal]))
             for corners, normal in zip(self.corners, self.normals, strict=True)
@@ -85,27 +88,27 @@ class Sheet:
 
 
 def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> list[MeshPart | Sheet]:
-    """Convert triangles into solids and open surfaces; return none if all of them are slivers without area.
+    """Convert triangles into solids and open surfaces; the list is empty if all triangles are slivers.
 
-    Rules: a closed axis-aligned box is a `Box`, another closed convex body a `Hull`. Everything else is first split
-    into connected pieces. An open piece of at most `MAX_PLATES` flat faces is a `Sheet`: the normal of a face
-    (counter-clockwise corners) points to the free side where balls are. For a piece of mixed winding the larger part
-    decides. The rest, closed bodies with dents and curved open surfaces, is a `Mesh`.
+    A closed axis-aligned box becomes a `Box`, any other closed convex body a `Hull`. All other meshes are first split
+    into connected pieces. An open piece of at most `MAX_PLATES` flat faces becomes a `Sheet`, whose normals
+    (counter-clockwise corners) point to the free side, where the balls are. If winding is mixed, the larger area
+    decides. All other pieces, closed bodies with dents and curved open surfaces, become a `Mesh`.
 
     Args:
-        vertices: Vertices, shape (n, 3) [m].
-        triangles: Vertex rows, shape (m, 3).
-        group: Name of their group.
+        vertices: Vertices [m], shape (n, 3).
+        triangles: Rows of the vertices of each triangle, shape (m, 3).
+        group: Name of the group of these triangles.
 
     Raises:
-        FieldMeshError: If there are more separate bodies than a field may have groups.
+        FieldMeshError: If the group has more separate bodies than a field may have groups.
     """
     points, faces = _merged(vertices, triangles)
     if not _has_area(points[faces]).any():
         return []
     if (solid := _solid(points, faces)) is not None:
         return [solid]
-    # Solids that merely touch stay separate if the file gave them their own vertices.
+    # Solids that touch stay separate if the file gives each its own vertices.
     pieces = _pieces(vertices, triangles, group)
     if len(pieces) == 1 or not all(_is_closed_body(*piece) for piece in pieces):
         pieces = _pieces(points, faces, group)
@@ -113,7 +116,7 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
 
 
 def _merged(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Merge equal vertices (to a micrometer), and drop unused ones and faces of two points."""
+    """Merge vertices that agree to a micrometer, and drop unused vertices and faces with only two distinct corners."""
     _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
     faces = inverse.reshape(-1)[faces]
     faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
@@ -122,14 +125,18 @@ def _merged(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray
 
 
 def _has_area(corners: FloatArray) -> BoolArray:
-    """Return which triangles, (m, 3, 3), are more than slivers, which close a body but have no normal."""
+    """Return whether each triangle is more than a sliver, shape (m,); a sliver has no usable normal.
+
+    Args:
+        corners: Corners of the triangles [m], shape (m, 3, 3).
+    """
     sides = np.roll(corners, -1, axis=1) - corners
     longest = np.linalg.norm(sides, axis=2).max(axis=1)
     return np.asarray(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) > _THIN * longest)
 
 
 def _is_closed_body(points: FloatArray, faces: IntArray) -> bool:
-    """Return whether every edge joins two faces and the whole is not a flat sheet with two sides."""
+    """Return whether every edge joins two faces and the mesh is not a flat sheet with two sides."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     if not (np.unique(edges, axis=0, return_counts=True)[1] == 2).all():
         return False
@@ -137,7 +144,7 @@ def _is_closed_body(points: FloatArray, faces: IntArray) -> bool:
 
 
 def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
-    """Return a closed convex mesh as a box or a hull, regardless of the winding, which is often wrong in files."""
+    """Convert a closed convex mesh to a box or hull, regardless of winding; return None for any other mesh."""
     if not _is_closed_body(points, faces):
         return None
     corners = points[faces]
@@ -145,7 +152,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
-    for start in range(0, len(normals), 256):  # in blocks, so that a huge mesh is rejected early and with little memory
+    for start in range(0, len(normals), 256):  # in blocks, to reject a huge mesh early and with little memory
         rows = slice(start, start + 256)
         side = normals[rows] @ points.T - offsets[rows, None]
         if not ((side.max(axis=1) <= TOLERANCE) | (side.min(axis=1) >= -TOLERANCE)).all():
@@ -154,7 +161,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
 
 
 def _convex_part(points: FloatArray) -> MeshPart:
-    """Return the convex hull of points as an axis-aligned box, if it is one, or as a hull."""
+    """Compute the convex hull of points, as a `Box` if it is an axis-aligned box, otherwise as a `Hull`."""
     hull = ConvexHull(points)
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
@@ -169,21 +176,21 @@ def _triangle_mesh(points: FloatArray, faces: IntArray) -> MeshPart:
 
 
 def _trimesh(points: FloatArray, faces: IntArray) -> Any:
-    import trimesh  # imported here: it takes half a second, and a field of solids does not need it
+    import trimesh  # imported here because this takes half a second, and a field of solids does not need trimesh
 
     return trimesh.Trimesh(points, faces, process=False)
 
 
 def _labels(pairs: IntArray, count: int) -> IntArray:
-    """Return the component number of each of `count` nodes in the graph of the pairs."""
+    """Return the number of the connected component of each of `count` nodes; `pairs` are the edges of the graph."""
     import trimesh.graph
 
-    graph: Any = trimesh.graph  # its types are incomplete
+    graph: Any = trimesh.graph  # typed Any because trimesh's annotations are incomplete
     return np.asarray(graph.connected_component_labels(pairs, node_count=count))
 
 
 def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[FloatArray, IntArray]]:
-    """Return vertices and faces of the components that are connected by edges of two faces."""
+    """Split a mesh into components connected by shared edges; return vertices and faces of each."""
     labels = _labels(_trimesh(points, faces).face_adjacency, len(faces))
     if labels.max() >= MOST_GROUPS:
         raise FieldMeshError(f"group {group!r} has {labels.max() + 1} separate bodies, over the limit of {MOST_GROUPS}")
@@ -195,7 +202,7 @@ def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[Float
 
 
 def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
-    """Return an open connected mesh as flat polygons; None if it is closed or takes more than `MAX_PLATES`."""
+    """Convert an open connected mesh to flat polygons; None if it is closed or needs more than `MAX_PLATES`."""
     if _is_closed_body(points, faces):
         return None
     faces, is_mixed = _with_even_winding(_trimesh(points, faces))
@@ -216,19 +223,20 @@ def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
 
 
 def _with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
-    """Return faces of a connected mesh with consistent winding that keeps most of the area as it was.
+    """Make the winding of a connected mesh consistent by reversing at most half of its area.
 
-    Each face is two nodes of a graph, as it is and reversed; an edge joins nodes that agree: two faces pass their
-    common edge in opposite directions.
+    Each face is two nodes of a graph, unchanged and reversed. A graph edge joins two nodes with the same winding, in
+    which the faces traverse their common edge in opposite directions.
 
     Returns:
-        Vertex rows, shape (m, 3), and whether any face was reversed or no winding is consistent (a Moebius strip).
+        Vertex rows of the faces, shape (m, 3), and whether the winding was mixed: more than slivers were reversed, or
+        no consistent winding exists (Moebius strip).
     """
     faces, count, areas = np.asarray(mesh.faces), len(mesh.faces), mesh.area_faces
     a, b = mesh.face_adjacency.T
     edges = mesh.face_adjacency_edges
 
-    def passes(some: IntArray) -> BoolArray:  # whether each passes its edge from the first end to the second
+    def passes(some: IntArray) -> BoolArray:  # whether each face traverses its edge from the first end to the second
         ahead = np.roll(faces[some], -1, axis=1)
         return np.asarray(((faces[some] == edges[:, :1]) & (ahead == edges[:, 1:])).any(axis=1))
 
@@ -244,7 +252,7 @@ def _with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
 
 
 def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[int]]:
-    """Group coplanar connected triangles into few convex regions: the whole if it is convex, else grown greedily."""
+    """Group coplanar connected triangles into few convex regions: one if possible, otherwise grown greedily."""
     if _covers_its_hull(mesh, faces):
         return [faces]
     left = sorted(faces, key=lambda face: -float(mesh.area_faces[face]))
@@ -265,7 +273,7 @@ def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[i
 def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
     """Return whether triangles lie in one plane and fill a convex polygon."""
     points, normal = mesh.triangles[faces].reshape(-1, 3), mesh.face_normals[faces[0]]
-    if np.abs((points - points[0]) @ normal).max() > TOLERANCE:  # a fine curve: each pair is flat, the whole is not
+    if np.abs((points - points[0]) @ normal).max() > TOLERANCE:  # a slight curve: each pair is flat, the region is not
         return False
     hull = ConvexHull(in_plane(points, normal))  # in 2-D, `volume` is the area
     return bool(hull.volume <= float(mesh.area_faces[faces].sum()) * (1.0 + 1e-4))
@@ -275,14 +283,14 @@ def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
 
 
 def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> list[str]:
-    """Turn sheets to their free side, in place.
+    """Turn the normals of sheets to the free side, in place.
 
     Args:
-        sheets: Sheets of a whole field, in the order of the file.
-        symmetry: Symmetry of the field, None if it has none.
+        sheets: Sheets of the whole field, in the order of the file.
+        symmetry: Symmetry of the field; None if the field has no symmetry.
 
     Returns:
-        One sentence for each way of turning groups whose free side the file does not give.
+        One sentence for each rule applied to groups whose free side is ambiguous in the file.
     """
     upward: set[str] = set()
     by_most: set[str] = set()
@@ -317,7 +325,7 @@ def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> lis
 
 
 def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sheet | None:
-    """Return this sheet's image under the symmetry, preferably one that faces as it should; None for none."""
+    """Return a sheet's image under the symmetry, preferably with matching normals; None if no sheet matches."""
     flipped = np.sort(symmetry.flip_points(sheet.bounds), axis=0)
     near = [other for other in others if np.abs(other.bounds - flipped).max() < SAME_PLACE]
     alike = (other for other in near if _agreement(other, sheet, symmetry) >= 0.0)
@@ -325,7 +333,7 @@ def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sh
 
 
 def _agreement(sheet: Sheet, other: Sheet, symmetry: FieldSymmetry) -> float:
-    """Compute the area of a sheet that faces as the image of another, minus the area that faces against it [m^2]."""
+    """Compute the area of a sheet facing the same way as the other sheet's image, minus the opposed area [m^2]."""
     mine, its = (np.array([corners.mean(axis=0) for corners in one.corners]) for one in (sheet, other))
     nearest = np.linalg.norm(mine[:, None] - symmetry.flip_points(its)[None], axis=2).argmin(axis=1)
     normals = symmetry.flip_vectors(other.normals)[nearest]

@@ -1,13 +1,13 @@
-"""Engine on MuJoCo: the only module that imports it.
+"""Engine on MuJoCo. No other module imports `mujoco`.
 
 Settings and their reasons:
 
-- Contacts are MuJoCo's, with one set of parameters per shape (`_Contacts`). Shapes that robots drive over and into have
-  neither friction nor bounce, and the stiffest spring that the step allows. While anything else is awake, a step is
-  split into parts of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
-- A step is semi-implicit Euler, x += h v with the v of its end, like PyBullet's.
-- `sleep` uses MuJoCo's sleep: the body is skipped, and wakes when an awake body touches it. `fix` also puts the body to
-  sleep, and makes it so heavy that others meet it as a wall; after each step it is put back.
+- Contacts are MuJoCo's, with one set of parameters per shape (`_Contacts`). Shapes that robots drive on or into have
+  no friction, no restitution, and the stiffest spring that the step allows. While any other body is awake, steps are
+  split into sub-steps of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
+- Integration is semi-implicit Euler, x += h v with v at the end of the step, as in PyBullet.
+- `sleep` uses MuJoCo's sleep: MuJoCo skips the body until an awake body touches it. `fix` also puts the body to sleep,
+  makes it so heavy that it acts as a wall, and restores its pose after each step.
 - The model is compiled when it is first needed after a body was added; moving bodies keep their state.
 """
 
@@ -38,9 +38,9 @@ from simcore.world.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_prope
 
 __all__ = ["MuJoCoEngine"]
 
-# [s], longest steps: for bodies that meet only statics without friction and bounce, and for others
+# [s], longest steps: for bodies that touch only statics without friction and restitution, and for all others
 _SMOOTH, _LONGEST = 0.02, 0.0005
-_FIXED = 1e6  # factor on the mass of a body while it is fixed
+_FIXED = 1e6  # factor on the mass of a fixed body
 _AWAKE = -11  # MuJoCo's value for a body that is fully awake
 
 
@@ -57,7 +57,7 @@ def _load_mujoco() -> Any:
 
 
 class MuJoCoEngine(Engine):
-    """World on MuJoCo. Use as a context manager, or call `close`."""
+    """Physics engine on MuJoCo. Use as a context manager, or call `close`."""
 
     name = "mujoco"
 
@@ -68,19 +68,19 @@ class MuJoCoEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """Start an empty world. Moving bodies are numbered in order; their state is here until compilation."""
+        """Start an empty world; arrays of moving bodies, in order, hold their state until the model is compiled."""
         self._definitions: list[BodyDefinition] = []
         self._collision: list[tuple[int, int]] = []
-        self._body: list[int] = []  # number of the moving body, -1 for statics, by row
+        self._body: list[int] = []  # by row: number of the moving body, -1 for statics
         self._is_built = self._is_stale = self._is_listed = self._is_masked = False
         self._m: Any = None
         self._d: Any = None
-        self._qpos: FloatArray = np.zeros((0, 7))  # center of mass, and attitude w, x, y, z
-        self._qvel: FloatArray = np.zeros((0, 6))  # in the field frame, angular in the body frame
-        self._push: FloatArray = np.zeros((0, 6))  # force and torque of the next step, field frame
+        self._qpos: FloatArray = np.zeros((0, 7))  # center of mass, then attitude w, x, y, z
+        self._qvel: FloatArray = np.zeros((0, 6))  # linear velocity in the field frame, angular in the body frame
+        self._push: FloatArray = np.zeros((0, 6))  # force and torque for the next step, field frame
         self._asleep: BoolArray = np.zeros(0, dtype=bool)
-        self._fixed: BoolArray = np.zeros(0, dtype=bool)  # which of those asleep
-        self._moved: BoolArray = np.zeros(0, dtype=bool)  # which have moved since MuJoCo last computed their poses
+        self._fixed: BoolArray = np.zeros(0, dtype=bool)  # fixed bodies are also asleep
+        self._moved: BoolArray = np.zeros(0, dtype=bool)  # bodies moved since MuJoCo last computed poses
 
     def reset(self) -> None:
         self._require_open()
@@ -205,7 +205,7 @@ class MuJoCoEngine(Engine):
             self._moved[body] = self._is_stale = True
 
     def _list_awake(self, awake: BoolArray) -> None:
-        """Write into all of MuJoCo's lists which bodies are awake; each body is its own tree."""
+        """Write the awake bodies into all of MuJoCo's lists; each body is its own tree."""
         d, numbers, who = self._d, np.arange(len(awake)), np.nonzero(awake)[0]
         d.tree_asleep[:] = np.where(awake, _AWAKE, numbers)
         d.tree_awake[:] = d.body_awake[1:] = awake
@@ -217,7 +217,7 @@ class MuJoCoEngine(Engine):
         self._is_listed = False
 
     def _refresh(self) -> None:
-        """Update the poses of all shapes, also of sleepers that were moved."""
+        """Update the poses of all shapes, including those of sleeping bodies that were moved."""
         self._build()
         if self._is_stale:
             if (self._moved & self._asleep).any():  # MuJoCo would wake them
@@ -281,12 +281,12 @@ class MuJoCoEngine(Engine):
         for row in model.row_of_body[self._fixed].tolist():
             self._scale_mass(row, _FIXED)
         self._moved[:] = True
-        self._kinematics()  # for the statics as well
+        self._kinematics()  # also places the statics
 
     # --- one step -----------------------------------------------------------------------------------------------
 
     def step(self, h: float) -> None:
-        """Advance by h [s].
+        """Advance the world by h [s].
 
         Raises:
             EngineError: If a position or velocity is not finite.
@@ -342,27 +342,27 @@ class MuJoCoEngine(Engine):
 
 
 _TOUCHING = 0.001
-"""Distance below which bodies count as in contact [m]; they press each other from 0 on."""
+"""Gap below which two bodies count as touching [m]; contact forces start at a gap of 0."""
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
-_ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
-_IMPEDANCE = 0.99  # share of a load that a contact takes at once; its spring takes the rest: 55 kg sink by 0.01 mm
-_CREEP = 10.0  # factor by which friction is stiffer than the normal contact: a body on a slope creeps less by it
+_ITERATIONS, _TOLERANCE = 50, 1e-8  # of the Newton solver
+_IMPEDANCE = 0.99  # fraction of a load that a contact carries at once, the spring the rest: 55 kg sink by 0.01 mm
+_CREEP = 10.0  # ratio of friction stiffness to normal stiffness: reduces the creep of a body on a slope
 _TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a for a patch of radius a of some mm
-_TIE_TIME = 0.004  # [s], in which a hanging body returns to its pivot,
-_TIE_STRICTNESS = 0.9999  # and share of a load that its pivot takes at once
+_TIE_TIME = 0.004  # [s], time constant with which a hanging body returns to its pivot
+_TIE_STRICTNESS = 0.9999  # fraction of a load that a pivot carries at once
 _MEMORY = 48_000_000  # [bytes] for contacts; the system allocates pages when they are first touched
 _MEMORY_PER_BODY = 250_000  # [bytes]
 _MOST_CLASSES = 31  # bits of MuJoCo's masks
 _MOST_GROUPS = 5  # MuJoCo has six ray groups; the sixth is for bodies without collisions
-_MOST_PASSED = 16  # surfaces that a ray may leave from the inside before it is given up
+_MOST_PASSED = 16  # largest number of surfaces that a ray may leave from the inside
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CompiledModel:
-    """A compiled model with its state, and the engine's row of each of its parts.
+    """Compiled model, its state, and the engine's row of each body and shape.
 
-    Moving bodies are numbered in order, from 0; their shapes come after those of statics.
+    Moving bodies are numbered in order, from 0; their shapes come after the shapes of statics.
     """
 
     mj: Any
@@ -376,11 +376,11 @@ class _CompiledModel:
     row_of_geom: IntArray
     """Row of each shape, shape (geoms,)."""
     statics: int
-    """Number of the shapes of statics."""
+    """Number of shapes of statics."""
     is_smooth: BoolArray
-    """Whether each moving body meets only statics without friction and bounce, as robots do, shape (bodies,)."""
+    """Whether all statics that a moving body can touch lack friction and restitution, shape (bodies,)."""
     is_rigid: BoolArray
-    """Whether each shape belongs to such a static, shape (geoms,)."""
+    """Whether a shape belongs to a static without friction and restitution, shape (geoms,)."""
 
     def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
         """Return fraction, row and normal of the first surface that a segment enters."""
@@ -395,18 +395,18 @@ class _CompiledModel:
                 break
             if float(normal[:, 0] @ way) < 0.0:
                 return passed, int(self.row_of_geom[geom[0]]), normal[:, 0].tolist()
-            passed += 1e-9  # it left a body from the inside
+            passed += 1e-9  # the ray left a body from the inside
         return 1.0, -1, (0.0, 0.0, 0.0)
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return rows of the colliding bodies whose bounding boxes overlap a box [m]."""
+        """Return the rows of the bodies that can collide and whose bounding boxes overlap a box [m]."""
         lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
         here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
         rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
         return rows
 
     def depth(self, row: int) -> float:
-        """Return the depth of a body in statics; see `Engine.depth`."""
+        """Return the largest overlap of a body with statics [m]; see `Engine.depth`."""
         m, mine = self.m, np.nonzero(self.row_of_geom == row)[0]
         low, high = (corner[:, None] for corner in self.boxes(mine))
         lows, highs = self.boxes(np.arange(self.statics))
@@ -419,7 +419,7 @@ class _CompiledModel:
         return -min(gaps, default=0.0)
 
     def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return corners of the bounding boxes of shapes, field frame [m], shape (n, 3) each."""
+        """Return the low and high corners of the bounding boxes of shapes, field frame [m], shape (n, 3) each."""
         m, d = self.m, self.d
         axes, box = d.geom_xmat[geoms].reshape(-1, 3, 3), m.geom_aabb[geoms]
         center = d.geom_xpos[geoms] + (axes @ box[:, :3, None])[:, :, 0]
@@ -428,16 +428,16 @@ class _CompiledModel:
 
 
 def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float, longest: float) -> _CompiledModel:
-    """Compile a model.
+    """Compile the MuJoCo model of a list of bodies.
 
     Args:
         mujoco: The `mujoco` package.
         definitions: Definitions by row.
         gravity: Gravity along -z [m/s^2].
-        longest: Longest step of contacts with friction or bounce [s].
+        longest: Longest step of contacts with friction or restitution [s].
 
     Raises:
-        EngineError: If MuJoCo refuses a shape; the message is MuJoCo's.
+        EngineError: If MuJoCo rejects a shape; the message includes MuJoCo's message.
     """
     spec = mujoco.MjSpec()
     option = spec.option
@@ -488,7 +488,7 @@ class _Contacts:
 
     Args:
         definitions: Definitions of all bodies.
-        longest: Longest step of contacts with friction or bounce [s].
+        longest: Longest step of contacts with friction or restitution [s].
     """
 
     def __init__(self, definitions: Sequence[BodyDefinition], longest: float) -> None:
@@ -498,14 +498,14 @@ class _Contacts:
         self._known: dict[tuple[TerrainSurface, float, int, int], dict[str, Any]] = {}
 
     def numbers(self, body: BodyDefinition) -> dict[str, Any]:
-        """Return the contact parameters that `add_geom` takes for a shape of a body."""
+        """Return the contact parameters of a body's shapes, as keyword arguments of `add_geom`."""
         kind = (body.surface, body.mass, body.group, body.mask)
         if kind not in self._known:
             self._known[kind] = self._pair(body)
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Return whether a body meets statics, none of them with friction or bounce."""
+        """Return whether a body can touch statics and none of them has friction or restitution."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 
@@ -534,19 +534,19 @@ class _Contacts:
 
 
 def _is_rigid(surface: TerrainSurface, mass: float) -> bool:
-    """Return whether a body is a static without friction and bounce."""
+    """Return whether a body is a static without friction and restitution."""
     return mass == surface.friction == surface.restitution == 0.0
 
 
 def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], away: Vector = (0.0, 0.0, 0.0)) -> None:
-    """Set mass, inertia and center of a moving body in a compiled model, and the values that MuJoCo derives from them.
+    """Set mass, inertia and center of mass of a moving body in a compiled model, and all derived values.
 
     Args:
         model: The `MjModel`.
         number: Number of the moving body, from 0; the world is body 0 of the model.
         mass: Mass [kg].
-        inertia: Principal moments about the new center [kg m^2].
-        away: Vector from the old center of mass to the new one, body frame [m]: its shapes move the other way.
+        inertia: Principal moments of inertia about the new center of mass [kg m^2].
+        away: Vector from the old center of mass to the new one, body frame [m].
     """
     body, dofs = number + 1, slice(6 * number, 6 * number + 6)
     change = mass - model.body_mass[body]
@@ -566,7 +566,7 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
-    """Tie a body to its pivot. The model's initial pose is the one in which both points of the joint coincide."""
+    """Tie a body to its pivot; sets the model's initial pose, in which the two points of the joint must coincide."""
     assert definition.pivot is not None
     quat = multiply(definition.quat, definition.inertia_axes)
     center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
@@ -578,13 +578,13 @@ def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinitio
 
 
 def _uniform(definition: BodyDefinition) -> Vector:
-    """Compute the moments of a uniform solid about the axes of its shape [kg m^2]."""
+    """Compute the moments of inertia of a uniform solid about the axes of its shape [kg m^2]."""
     x, y, z = np.diag(mass_properties(definition.shape).inertia).tolist()
     return (definition.mass * x, definition.mass * y, definition.mass * z)
 
 
 class _Geoms:
-    """Builder that adds shapes to bodies of a spec; equal hulls share one mesh."""
+    """Builder that adds shapes to the bodies of an `MjSpec`; equal hulls share one mesh."""
 
     def __init__(self, mujoco: Any, spec: Any) -> None:
         self._types = mujoco.mjtGeom
@@ -593,7 +593,7 @@ class _Geoms:
         self._meshes: dict[bytes, str] = {}
 
     def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> int:
-        """Add a shape with its contact parameters and return its number of geoms."""
+        """Add a shape with contact parameters and return the number of geoms made for it."""
         if isinstance(shape, Mesh):
             prisms = _prisms(shape)
             for prism in prisms:
@@ -630,7 +630,7 @@ class _Geoms:
 
 
 def _prisms(mesh: Mesh) -> list[FloatArray]:
-    """Convert each triangle of a mesh to the six corners of a thin prism around it [m]."""
+    """Return the six corners of a thin prism around each triangle of a mesh [m]."""
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.sqrt(np.einsum("ij,ij->i", normal, normal))
@@ -643,18 +643,18 @@ def _prisms(mesh: Mesh) -> list[FloatArray]:
 
 
 def _require_group(group: int) -> None:
-    """Raise `EngineError` for a group that MuJoCo's rays cannot distinguish."""
+    """Raise `EngineError` if MuJoCo's rays cannot tell a collision group from others."""
     if group >= 1 << _MOST_GROUPS:
         raise EngineError(f"MuJoCo tells {_MOST_GROUPS} collision groups apart, the bits 1 to 16; got {group}")
 
 
 def _ray_flags(mask: int) -> Any:
-    """Convert the groups that a ray meets to MuJoCo's format."""
+    """Convert a ray's collision mask to MuJoCo's array of flags by geom group."""
     return np.array([*(mask >> number & 1 for number in range(_MOST_GROUPS)), 0], dtype=np.uint8)
 
 
 def _write_masks(model: _CompiledModel, collision: Sequence[tuple[int, int]]) -> None:
-    """Write the group and mask of each row into a model; 0, 0 removes a body from all collisions."""
+    """Write the collision group and mask of each row into a model; 0, 0 removes a body from all collisions."""
     kinds, kind = np.unique([pair if all(pair) else (0, 0) for pair in collision], axis=0, return_inverse=True)
     if len(kinds) > _MOST_CLASSES:
         raise EngineError(f"MuJoCo: more than {_MOST_CLASSES} pairs of group and mask")

@@ -1,9 +1,9 @@
-"""Wavefront OBJ files: read and write named groups of polygons, and make convex groups for scripts.
+"""Wavefront OBJ files: reading, writing, and making named groups of polygons.
 
-Group names matter here: they choose the surface of each part of a field, and errors name the line. trimesh 5.2 also
-keeps the names (`split_objects`, `split_groups`), but it counts negative indices from the end of the file instead of
-the latest vertex, splits concave polygons into triangles outside of them, and silently accepts a vertex of two
-numbers, NaN, or a face with the vertex 0.
+Group names select the surface of each part of a field, and errors name the line. trimesh 5.2 also keeps group names
+(`split_objects`, `split_groups`), but it counts negative indices from the end of the file instead of the latest vertex,
+splits concave polygons into triangles outside the polygon, and silently accepts a vertex with two numbers, NaN, or a
+face with vertex 0.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ __all__ = [
 ]
 
 UNNAMED = "default"
-"""Name of faces before any `o` or `g`, as in the OBJ specification."""
+"""Name of the group of faces before the first `o` or `g`, as in the OBJ specification."""
 
 MOST_FACES, MOST_GROUPS = 100_000, 1000
-"""Limits of a field: a larger one would load for minutes."""
+"""Largest numbers of faces and groups in a field; larger fields would take minutes to load."""
 _MOST_CORNERS = 256
 
 _IGNORED = frozenset(
@@ -50,16 +50,16 @@ _IGNORED = frozenset(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObjGroup:
-    """Faces under one name."""
+    """Named group of polygons."""
 
     name: str
     vertices: FloatArray
-    """Vertices that the faces use, in the file's unit, shape (n, 3)."""
+    """Vertices of the polygons, in the units of the file, shape (n, 3)."""
     faces: tuple[tuple[int, ...], ...]
-    """Vertex rows around each polygon, counter-clockwise seen from the side to which the normal points."""
+    """Rows of the vertices of each polygon, counter-clockwise seen from the side that the normal points to."""
 
     def triangles(self) -> IntArray:
-        """Return the vertex rows of each triangle, shape (m, 3)."""
+        """Return the rows of the vertices of each triangle, shape (m, 3)."""
         rows = [tri for face in self.faces for tri in triangulate(self.vertices, face)]
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
@@ -67,22 +67,23 @@ class ObjGroup:
 def read_obj(
     path: str | PathLike[str], *, most_faces: int = MOST_FACES, most_groups: int = MOST_GROUPS
 ) -> tuple[ObjGroup, ...]:
-    """Read the groups of an OBJ file in the order of their first appearance.
+    """Read the groups of an OBJ file in the order in which they first appear.
 
-    The latest `o` or `g` statement names the faces after it; faces under a repeated name join the first ones.
+    Faces belong to the latest `o` or `g` statement; statements with equal names make one group.
 
     Args:
         path: Path of the file.
-        most_faces: Largest number of faces; a file with more is refused before it is read.
-        most_groups: Largest number of `o` and `g` statements, likewise.
+        most_faces: Largest number of faces; files with more are rejected before parsing.
+        most_groups: Largest number of `o` and `g` statements; files with more are rejected before parsing.
 
     Raises:
-        FieldMeshError: If the file is missing, unreadable, not an OBJ, broken in a line, too large, or has no faces.
+        FieldMeshError: If the file is missing, unreadable, not an OBJ file, too large, without faces, or has a
+            malformed line.
     """
     path = Path(path)
     try:
         raw = path.read_bytes()
-    except (OSError, ValueError) as error:  # a path with a NUL is a ValueError
+    except (OSError, ValueError) as error:  # a path with a NUL raises ValueError
         reason = getattr(error, "strerror", None) or error
         raise FieldMeshError(f"cannot read the field mesh {path}: {reason}. Give the path of an OBJ file") from error
     count, names = raw.count(b"\nf "), raw.count(b"\ng ") + raw.count(b"\no ")
@@ -131,18 +132,18 @@ def read_obj(
 
 
 def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 6) -> str:
-    """Format the text of an OBJ file; equal groups give equal text on every machine.
+    """Format groups as the text of an OBJ file; equal groups give equal text on every machine.
 
     Args:
-        groups: Groups to write, in this order, each under its own `o` statement.
-        header: Comment lines for the top.
-        decimals: Digits after the point of each coordinate; 6 is a micrometer.
+        groups: Groups in the order of the file, each under its own `o` statement.
+        header: Comment lines for the top of the file.
+        decimals: Number of decimals of each coordinate; 6 decimals of a meter are a micrometer.
     """
     lines = [f"# {line}".rstrip() for line in header.splitlines()]
     offset = 1
     for group in groups:
         lines.append(f"o {group.name}")
-        # Adding zero turns -0.0 into 0.0, so that a mirrored copy prints equal digits.
+        # Adding zero turns -0.0 into 0.0, so that a mirrored copy has the same digits.
         lines += ["v " + " ".join(f"{c:.{decimals}f}" for c in v) for v in np.round(group.vertices, decimals) + 0.0]
         lines += ["f " + " ".join(str(i + offset) for i in face) for face in group.faces]
         offset += len(group.vertices)
@@ -150,12 +151,12 @@ def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 
 
 
 def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> str:
-    """Write an OBJ file, and its folder if missing; return one line about its content.
+    """Write an OBJ file, creating missing folders, and return a summary line.
 
     Args:
         path: Path of the file.
-        groups: Groups as in `format_obj`.
-        header: Header as in `format_obj`.
+        groups: Groups in the order of the file.
+        header: Comment lines for the top of the file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(format_obj(groups, header=header), encoding="utf-8", newline="\n")
@@ -164,11 +165,11 @@ def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> st
 
 
 def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, int, int]]:
-    """Split one flat polygon, convex or not, into triangles: ears are cut off until a triangle is left.
+    """Split a flat polygon, convex or concave, into triangles by ear clipping.
 
     Args:
         vertices: Vertices of the mesh, shape (n, 3).
-        face: Vertex rows around the polygon.
+        face: Rows of the polygon's vertices, in order.
     """
     corners = vertices[list(face)]
     flat = in_plane(corners, np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0))  # Newell's normal
@@ -185,14 +186,22 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
         )
 
     while len(left) > 3:
-        ear = next(filter(is_ear, range(len(left))), 0)  # 0: a bow tie, which has no ears
+        ear = next(filter(is_ear, range(len(left))), 0)  # 0 for a self-intersecting polygon, which has no ears
         out.append((face[left[ear - 1]], face[left[ear]], face[left[(ear + 1) % len(left)]]))
         del left[ear]
     return [*out, (face[left[0]], face[left[1]], face[left[2]])]
 
 
 def in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
-    """Project points, (n, 3), onto two axes normal to a vector, counter-clockwise seen from its tip, shape (n, 2)."""
+    """Project points onto the plane across a normal, keeping counter-clockwise order seen from the normal's tip.
+
+    Args:
+        points: Points, shape (n, 3).
+        normal: Normal of the plane, of any length, shape (3,).
+
+    Returns:
+        Coordinates in the plane, shape (n, 2).
+    """
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u = u / max(float(np.linalg.norm(u)), np.finfo(float).tiny)
     return np.column_stack([points @ u, points @ np.cross(normal, u)])
@@ -227,18 +236,18 @@ def _face(values: list[str], count: int) -> tuple[int, ...]:
 
 
 def box_group(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> ObjGroup:
-    """Make an axis-aligned box between two corners [m]."""
+    """Make an axis-aligned box from two opposite corners [m]."""
     ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
     return solid_group(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
 
 
 def solid_group(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
-    """Make a prism or frustum: two flat polygons with equal numbers of corners, and flat faces between them.
+    """Make a prism or frustum from two flat polygons with equal numbers of corners.
 
     Args:
         name: Name of the group.
-        bottom: Corners, counter-clockwise seen from the top [m], shape (n, 3).
-        top: Corner above each of them [m], shape (n, 3).
+        bottom: Corners of the lower polygon, counter-clockwise seen from the top [m], shape (n, 3).
+        top: Corners of the upper polygon, each above the lower corner of the same row [m], shape (n, 3).
     """
     n = len(bottom)
     sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
@@ -251,8 +260,8 @@ def prism_group(name: str, outline: FloatArray, bottom: float, top: float) -> Ob
     Args:
         name: Name of the group.
         outline: Convex outline, counter-clockwise seen from above [m], shape (n, 2).
-        bottom: Height of its lower face [m].
-        top: Height of its upper face [m].
+        bottom: Height of the lower face [m].
+        top: Height of the upper face [m].
     """
     ends = [np.column_stack([outline, np.full(len(outline), z)]) for z in (bottom, top)]
     return solid_group(name, ends[0], ends[1])
@@ -267,15 +276,15 @@ def pipe_group(
     aside: tuple[float, float, float],
     sides: int = 8,
 ) -> ObjGroup:
-    """Make a straight pipe or bar, as a prism with the cross-section area of the round pipe.
+    """Make a straight pipe as a prism with the cross-sectional area of the round pipe.
 
     Args:
         name: Name of the group.
-        start: Center of one end [m].
-        end: Center of the other end [m].
+        start: Center of the first end [m].
+        end: Center of the second end [m].
         diameter: Diameter of the round pipe [m].
-        aside: Direction across the pipe, to which two of the faces point.
-        sides: Number of faces around it.
+        aside: Direction across the pipe, normal to a pair of faces.
+        sides: Number of side faces.
 
     Raises:
         ConfigError: If the pipe has no length or diameter, or `aside` is along it.
@@ -298,6 +307,6 @@ def pipe_group(
 
 
 def flipped_group(group: ObjGroup, name: str, symmetry: FieldSymmetry) -> ObjGroup:
-    """Return the image of a group under the symmetry of a field; its faces point outward as well."""
+    """Return the image of a group under the symmetry of a field, with faces that still point outward."""
     faces = group.faces if symmetry.keeps_hands else tuple(face[::-1] for face in group.faces)
     return ObjGroup(name, symmetry.flip_points(group.vertices), faces)

@@ -1,4 +1,4 @@
-"""Robots of a world: their records, the outlines that their bumpers meet, and their mass properties."""
+"""Robots of a world: records, mass properties, and the field outlines that bumpers can touch."""
 
 from __future__ import annotations
 
@@ -41,51 +41,53 @@ from simcore.world.shapes import Compound, Mesh, Part, Shape, outline, outline_p
 
 __all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice_between"]
 
-_BAND = 0.02  # [m]; outlines of elements are made at whole multiples of this height, slightly below the requested one
-_LOW = 0.1  # [m]; lower elements meet wheels and frames only
-_LIFT = 0.003  # [m]; a robot that has risen or sunk by less keeps its outlines
-_THIN = 1e-5  # [m^2]; smallest area of an element's slice that bumpers meet
-_COVERED = 1e-3  # [m]; points this far outside a side are tested for being covered by another outline
+_BAND = 0.02  # [m]; outlines are computed at multiples of this height, slightly below the requested height
+_LOW = 0.1  # [m]; elements below this height touch only wheels and frames
+_LIFT = 0.003  # [m]; outlines are kept while a robot's height changes by less
+_THIN = 1e-5  # [m^2]; smallest area of an outline that bumpers can touch
+_COVERED = 1e-3  # [m]; distance outside a side of the points at which other outlines are tested for covering the side
 _SINK = 0.0003  # [m]; compression of the wheels under the robot's weight
 _DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
-_STIFFER = 3.0  # factor of bumpers and frame on the wheels' stiffness
+_STIFFER = 3.0  # ratio of the stiffness of bumpers and frame to the stiffness of wheels
 _POINT_RADIUS = 0.01  # [m]
-_ROOM = 64  # most robots in a world
+_ROOM = 64  # largest number of robots in a world
 _ABOVE = 0.002  # [m]; height above the ground from which a placed robot settles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BumperPart:
-    """A rectangle that meets walls and robots: bumpers, or the frame above them."""
+    """Rectangle that collides with walls and robots: bumpers, or the frame above them."""
 
     x: float
-    """Center, robot frame [m]."""
+    """x coordinate of the center, robot frame [m]."""
     y: float
+    """y coordinate of the center, robot frame [m]."""
     half_length: float
     """Half of the length [m]."""
     half_width: float
+    """Half of the width [m]."""
     bottom: float
     """Height of the lower edge above the carpet [m]."""
     top: float
     """Height of the upper edge above the carpet [m]."""
     friction: float
-    """Friction factor, combined like that of a surface [-]."""
+    """Friction factor, combined as in `TerrainSurface` [-]."""
     restitution: float
-    """Restitution factor, combined like that of a surface [-]."""
+    """Restitution factor, combined as in `TerrainSurface` [-]."""
     stiffness: float
-    """Contact force per depth and per length of the touching side [N/m^2]."""
+    """Contact force per meter of penetration and per meter of the touching side [N/m^2]."""
 
 
 _kick_and_drift: Callable[..., None] = kick_and_drift
 
 
 class RecordRows:
-    """Preallocated records of one type: a row keeps its place once it is taken.
+    """Preallocated records of one type, whose rows never move in memory.
 
     Args:
         what: Name of the records, for messages.
         dtype: Type of the records.
-        room: Largest number of rows; untouched rows use no memory.
+        room: Largest number of rows; unused rows take no memory.
     """
 
     def __init__(self, what: str, dtype: np.dtype[Any], room: int) -> None:
@@ -97,10 +99,10 @@ class RecordRows:
         return self._made[: self.count]
 
     def take(self, new: Records) -> Records:
-        """Take as many rows as there are new records, set them, and return them.
+        """Copy new records into free rows and return these rows.
 
         Raises:
-            ConfigError: If there is no room left.
+            ConfigError: If too few rows are free.
         """
         first, self.count = self.count, self.count + len(new)
         if self.count > len(self._made):
@@ -111,7 +113,7 @@ class RecordRows:
 
 
 class _Wheels(Protocol):
-    """A drivetrain whose records move into those of the world."""
+    """Drivetrain whose records can move into the arrays of the world."""
 
     robot_record: Records
     shafts: Records
@@ -120,15 +122,15 @@ class _Wheels(Protocol):
 
 
 class _Shaft(Protocol):
-    """A mechanism whose record moves into those of the world."""
+    """Mechanism whose record can move into the arrays of the world."""
 
     record: Records
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Return whether bumpers meet a static of this shape and pose by its outline.
+    """Return whether bumpers collide with the outline of a static, instead of with its solids.
 
-    Concave shapes, and shapes so low that wheels or the frame's lower edge meet them, are met as solids.
+    Bumpers collide with the solids of concave shapes and of shapes low enough for wheels or the frame's lower edge.
     """
     if isinstance(shape, Mesh):
         return False
@@ -136,10 +138,10 @@ def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
 
 
 class RobotDynamics:
-    """All robots of a world.
+    """Dynamics of all robots of a world.
 
     Args:
-        bodies: All bodies of the world, robots among them.
+        bodies: All bodies of the world, including the robots.
     """
 
     def __init__(self, bodies: Bodies) -> None:
@@ -153,8 +155,8 @@ class RobotDynamics:
         self._parts = RecordRows("parts of bumpers", PART, 16 * _ROOM)
         self._springs = RecordRows("contacts", SPRING, SPRINGS * _ROOM)
         self._clock = np.zeros(1, np.int64)
-        self._reported = 0  # count of brown-outs and resets
-        self._number_of: dict[int, int] = {}  # by row
+        self._reported = 0  # number of brown-outs and resets reported so far
+        self._number_of: dict[int, int] = {}  # robot number by row
         self._statics: list[tuple[int, tuple[FloatArray, ...], TerrainSurface]] = []
         self._slices: dict[tuple[int, int], tuple[int, int]] = {}
         self._fleet: Fleet | None = None
@@ -164,7 +166,7 @@ class RobotDynamics:
         self._outlines, self._hidden = records(OUTLINE, 0), np.zeros(0, np.uint8)
         self._corners, self._normals = np.zeros((0, 2)), np.zeros((0, 2))
         self._slices.clear()
-        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # of the parts at the last choice [m]
+        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # robot height by part, at the last choice [m]
 
     @property
     def robots(self) -> Records:
@@ -173,7 +175,7 @@ class RobotDynamics:
 
     @property
     def fleet(self) -> Fleet:
-        """All records, as the loop takes them."""
+        """Records of all robots, in the form that the loop takes."""
         if self._fleet is None:
             self._fleet = Fleet(
                 self.robots, self._shafts.taken, self._wheels.taken, self._batteries.taken, self._parts.taken,
@@ -185,7 +187,7 @@ class RobotDynamics:
     # --- building -------------------------------------------------------------------------------------------------
 
     def add_static(self, row: int, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
-        """Add a static that bumpers meet, with its origin at a place [m]."""
+        """Add a static that bumpers can touch; `pos` is its origin, field frame [m]."""
         turn = matrix(quat).T
         assert not isinstance(shape, Mesh)
         members = shape.parts if isinstance(shape, Compound) else (Part(shape),)
@@ -194,7 +196,13 @@ class RobotDynamics:
         self._forget_outlines()
 
     def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
-        """Add a robot whose body has this row and number; return the robot's number."""
+        """Add a robot and return its number.
+
+        Args:
+            row: Row of the robot's body in the world.
+            body: Number of the robot's body in `Bodies`.
+            parts: Bumper parts.
+        """
         prepare()
         number = len(self._drives)
         self._number_of[row] = number
@@ -217,7 +225,7 @@ class RobotDynamics:
         return number
 
     def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
-        """Move the records of a robot's drivetrain and mechanisms into those of the world, where they stay."""
+        """Move the records of a robot's drivetrain and mechanisms into the arrays of the world."""
         robot = self.robots[number : number + 1]
         robot["first_shaft"], robot["first_wheel"] = self._shafts.count, self._wheels.count
         if drive is not None:
@@ -238,7 +246,7 @@ class RobotDynamics:
         Args:
             number: Number of the robot.
             wheels: Centers of the wheels, robot frame [m].
-            points: Points of bumpers and frame, each the center of a ball of 10 mm [m].
+            points: Contact points of bumpers and frame, centers of spheres of 10 mm radius, robot frame [m].
             radius: Radius of the wheels [m].
         """
         robot, m = self.robots[number], len(wheels)
@@ -254,16 +262,15 @@ class RobotDynamics:
     def set_mass(
         self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
     ) -> None:
-        """Set mass, center of mass and moments of inertia of a robot; its pose stays.
+        """Set mass, center of mass and moments of inertia of a robot without changing its pose.
 
         Args:
             number: Number of the robot.
             mass: Mass [kg].
             center: Center of mass, robot frame [m].
-            inertia: Moments of inertia about it [kg m^2].
+            inertia: Moments of inertia about the center of mass [kg m^2].
             radius: Radius of the wheels [m].
-            loads: Loads of the wheels on level ground [N]; each spring is lengthened so that the robot stands at height
-                0.
+            loads: Wheel loads on level ground [N]; each wheel's spring is lengthened so that the robot stands at z = 0.
         """
         robot, m = self.robots[number], len(loads)
         body = self._bodies.records[int(robot["body"])]
@@ -281,7 +288,7 @@ class RobotDynamics:
     # --- queries --------------------------------------------------------------------------------------------------
 
     def touching(self, row: int) -> list[int]:
-        """Return rows of the walls and robots that a robot touched in its last step."""
+        """Return the rows of the walls and robots that a robot touched in the last step."""
         if row not in self._number_of:
             return []
         robot = self.robots[self._number_of[row]]
@@ -289,7 +296,7 @@ class RobotDynamics:
         return touched
 
     def wheel_gaps(self, number: int, count: int) -> list[float]:
-        """Return distances of a robot's wheels from the ground, where it is near [m]."""
+        """Return the distance of each of a robot's wheels from nearby ground [m]."""
         first = int(self.robots["first_point"][number])
         gaps: list[float] = self._points.taken["gap"][first : first + count].tolist()
         return gaps
@@ -297,9 +304,15 @@ class RobotDynamics:
     def standing(
         self, number: int, pose: Vector, solids: Solids, has_floor: bool, gravity: float, height: float
     ) -> tuple[Vector, Quaternion]:
-        """Return position of the origin and attitude of a robot that stands at a pose [m, m, rad].
+        """Return the position of the origin and the attitude of a robot that stands at a planar pose.
 
-        The robot settles there from a height [m] without overlaps.
+        Args:
+            number: Number of the robot.
+            pose: Planar pose, field frame [m, m, rad].
+            solids: Solids of the world.
+            has_floor: Whether the world has a floor at z = 0.
+            gravity: Gravity, downward [m/s^2].
+            height: Height without overlaps from which the robot settles [m].
         """
         kept = self._bodies.records.copy()
         body = self._bodies.records[int(self.robots["body"][number])]
@@ -325,7 +338,7 @@ class RobotDynamics:
         robot["is_put"] = 1
 
     def choose_outlines(self) -> None:
-        """Select the field outlines that bumpers can hit at the robots' current heights."""
+        """Select the field outlines that bumpers can touch at the robots' current heights."""
         if self._parts.count:
             heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts.taken["robot"]]
             if not np.abs(heights - self._heights).max() <= _LIFT:
@@ -333,7 +346,7 @@ class RobotDynamics:
                 self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Make the batteries report new brown-outs and resets."""
+        """Have the batteries report new brown-outs and resets."""
         batteries = self._batteries.taken
         begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
         if begun != self._reported:
@@ -343,7 +356,7 @@ class RobotDynamics:
                     drive.battery.report()
 
     def fail(self, number: int) -> NoReturn:
-        """Report that the state of a robot is not finite.
+        """Raise an error for a robot whose state is not finite.
 
         Raises:
             EngineError: Always.
@@ -356,13 +369,13 @@ class RobotDynamics:
     # --- the engine's bodies ---------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Give the engine the robots' motion as the loop computed it, so that the engine's bodies collide with them.
+        """Copy the robots' motion in this step to the engine, so that the engine's bodies collide with robots.
 
         Args:
             engine: Engine of all other bodies.
-            before: Positions and attitudes of all bodies at the start of the step, shape (n, 7).
-            h: Step [s].
-            gravity: Gravity, downward, which the engine adds [m/s^2].
+            before: Positions [m] and attitudes of all bodies at the start of the step, shape (n, 7).
+            h: Length of the step [s].
+            gravity: Downward gravity that the engine applies [m/s^2].
         """
         for number in self._bodies.robots:
             row, mean = self._bodies.rows[number], self._bodies.records["mean_twist"][number].tolist()
@@ -370,7 +383,7 @@ class RobotDynamics:
             engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
 
     def take_from(self, engine: Engine, h: float) -> None:
-        """Add the effect of the engine's bodies on the robots in its step of h [s]: kick, then drift."""
+        """Apply to each robot the change of velocity by the engine's step of h [s], and move the robot accordingly."""
         for number in self._bodies.robots:
             row, body = self._bodies.rows[number], self._bodies.records[number]
             if not engine.touching(row):
@@ -391,7 +404,7 @@ class RobotDynamics:
         self._fleet = None
 
     def _slice(self, low: int, high: int) -> tuple[int, int]:
-        """Return the range of outlines of all statics between two heights, in `_BAND`: first, and last plus one."""
+        """Return the first outline, and the last plus one, of the statics between two heights in units of `_BAND`."""
         if (low, high) not in self._slices:
             found, polygons = [], []
             for row, members, surface in self._statics:
@@ -423,7 +436,7 @@ class RobotDynamics:
 
 
 def _outward(corners: FloatArray) -> FloatArray:
-    """Compute outward unit normals of the sides after each corner of a convex outline, shape (n, 2)."""
+    """Compute the outward unit normal of the side after each corner of a convex outline, shape (n, 2)."""
     along = np.roll(corners, -1, axis=0) - corners
     normals: FloatArray = np.column_stack((along[:, 1], -along[:, 0])) / np.linalg.norm(along, axis=1)[:, None]
     return normals
@@ -432,13 +445,16 @@ def _outward(corners: FloatArray) -> FloatArray:
 def _covered(
     number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
 ) -> npt.NDArray[np.uint8]:
-    """Return which sides of an outline others cover from end to end, shape (n,): nothing can touch them.
+    """Return whether other outlines cover each side of an outline from end to end, so nothing can touch it.
 
     Args:
         number: Number of the outline.
         polygons: Corners of all outlines [m].
-        normals: Normals of their sides.
+        normals: Outward unit normals of the sides of all outlines.
         boxes: Bounds of each outline: low x, low y, high x, high y [m], shape (m, 4).
+
+    Returns:
+        1 for each covered side, otherwise 0, shape (n,).
     """
     corners = polygons[number]
     after = np.roll(corners, -1, axis=0)
@@ -457,7 +473,7 @@ def _covered(
 
 
 def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
-    """Compute the outline in plan view of a convex shape between two heights.
+    """Compute the plan-view outline of a convex shape between two heights.
 
     Args:
         points: Corners of the shape [m], shape (n, 3).
@@ -465,13 +481,13 @@ def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
         high: Upper height [m].
 
     Returns:
-        Corners, counter-clockwise [m], shape (m, 2); none if it has nothing there.
+        Corners, counter-clockwise [m], shape (m, 2); empty if no part of the shape is between the heights.
     """
     z = points[:, 2]
     found = [points[(z >= low) & (z <= high), :2]]
     for level in (low, high):
         below, above = points[z < level], points[z > level]
-        if len(below) and len(above):  # all lines between them lie in the shape, and its edges are among them
+        if len(below) and len(above):  # every line between such points is in the shape, and its edges are among them
             share = (level - below[:, 2])[:, None] / (above[None, :, 2] - below[:, None, 2])
             cut = below[:, None, :2] + share[..., None] * (above[None, :, :2] - below[:, None, :2])
             found.append(cut.reshape(-1, 2))

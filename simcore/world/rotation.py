@@ -1,7 +1,7 @@
-"""Rotations: unit quaternions in the order x, y, z, w (Bullet's and scipy's), and 3 x 3 matrices as rows.
+"""Rotations: unit quaternions in the order x, y, z, w, as in Bullet and SciPy, and 3 x 3 matrices.
 
-Tuples of plain floats are for the few bodies that are rotated one by one: there they take half the time of arrays.
-The array functions are for many points at once.
+Functions on tuples of floats are for single bodies, where they take half the time of arrays. Functions on arrays are
+for many points at once.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Compute the rotation by roll, then pitch, then yaw about fixed x, y and z [rad] (WPILib's Rotation3d)."""
+    """Compute the rotation by roll, then pitch, then yaw about the fixed x, y and z axes [rad], as in `Rotation3d`."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
@@ -54,12 +54,12 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Compute the rotation about z, counter-clockwise from above [rad]."""
+    """Compute the rotation about z by a yaw, counter-clockwise from above [rad]."""
     return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
 def rpy(q: Sequence[float]) -> Vector:
-    """Compute roll, pitch and yaw [rad] of a rotation; the inverse of `from_rpy`, pitch within +-pi/2."""
+    """Compute roll, pitch (within +-pi/2) and yaw of a rotation [rad]; inverse of `from_rpy`."""
     x, y, z, w = q
     sin_pitch = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
     return (
@@ -70,18 +70,18 @@ def rpy(q: Sequence[float]) -> Vector:
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the angle wrapped to [-pi, pi] [rad]."""
+    """Wrap an angle to -pi..pi [rad]."""
     return math.remainder(angle, math.tau)
 
 
 def yaw_of(q: Sequence[float]) -> float:
-    """Compute the heading of the rotated x axis in the ground plane [rad]."""
+    """Compute the yaw of a rotation: heading of the rotated x axis in the ground plane [rad]."""
     x, y, z, w = q
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
-    """Return the rotation b followed by the rotation a."""
+    """Compute the product a b of two rotations: b first, then a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -93,9 +93,9 @@ def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
 
 
 def interpolate(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
-    """Return the rotation at a share of the way from a to b.
+    """Interpolate between the rotations a (share 0) and b (share 1) by the normalized weighted mean.
 
-    It is the normalized mean of both: for an angle t between them the error is at most t^3 / 240, 2e-6 rad at 0.08 rad.
+    The error for an angle t between a and b is at most t^3 / 240: 2e-6 rad at 0.08 rad.
     """
     ax, ay, az, aw = a
     bx, by, bz, bw = b
@@ -107,7 +107,7 @@ def interpolate(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
 
 
 def rotate(q: Sequence[float], v: Sequence[float]) -> Vector:
-    """Rotate a vector by `q`: from robot axes to field axes."""
+    """Rotate a vector by `q`, for example from robot axes to field axes."""
     qx, qy, qz, qw = q
     vx, vy, vz = v
     tx, ty, tz = 2.0 * (qy * vz - qz * vy), 2.0 * (qz * vx - qx * vz), 2.0 * (qx * vy - qy * vx)
@@ -119,7 +119,7 @@ def rotate(q: Sequence[float], v: Sequence[float]) -> Vector:
 
 
 def rotate_back(q: Sequence[float], v: Sequence[float]) -> Vector:
-    """Rotate a vector by the inverse of `q`: from field axes to robot axes."""
+    """Rotate a vector by the inverse of `q`, for example from field axes to robot axes."""
     qx, qy, qz, qw = q
     return rotate((-qx, -qy, -qz, qw), v)
 
@@ -127,7 +127,7 @@ def rotate_back(q: Sequence[float], v: Sequence[float]) -> Vector:
 def frame_pose(
     pos: Sequence[float], quat: Sequence[float], offset: Vector, turn: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute the pose of a frame from its offset and rotation in an outer frame with pose `pos`, `quat`."""
+    """Compute the pose of a frame with a given offset and rotation in an outer frame at pose `pos`, `quat`."""
     (x, y, z), (a, b, c, d) = pos, quat
     if offset != (0.0, 0.0, 0.0):
         ox, oy, oz = rotate(quat, offset)
@@ -136,7 +136,7 @@ def frame_pose(
 
 
 def outer_pose(pos: Vector, quat: Quaternion, offset: Vector, turn: Quaternion) -> tuple[Vector, Quaternion]:
-    """Compute the pose of the outer frame from the result of `frame_pose`."""
+    """Compute the pose of the outer frame from the pose of the inner frame; inverse of `frame_pose`."""
     if turn != IDENTITY:
         x, y, z, w = turn
         quat = multiply(quat, (-x, -y, -z, w))
@@ -147,9 +147,9 @@ def outer_pose(pos: Vector, quat: Quaternion, offset: Vector, turn: Quaternion) 
 
 
 def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
-    """Compute the rotation matrix R, shape (3, 3): `p_field = R @ p_robot`, and `points_robot @ R.T` for rows.
+    """Compute the rotation matrix R of a quaternion, shape (3, 3), or of n quaternions (4, n), shape (3, 3, n).
 
-    For n rotations, shape (4, n), it is (3, 3, n).
+    `R @ p_robot` rotates one point to field axes, `points_robot @ R.T` an array of points, one per row.
     """
     parts: Any = q  # four numbers or four arrays
     x, y, z, w = parts
@@ -163,11 +163,11 @@ def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
 
 
 def minus(a: Vector, b: Vector) -> Vector:
-    """Subtract b from a."""
+    """Compute the vector a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """Compute the vector product."""
+    """Compute the cross product a x b."""
     (ax, ay, az), (bx, by, bz) = a, b
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx

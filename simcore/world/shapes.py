@@ -1,6 +1,6 @@
-"""Collision shapes as plain records: extents, mass properties, and tubes, rings and cones of convex parts.
+"""Collision shapes, extents and mass properties; also tubes, rings and cones made of convex parts.
 
-Every shape is given in its own frame; its pose is given where it is added to a world. Volume, center of mass and
+Every shape is defined in its own frame; the pose comes with the body that uses the shape. Volume, center of mass and
 inertia are those of uniform solids.
 """
 
@@ -60,15 +60,15 @@ __all__ = [
 ]
 
 _LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world has this length
-_RING = 24  # points of a round outline
-_TOUCHES = 0.001  # [m]; points at most this far above the lowest one also carry the shape
-_OVER = 0.002  # [m]; allowed distance of the center outside the supporting points
+_RING = 24  # number of points of a round outline
+_TOUCHES = 0.001  # [m]; points up to this height above the lowest point also support the shape
+_OVER = 0.002  # [m]; largest distance of the center of mass outside the polygon of supporting points
 _DIRECTIONS: FloatArray = np.array([np.cos(np.arange(72) * math.tau / 72), np.sin(np.arange(72) * math.tau / 72)])
 
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A ball around the origin."""
+    """Sphere centered at the origin."""
 
     radius: float
     """Radius [m]."""
@@ -79,7 +79,7 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A cylinder along z, centered at the origin."""
+    """Cylinder along z, centered at the origin."""
 
     radius: float
     """Radius [m]."""
@@ -92,7 +92,7 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box centered at the origin."""
+    """Box centered at the origin."""
 
     size: tuple[float, float, float]
     """Full edge lengths along x, y and z [m]."""
@@ -103,10 +103,10 @@ class Box:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hull:
-    """The convex hull of some points."""
+    """Convex hull of points."""
 
     points: FloatArray
-    """Corners [m], shape (n, 3), n >= 4."""
+    """Points of the hull [m], shape (n, 3), n >= 4."""
 
     def __post_init__(self) -> None:
         require_points("Hull", "points", self.points, FIELD_PLACE, least=4)
@@ -114,12 +114,12 @@ class Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """A triangle mesh, two-sided; for statics only. Slower and leakier than the other shapes."""
+    """Two-sided triangle mesh, for statics only; slower than other shapes, and more balls pass through it."""
 
     vertices: FloatArray
     """Vertices [m], shape (n, 3)."""
     faces: IntArray
-    """Vertex rows of each triangle, shape (m, 3)."""
+    """Rows of the vertices of each triangle, shape (m, 3)."""
 
     def __post_init__(self) -> None:
         require_points("Mesh", "vertices", self.vertices, FIELD_PLACE, least=3)
@@ -128,13 +128,13 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One member of a `Compound`, with its position and attitude."""
+    """Convex part of a `Compound`, with position and attitude."""
 
     shape: Sphere | Cylinder | Box | Hull
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Origin of the member in the frame of the whole [m]."""
+    """Origin of the part in the frame of the compound [m]."""
     quat: Quaternion = IDENTITY
-    """Attitude of the member in that frame, x, y, z, w, a unit quaternion."""
+    """Attitude of the part in the frame of the compound, unit quaternion x, y, z, w."""
 
     def __post_init__(self) -> None:
         require_fields(self, offset=(FIELD_PLACE,) * 3, quat=ATTITUDE)
@@ -142,7 +142,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compound:
-    """Several convex shapes that move as one body and share one surface."""
+    """Convex shapes that move as one body and share one surface."""
 
     parts: tuple[Part, ...]
 
@@ -156,7 +156,7 @@ Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
 
 
 def parts_of(shape: Shape) -> tuple[Part, ...]:
-    """Return the convex members of a shape; a convex shape is its only member."""
+    """Return the convex parts of a shape; a convex shape is a single part."""
     if isinstance(shape, Compound):
         return shape.parts
     if isinstance(shape, Mesh):
@@ -165,7 +165,12 @@ def parts_of(shape: Shape) -> tuple[Part, ...]:
 
 
 def support(shape: Shape, ways: FloatArray) -> FloatArray:
-    """Compute the extent of a shape from its origin along unit vectors, shape (n, 3) [m], shape (n,)."""
+    """Compute the largest extent of a shape from the origin along each unit vector [m], shape (n,).
+
+    Args:
+        shape: The shape.
+        ways: Unit vectors, shape (n, 3).
+    """
     if isinstance(shape, Compound):
         reach = [support(p.shape, ways @ matrix(p.quat)) + ways @ np.array(p.offset) for p in shape.parts]
         return np.asarray(np.max(reach, axis=0))
@@ -180,12 +185,12 @@ def support(shape: Shape, ways: FloatArray) -> FloatArray:
 
 
 def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
-    """Return smallest and largest coordinates of a shape in its frame [m], shape (3,) each."""
+    """Return the low and high corners of a shape's bounding box, shape frame [m], shape (3,) each."""
     return -support(shape, -np.eye(3)), support(shape, np.eye(3))
 
 
 def outline_points(shape: Shape) -> FloatArray:
-    """Return points whose convex hull is the shape (round ones as rings of 24), in its frame [m], shape (n, 3)."""
+    """Return points whose convex hull is the shape, shape frame [m], shape (n, 3); a circle becomes 24 points."""
     if isinstance(shape, Box):
         corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
         return np.asarray(corners * np.array(shape.size))
@@ -204,7 +209,10 @@ def outline_points(shape: Shape) -> FloatArray:
 
 
 def outline(points: FloatArray) -> FloatArray:
-    """Return corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2); the ends of a line."""
+    """Return the corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2).
+
+    For points on a line, these are the two ends.
+    """
     try:
         return np.asarray(points[ConvexHull(points).vertices])
     except QhullError:
@@ -213,7 +221,7 @@ def outline(points: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def bounding_radius(shape: Shape) -> float:
-    """Compute the radius of the smallest ball around the origin that encloses the shape [m]."""
+    """Compute the radius of the smallest sphere around the origin that encloses the shape [m]."""
     if isinstance(shape, Sphere):
         return shape.radius
     if isinstance(shape, Compound):
@@ -223,7 +231,7 @@ def bounding_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def inner_radius(shape: Shape) -> float:
-    """Compute the radius of the largest ball around the origin within the shape's convex hull [m]."""
+    """Compute the radius of the largest sphere around the origin inside the shape's convex hull [m]."""
     if isinstance(shape, Sphere):
         return shape.radius
     if isinstance(shape, Cylinder):
@@ -235,7 +243,7 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Compute the thickness of the thinnest part, between a plane along a face and a parallel one [m]."""
+    """Compute the smallest distance between two parallel planes that enclose a part, one of them along a face [m]."""
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
     if isinstance(shape, Cylinder):
@@ -251,9 +259,10 @@ def smallest_thickness(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def mean_frontal_area(shape: Shape) -> float:
-    """Compute the shadow area of the shape's convex hull, averaged over all directions: a quarter of its surface [m^2].
+    """Compute the projected area of the shape's convex hull, averaged over all directions [m^2].
 
-    Source: A. Cauchy, 1841; exact for convex bodies, so also for a ball: pi r^2.
+    The mean projected area of a convex body is a quarter of the surface area, exactly: pi r^2 for a sphere.
+    Source: A. Cauchy, 1841.
     """
     if isinstance(shape, Sphere):
         return math.pi * shape.radius**2
@@ -266,12 +275,12 @@ def mean_frontal_area(shape: Shape) -> float:
 
 
 def support_height(shape: Shape, quat: Quaternion = IDENTITY) -> float:
-    """Compute the height of the origin above flat ground that the shape touches in an attitude [m]."""
+    """Compute the height of the origin of a shape that rests on flat ground in a given attitude [m]."""
     return float(support(shape, -matrix(quat)[2:])[0])
 
 
 def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
-    """Return whether the shape is stable in an attitude on flat ground: its origin is above its supporting points."""
+    """Return whether a shape in a given attitude is stable on flat ground: the origin is above the support polygon."""
     parts = parts_of(shape)
     axes = matrix(quat)
     points = np.vstack([_low_points(part, axes) for part in parts])
@@ -280,7 +289,7 @@ def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
 
 
 def _low_points(part: Part, axes: FloatArray) -> FloatArray:
-    """Return the candidates for supporting points of a member, relative to the origin of the rotated shape."""
+    """Return the points of a part that can touch the ground, relative to the origin of the rotated shape [m]."""
     origin = axes @ np.array(part.offset)
     if isinstance(part.shape, Sphere):
         return np.array([origin - (0.0, 0.0, part.shape.radius)])
@@ -289,7 +298,7 @@ def _low_points(part: Part, axes: FloatArray) -> FloatArray:
 
 
 def _reach(part: Part) -> float:
-    """Compute the largest distance of a member from the origin of the whole [m]."""
+    """Compute the largest distance of a part's points from the origin of the compound [m]."""
     if isinstance(part.shape, Sphere):
         return math.hypot(*part.offset) + part.shape.radius
     return float(np.linalg.norm(outline_points(part.shape) @ matrix(part.quat).T + part.offset, axis=1).max())
@@ -298,7 +307,7 @@ def _reach(part: Part) -> float:
 # --- mass ------------------------------------------------------------------------------------------------------------
 
 
-_ALIGNED = 1e-6  # largest product of inertia, as a share of the largest moment, for the axes to count as principal
+_ALIGNED = 1e-6  # largest ratio of a product to a moment of inertia at which the axes count as principal axes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -306,16 +315,16 @@ class MassProperties:
     """Mass properties of a uniform solid."""
 
     volume: float
-    """Volume [m^3]; overlaps of a compound's parts count twice."""
+    """Volume [m^3]; where parts of a compound overlap, the volume counts twice."""
     center: FloatArray
     """Center of mass in the frame of the shape [m], shape (3,)."""
     inertia: FloatArray
-    """Inertia tensor about the center of mass, in the axes of the shape, for a mass of 1 kg [m^2], shape (3, 3)."""
+    """Inertia tensor about the center of mass per unit mass, in the axes of the shape [m^2], shape (3, 3)."""
 
 
 @lru_cache(maxsize=256)
 def mass_properties(shape: Shape) -> MassProperties:
-    """Compute volume, center of mass and inertia.
+    """Compute volume, center of mass and inertia tensor of a shape.
 
     Raises:
         ConfigError: If the shape has no volume: a mesh, or a hull of points in one plane.
@@ -344,9 +353,9 @@ def mass_properties(shape: Shape) -> MassProperties:
 
 
 def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
-    """Compute principal moments of a tensor, shape (3, 3), and the attitude of the principal axes, x, y, z, w.
+    """Compute the principal moments of an inertia tensor (3, 3), and the attitude of the principal axes, x, y, z, w.
 
-    A tensor that is already diagonal keeps its axes.
+    The principal axes of a diagonal tensor are the given axes, in the given order.
     """
     moments = np.diag(inertia)
     if np.abs(inertia - np.diag(moments)).max() <= _ALIGNED * moments.max():
@@ -364,12 +373,12 @@ def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
 
 
 def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
-    """Compute angular velocity after h [s] without torque: Euler's equations, classical Runge-Kutta method.
+    """Compute the angular velocity after h [s] of torque-free rotation, by Euler's equations and a Runge-Kutta step.
 
     Args:
-        spin: Angular velocity along the principal axes [rad/s].
+        spin: Angular velocity at the start, along the principal axes [rad/s].
         moments: Principal moments of inertia [kg m^2].
-        h: Step [s].
+        h: Length of the step [s].
 
     >>> free_spin((0.0, 0.0, 2.0), (2.0, 2.0, 1.0), 0.1)
     (0.0, 0.0, 2.0)
@@ -392,7 +401,7 @@ def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
 
 
 def centered(shape: Hull | Compound) -> Hull | Compound:
-    """Return the shape moved so that its center of mass is at the origin, as a game piece needs it."""
+    """Move a shape so that the center of mass is at the origin, as required for game pieces."""
     center = mass_properties(shape).center
     if isinstance(shape, Hull):
         return Hull(shape.points - center)
@@ -418,7 +427,7 @@ def _compound(shape: Compound) -> MassProperties:
 
 
 def _hull(points: FloatArray) -> MassProperties:
-    """Compute mass properties from tetrahedra between an inner point and the triangles of the surface."""
+    """Compute the mass properties of a hull from tetrahedra between an inner point and the surface triangles."""
     try:
         hull = ConvexHull(points)
     except QhullError as error:
@@ -439,27 +448,27 @@ def _hull(points: FloatArray) -> MassProperties:
 
 
 _OUTER_FACES = 8  # of each stave: a tube of 12 staves has 96 outer faces
-_WAIST = 0.0001  # [m]; recess of each surface of a tube at its middle
-_TONGUE = 0.008  # [m]; length by which each half of a stave reaches into the other,
-_SUNK = 0.2  # and depth of its end below the other's surfaces, as a share of the wall
+_WAIST = 0.0001  # [m]; recess of the inner and outer surface in the middle of a tube
+_TONGUE = 0.008  # [m]; length by which each half of a stave extends into the other half
+_SUNK = 0.2  # depth of the end of this extension below the other half's surfaces, as a fraction of the wall
 _FEWEST_STAVES = 6
 _MOST_STAVES = 16
 
 
 def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int = 12) -> Compound:
-    """Make a hollow tube along z around the origin, as a ring of staves; thinner objects pass through its bore.
+    """Make a hollow tube along z around the origin, as a ring of staves; thinner objects can pass through the bore.
 
-    The bore is a regular polygon around the inner radius; each stave has eight outer faces with their edges on the
-    outer radius. Each stave has two halves, so that an engine finds at least two contacts where a lying tube touches
-    the ground (with one it sinks by 8 mm as it slides). Each half ends in a tongue under the other's surfaces: an
-    object that slides along under pressure would be stopped by a face across its path (a pipe's end in the bore lost
-    two thirds of 1.3 m/s).
+    The bore is a regular polygon around the inner radius; each stave has eight outer faces with edges on the outer
+    radius. A stave has two halves along z, so that an engine finds at least two contacts of a lying tube with the
+    ground (with one contact, a sliding tube sinks in by 8 mm). Each half extends into the other below its surfaces,
+    because a face across the path would stop an object that slides along the tube under pressure (a pipe's end in the
+    bore lost two thirds of 1.3 m/s).
 
     Args:
         length: Length [m].
         outer_radius: Outer radius [m].
-        inner_radius: Radius of the largest cylinder that passes [m].
-        staves: Staves of the ring, 6 to 16.
+        inner_radius: Radius of the largest cylinder that passes through the bore [m].
+        staves: Number of staves, 6 to 16.
 
     Raises:
         ConfigError: If a length is not above zero, the bore is not smaller than the tube, or the number of staves is
@@ -494,12 +503,12 @@ def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int
 
 
 def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Compound:
-    """Make a ring around z, as convex segments that are round outside.
+    """Make a torus around z from convex segments that are round on the outside.
 
     Args:
         ring_radius: Distance from the axis to the center of the tube [m].
         tube_radius: Radius of the tube [m].
-        segments: Segments of the ring, 6 to 16.
+        segments: Number of segments, 6 to 16.
 
     Raises:
         ConfigError: If a radius is not above zero, the tube is as thick as the ring, or the number of segments is out
@@ -514,19 +523,19 @@ def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Comp
     turn = np.arange(12) * math.tau / 12
     away, height = ring_radius + tube_radius * np.cos(turn), tube_radius * np.sin(turn)
     ends = [np.column_stack((away * math.cos(a), away * math.sin(a), height)) for a in (-half, half)]
-    outer = away > ring_radius  # a segment's middle is round only where it bends outward
+    outer = away > ring_radius  # the middle of a convex segment can be round only on the outside
     middle = np.column_stack((away, np.zeros(12), height))[outer]
     return _ring(Hull(np.vstack((*ends, middle))), segments)
 
 
 def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides: int = 24) -> Hull:
-    """Make a cone or frustum along z; its origin is its center of mass.
+    """Make a cone or frustum along z, with the center of mass at the origin.
 
     Args:
         height: Height [m].
         bottom_radius: Radius of the lower end [m].
-        top_radius: Radius of the upper end, 0 for a pointed cone [m].
-        sides: Number of faces around it.
+        top_radius: Radius of the upper end [m]; 0 for a pointed cone.
+        sides: Number of side faces.
     """
     require("cone", "height", height, ROBOT_LENGTH)
     require("cone", "bottom_radius", bottom_radius, ROBOT_LENGTH)
@@ -547,18 +556,18 @@ def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides:
 def hollow_cone(
     *, height: float, bottom_radius: float, top_radius: float, wall: float, foot: float = 0.0, staves: int = 12
 ) -> Compound:
-    """Make a cone along z, open below and closed on top, that fits over a pole; its origin is its center of mass.
+    """Make a hollow cone along z, open below and closed on top, with the center of mass at the origin.
 
     Args:
         height: Height [m].
         bottom_radius: Outer radius at the lower end [m].
         top_radius: Outer radius at the upper end [m].
-        wall: Thickness of its side and its top [m].
-        foot: Edge of a square plate around its lower end [m]; 0: no plate.
-        staves: Staves of its side, 6 to 16.
+        wall: Thickness of the side and the top [m].
+        foot: Edge length of a square plate around the lower end [m]; 0 for no plate.
+        staves: Number of staves of the side, 6 to 16.
 
     Raises:
-        ConfigError: If a length is not above zero, the wall fills the cone, or the foot is smaller than its lower end.
+        ConfigError: If a length is not above zero, the wall fills the cone, or the foot is smaller than the opening.
     """
     for name, value in (
         ("height", height),

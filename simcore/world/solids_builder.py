@@ -1,4 +1,4 @@
-"""Conversion of shapes of the field and of bodies into the convex solids of the loop."""
+"""Conversion of the shapes of field elements and bodies into the convex solids of the loop."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Shap
 
 __all__ = ["SolidsBuilder"]
 
-_SIDES = 48  # of a cylinder: error 0.2 % of its radius
-_POINTS = 162  # of a sphere: error 0.5 % of its radius
+_SIDES = 48  # of the prism for a cylinder: error 0.2 % of the radius
+_POINTS = 162  # of the polyhedron for a sphere: error 0.5 % of the radius
 _AROUND = 1.0  # [m], margin of the cells around the solids
-_CELL, _MOST_CELLS = 0.25, 50_000  # edge of a cell [m], and largest number of cells, for larger fields
+_CELL, _MOST_CELLS = 0.25, 50_000  # edge of a cell [m], larger on fields that would exceed the number of cells
 
 
 class _Part(NamedTuple):
@@ -33,13 +33,13 @@ class _Part(NamedTuple):
 
 
 class SolidsBuilder:
-    """Collector of shapes that makes `Solids` from them."""
+    """Builder that collects shapes and converts them to `Solids`."""
 
     def __init__(self) -> None:
         self._parts: list[_Part] = []
         self._built: Solids | None = None
         self.count = 0
-        """Number of solids so far."""
+        """Number of solids added so far."""
 
     def add(
         self,
@@ -58,12 +58,12 @@ class SolidsBuilder:
         Args:
             shape: Collision shape; each triangle of a mesh becomes a solid.
             pos: Origin of the shape in the frame of the field or the body [m].
-            quat: Attitude of the shape in that frame.
+            quat: Attitude of the shape in the frame of the field or the body.
             surface: Friction [-], restitution [-] and rolling lever [m].
-            row: Row of the element or body that it belongs to.
+            row: Row of the element or body that the shape belongs to.
             body: Number of the body, `FIELD` for the static field.
-            drivable: Whether robots drive on it.
-            in_plan: Whether bumpers meet it by its outline in plan view.
+            drivable: Whether robots drive on the shape.
+            in_plan: Whether bumpers collide with the shape's plan-view outline instead of with the solid.
         """
         axes, at, first = matrix(quat), np.asarray(pos, dtype=float), self.count
         flags = row, body, drivable, in_plan
@@ -88,7 +88,7 @@ class SolidsBuilder:
 
     @property
     def solids(self) -> Solids:
-        """Arrays of all solids."""
+        """Arrays of all solids added so far."""
         if self._built is None:
             self._built = self._build()
         return self._built
@@ -118,7 +118,15 @@ class SolidsBuilder:
 
 
 def _cells(box: FloatArray, body: IntArray) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
-    """Compute lowest corner, edge and counts of the cells of the field, and the solids of each cell."""
+    """Divide the field into square cells and list the solids in each cell.
+
+    Args:
+        box: Low and high corners of each solid [m], shape (n, 6).
+        body: Number of the body of each solid, shape (n,).
+
+    Returns:
+        `cell_low`, `cell_count`, `cell_first` and `cell_solid` of `Solids`.
+    """
     fixed = np.nonzero(body == FIELD)[0]
     if not len(fixed):
         return np.array([0.0, 0.0, _CELL]), np.zeros(2, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64)
@@ -139,7 +147,7 @@ def _cells(box: FloatArray, body: IntArray) -> tuple[FloatArray, IntArray, IntAr
 
 @lru_cache(maxsize=256)
 def _triangles(shape: Sphere | Cylinder | Box | Hull) -> FloatArray:
-    """Return triangles of a convex shape in its frame, counter-clockwise seen from outside [m], shape (n, 3, 3)."""
+    """Return the triangles of a convex shape, counter-clockwise seen from outside, shape frame [m], shape (n, 3, 3)."""
     if isinstance(shape, Cylinder):
         turn = np.arange(_SIDES) * math.tau / _SIDES
         ring = shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -162,7 +170,7 @@ def _triangles(shape: Sphere | Cylinder | Box | Hull) -> FloatArray:
 
 
 def _sphere_points() -> FloatArray:
-    """Return points spread evenly over a unit sphere, shape (n, 3)."""
+    """Return points distributed evenly over a unit sphere, shape (n, 3)."""
     k = np.arange(_POINTS) + 0.5
     z, turn = 1.0 - 2.0 * k / _POINTS, math.pi * (1.0 + math.sqrt(5.0)) * k
     flat = np.sqrt(1.0 - z * z)

@@ -1,7 +1,8 @@
 """Symmetry of a field between blue and red.
 
-Robots, scripts and zones are written for blue. A field is either rotated by 180 degrees about its center (`rotate`),
-or mirrored in the plane at half its length (`mirror`). `flip_pose` is named after PathPlanner's `FlippingUtil`.
+Robots, scripts and zones are defined for blue. Red's half of a field is blue's half either rotated by 180 degrees about
+the center (`rotate`), or mirrored in the plane at half the length (`mirror`). `flip_pose` is named after PathPlanner's
+`FlippingUtil`.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from simcore.world.rotation import Vector, wrap_angle
 __all__ = ["FieldSymmetry", "Pose"]
 
 Pose = tuple[float, float, float]
-"""Planar pose: position and heading, field frame [m, m, rad]."""
+"""Planar pose: x, y and heading, field frame [m, m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class FieldSymmetry:
-    """Map between corresponding places of the two halves of a field.
+    """Map between corresponding points of the two halves of a field.
 
     >>> FieldSymmetry("rotate", (16.0, 8.0)).flip_pose(2.0, 3.0, 0.0)[:2]
     (14.0, 5.0)
@@ -33,7 +34,7 @@ class FieldSymmetry:
     """
 
     kind: Literal["rotate", "mirror"]
-    """Rotation by 180 degrees about the center, or mirror in the plane x = length / 2."""
+    """Kind of symmetry: rotation by 180 degrees about the center, or reflection in the plane x = length / 2."""
     size: tuple[float, float]
     """Length and width of the field [m]."""
 
@@ -42,15 +43,15 @@ class FieldSymmetry:
 
     @property
     def keeps_hands(self) -> bool:
-        """Whether left stays left: true for a rotated field, false for a mirrored one."""
+        """Whether left stays left, as on a rotated field; on a mirrored field, left becomes right."""
         return self.kind == "rotate"
 
     def flip_point(self, x: float, y: float) -> tuple[float, float]:
-        """Return the place that corresponds to a place [m]."""
+        """Return the corresponding point of the other half [m]."""
         return self.size[0] - x, (self.size[1] - y if self.kind == "rotate" else y)
 
     def points_of(self, alliance: str, *points: Vector) -> tuple[Vector, ...]:
-        """Return blue's places [m] as an alliance has them.
+        """Return the points of an alliance that correspond to blue's points [m].
 
         >>> FieldSymmetry("rotate", (16.0, 8.0)).points_of("red", (2.0, 3.0, 0.5))
         ((14.0, 5.0, 0.5),)
@@ -58,17 +59,17 @@ class FieldSymmetry:
         return tuple((*self.flip_point(x, y), z) for x, y, z in points) if alliance == "red" else points
 
     def box_of(self, alliance: str, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-        """Return the smallest and largest corner of blue's box [m] as an alliance has it."""
+        """Return the low and high corners of an alliance's box that corresponds to blue's box [m]."""
         (x0, y0, z0), (x1, y1, z1) = self.points_of(alliance, low, high)
         return (min(x0, x1), min(y0, y1), z0), (max(x0, x1), max(y0, y1), z1)
 
     def flip_pose(self, x: float, y: float, yaw: float) -> Pose:
-        """Return the planar pose that corresponds to a pose [m, m, rad]."""
+        """Return the corresponding planar pose on the other half [m, m, rad]."""
         turned = yaw + math.pi if self.kind == "rotate" else math.pi - yaw
         return (*self.flip_point(x, y), wrap_angle(turned))
 
     def flip_points(self, points: FloatArray) -> FloatArray:
-        """Return the places that correspond to places of shape (n, 2) or (n, 3) [m]; z stays."""
+        """Return the corresponding points of the other half [m], shape (n, 2) or (n, 3); z stays."""
         flipped = points.copy()
         flipped[:, 0] = self.size[0] - points[:, 0]
         if self.kind == "rotate":
@@ -76,7 +77,7 @@ class FieldSymmetry:
         return flipped
 
     def flip_vectors(self, vectors: FloatArray) -> FloatArray:
-        """Return the velocities or directions that correspond to vectors of shape (n, 2) or (n, 3); z stays."""
+        """Return the corresponding velocities or directions, shape (n, 2) or (n, 3); z stays."""
         flipped = vectors.copy()
         flipped[:, 0] = -vectors[:, 0]
         if self.kind == "rotate":
@@ -84,9 +85,9 @@ class FieldSymmetry:
         return flipped
 
     def flip_attitudes(self, attitudes: FloatArray) -> FloatArray:
-        """Return the attitudes that correspond to attitudes, quaternions x, y, z, w of shape (n, 4).
+        """Return the corresponding attitudes, quaternions x, y, z, w, shape (n, 4).
 
-        On a mirrored field they are those of mirrored objects, which look equal if their halves are equal.
+        On a mirrored field, these are the attitudes of mirrored objects, correct for objects with a plane of symmetry.
         """
         x, y, z, w = np.asarray(attitudes, dtype=float).T
         return np.column_stack((-y, x, w, -z) if self.kind == "rotate" else (x, -y, -z, w))

@@ -1,7 +1,7 @@
-"""Physics world: floor, statics, robots and pieces, and the step that moves them.
+"""Physics world: floor, statics, robots and game pieces, and the step that moves them.
 
-The loop moves robots and balls. The engine moves all other bodies, and starts with the first of them: it gets the
-static field, and the robots as bodies that touch only the other bodies.
+The compiled loop moves robots and balls. The engine moves all other bodies and starts when the first of them is added.
+The engine then gets copies of the static field and of the robots, which collide only with the engine's other bodies.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 __all__ = ["CollisionGroup", "PhysicsWorld"]
 
 _STEP = 0.005  # [s], step of a world without a match
-_FLOOR_THICKNESS = 1.0  # [m]; a plane would give one contact a tick, and driven boxes sink into it
-_FLOOR_LENGTH = 2_000.0  # [m]; nothing reaches its end. From 4 km on, cylinders wobble on it for longer
+_FLOOR_THICKNESS = 1.0  # [m]; a plane would make one contact per tick, and driven boxes would sink into it
+_FLOOR_LENGTH = 2_000.0  # [m]; nothing reaches the edge. On a floor of 4 km and more, cylinders wobble longer
 
 
 class CollisionGroup:
@@ -57,25 +57,25 @@ class CollisionGroup:
     STATIC = 1
     """The field."""
     PIECE = 2
-    """Pieces that are not balls, and hanging bodies; balls are not in the engine."""
+    """Game pieces that are not balls, and hanging bodies; the engine has no balls."""
     ROBOT = 4
 
 
-_HINGED = 1e4  # factor on the largest moment of inertia of a hinged body, for the axes that are not its hinge
+_HINGED = 1e4  # moment of inertia of a hinged body about axes other than its hinge, per largest real moment
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-_SWINGS = 0.03  # [m]; a robot placed closer than this to a hanging body is thrown by it
+_SWINGS = 0.03  # [m]; a hanging body throws a robot that is placed closer than this
 
 
 class PhysicsWorld:
     """A rigid-body world with gravity. Use as a context manager, or call `close`.
 
     Args:
-        engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
+        engine: Engine, or its name, `bullet` or `mujoco`; None for the default of `engine_choice`.
         floor: Surface of the endless floor at z = 0, or None for no floor.
-        gravity: Gravity along -z [m/s^2]; None: the engine's, by default standard gravity.
+        gravity: Gravity along -z [m/s^2]; None for the gravity of `engine`, or standard gravity without an `Engine`.
 
     Raises:
-        UnknownNameError: If there is no such engine.
+        UnknownNameError: If no engine has this name.
     """
 
     def __init__(
@@ -97,28 +97,28 @@ class PhysicsWorld:
             self._engine, gravity = engine, engine.gravity
         self.gravity: float = GRAVITY if gravity is None else gravity
         self.floor = floor
-        """Material of the floor at z = 0, None without a floor."""
+        """Surface of the floor at z = 0; None if the world has no floor."""
         self._begin()
 
     def _begin(self) -> None:
-        """Start a world with the floor alone."""
+        """Start a world that contains only the floor."""
         self._names: list[str] = []  # by row
         self._definitions: list[BodyDefinition] = []  # by row
         self.has_engine = False
-        """Whether the engine has started: there are bodies that are neither balls nor robots."""
+        """Whether the engine has started, which happens when a body other than a ball or robot is added."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
         self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
         """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
-        """Hanging bodies: row, pivot [m], and largest distance of the body from there [m]."""
+        """Hanging bodies: row, pivot [m], and largest distance from the pivot to a point of the body [m]."""
         self._builder = SolidsBuilder()
         self.bodies = Bodies(self._builder)
-        """Robots, and the engine's bodies that balls may touch."""
+        """Robots, and the engine's bodies that balls can touch."""
         self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
         """Balls of the world."""
         self.robots = RobotDynamics(self.bodies)
-        """Robots of the world, and the outlines that their bumpers meet."""
+        """Robots of the world, and the field outlines that their bumpers can touch."""
         if self.floor is not None:
             box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
             self._add("floor", box, (0.0, 0.0, -_FLOOR_THICKNESS / 2), self.floor, mask=CollisionGroup.PIECE)
@@ -128,7 +128,7 @@ class PhysicsWorld:
         """Engine of the world, started on first use.
 
         Raises:
-            EngineError: If it is not installed.
+            EngineError: If the engine is not installed.
         """
         if not self.has_engine:
             if self._engine is None:
@@ -144,7 +144,7 @@ class PhysicsWorld:
 
     @property
     def engine_name(self) -> str:
-        """Name of the engine, `none` while it has not started."""
+        """Name of the engine, or `none` before the engine has started."""
         return self.engine.name if self.has_engine else "none"
 
     @property
@@ -179,15 +179,15 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         drivable: bool = False,
     ) -> int:
-        """Add a static and return its row.
+        """Add a static body and return its row.
 
         Args:
             name: Name, for messages.
             shape: Collision shape.
             pos: Origin of the shape, field frame [m].
-            surface: Material of the static.
-            quat: Attitude of the static.
-            drivable: Whether robots drive on it; then it has no friction for robots.
+            surface: Surface of the static.
+            quat: Attitude of the static, field frame.
+            drivable: Whether robots drive on the static; a drivable static has no friction with robot bodies.
         """
         at = _checked_pos(name, pos)
         row = self._add(name, shape, at, surface, quat=quat, mask=CollisionGroup.PIECE)
@@ -200,7 +200,7 @@ class PhysicsWorld:
     def _add(
         self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
     ) -> int:
-        """Add a body with a name and further fields of its `BodyDefinition`."""
+        """Add a body and return its row; extra keywords are fields of its `BodyDefinition`."""
         at = _checked_pos(name, pos)
         row = len(self._definitions)
         self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
@@ -213,7 +213,7 @@ class PhysicsWorld:
         """Add all elements of a field.
 
         Args:
-            elements: Elements, for example `FieldGeometry.elements`.
+            elements: Field elements, for example `FieldGeometry.elements`.
             drivable: Name patterns (`*`, `?`) of the elements that robots drive on.
 
         Raises:
@@ -246,7 +246,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         bumpers: Sequence[BumperPart] = (),
     ) -> int:
-        """Add the body of a robot and return its row. Without bumpers it meets neither walls nor robots."""
+        """Add the body of a robot and return its row; a robot without bumpers passes through walls and robots."""
         require(name, "mass", mass, MASS)
         row = self._add(
             *(name, shape, pos, surface),
@@ -267,9 +267,9 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece that is not a ball, awake and touchable; return its row.
+        """Add the body of a game piece that is not a ball, awake and touchable, and return its row.
 
-        Its density is uniform; the origin of its shape must be its center of mass.
+        The density is uniform; the origin of the shape must be the center of mass.
         """
         require(name, "mass", mass, MASS)
         moments, axes = principal_axes(mass * mass_properties(shape).inertia)
@@ -293,19 +293,19 @@ class PhysicsWorld:
         hinge: str | None = None,
         drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a point of the field, or turns about a hinge there; return its row.
+        """Add a body that swings about a fixed point or a hinge, and return its row.
 
-        It does not block lines of sight.
+        Hanging bodies do not block lines of sight.
 
         Args:
             name: Name, for messages.
             shape: Collision shape; its origin is the center of mass.
             mass: Mass [kg].
-            surface: Material of the body.
+            surface: Surface of the body.
             pos: Center of mass at rest, field frame [m].
             pivot: Fixed point, field frame [m].
-            hinge: Axis of the hinge, `x` or `y`; None: free rotation about the pivot.
-            drivable: Whether robots drive on it; then it has no friction for bodies.
+            hinge: Axis of the hinge, `x` or `y`; None for free rotation about the pivot.
+            drivable: Whether robots drive on the body; a drivable body has no friction with the engine's bodies.
         """
         moments = [mass * float(moment) for moment in np.diag(mass_properties(shape).inertia)]
         if hinge is not None:
@@ -333,15 +333,15 @@ class PhysicsWorld:
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
-        """Switch the contacts of a piece on, with robots or without, or off."""
+        """Switch the contacts of a game piece on or off; `robots` False leaves out contacts with robots."""
         mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest and awake.
+        """Place a body at rest and wake it.
 
         Raises:
-            NonFiniteError: If a value is not finite; nothing is moved.
+            NonFiniteError: If a value is not finite; the body then stays where it is.
         """
         at = _checked_pos(self._names[row], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
@@ -358,7 +358,7 @@ class PhysicsWorld:
         """Set the velocity of a body [m/s, rad/s], field frame, and wake it.
 
         Raises:
-            NonFiniteError: If a value is not finite; nothing is changed.
+            NonFiniteError: If a value is not finite; the velocity then stays unchanged.
         """
         if not all(map(math.isfinite, (*linear, *angular))):
             raise NonFiniteError(
@@ -374,17 +374,19 @@ class PhysicsWorld:
     def obstacles(
         self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
-        """Return whether a wall, a hanging body or another robot overlaps an upright box, and whether a ramp does.
+        """Return whether a solid obstacle overlaps an upright box, and whether a ramp does.
+
+        Solid obstacles are walls, hanging bodies and other robots.
 
         Args:
-            row: Row of the robot.
-            x: Center of the box, field frame [m].
-            y: Center of the box, field frame [m].
-            yaw: Direction of its length [rad].
-            half_length: Half of its length [m].
-            half_width: Half of its width [m].
-            bottom: Lowest height [m].
-            top: Highest height [m].
+            row: Row of the robot that the box stands for.
+            x: x coordinate of the center of the box, field frame [m].
+            y: y coordinate of the center of the box, field frame [m].
+            yaw: Yaw of the box's length axis, field frame [rad].
+            half_length: Half of the length [m].
+            half_width: Half of the width [m].
+            bottom: Height of the bottom of the box [m].
+            top: Height of the top of the box [m].
         """
         is_solid, is_ramp = self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)
         if is_solid:
@@ -401,7 +403,7 @@ class PhysicsWorld:
         return bool(hanging), is_ramp
 
     def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the lowest and highest corner of the bounding box of a robot, field frame [m]."""
+        """Return the low and high corners of a robot's bounding box, field frame [m]."""
         body, solids = self.bodies.of(row)[0], self.solids
         boxes = solids.box[int(body["first_solid"]) : int(body["last_solid"])]
         low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
@@ -412,7 +414,7 @@ class PhysicsWorld:
     def _overlaps_static(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
-        """Return whether the static field overlaps an upright box: its solid parts, and its drivable parts."""
+        """Return whether solid parts of the static field overlap an upright box, and whether drivable parts do."""
         solids = self.solids
         met = np.zeros(len(solids.body), np.uint8)
         find_in_box(solids, x, y, yaw, half_length, half_width, bottom, top, met)
@@ -425,7 +427,7 @@ class PhysicsWorld:
     ) -> bool:
         """Return whether an upright box overlaps a static or hanging body that robots do not drive on.
 
-        The arguments are those of `obstacles`.
+        The box has the same arguments as in `obstacles`.
         """
         reach = math.hypot(half_length, half_width)
         low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
@@ -438,9 +440,9 @@ class PhysicsWorld:
         return self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)[0]
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:
-        """Return whether robots drive on nothing but the floor within reach of a place of the field [m].
+        """Return whether the floor is the only drivable surface within `reach` of a point of the field [m].
 
-        It compares bounding boxes of drivable elements to the last bit, so that red and blue agree.
+        Bounding boxes of drivable elements are compared without a tolerance, so that red and blue agree.
         """
         return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
 
@@ -453,7 +455,7 @@ class PhysicsWorld:
         return self._ramps_of[1]
 
     def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return `is_flat` for several places [m], shapes (n, 2) and (n,)."""
+        """Return `is_flat` for n points and reaches [m], shapes (n, 2) and (n,)."""
         if self.floor is None:
             return np.zeros(len(places), dtype=bool)
         flat: BoolArray = np.ones(len(places), dtype=bool)
@@ -464,11 +466,11 @@ class PhysicsWorld:
         return flat
 
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return whether the bounding box of a static element is near each place, shape (n,).
+        """Return whether each point is near the bounding box of a static element, shape (n,).
 
         Args:
-            pos: Places [m], shape (n, 3).
-            reach: Distance that counts as near, for each place [m], shape (n,).
+            pos: Points, field frame [m], shape (n, 3).
+            reach: Distance that counts as near, for each point [m], shape (n,).
         """
         boxes = self.solids.box[self.solids.body == FIELD]
         place = pos[:, None, :]
@@ -477,18 +479,23 @@ class PhysicsWorld:
         return near
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Return whether no bounding box of the field, without the floor, overlaps this box [m]."""
+        """Return whether no bounding box of a field element, except the floor, overlaps a box [m]."""
         return not self.field_in(low, high)
 
     def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return rows of the field's elements, without the floor, whose bounding boxes overlap this box [m]."""
+        """Return the rows of the field elements, except the floor, whose bounding boxes overlap a box [m]."""
         solids = self.solids
         is_in = (solids.box[:, :3] <= high).all(axis=1) & (solids.box[:, 3:] >= low).all(axis=1)
         rows: list[int] = np.unique(solids.row[is_in & (solids.body == FIELD)]).tolist()
         return rows
 
     def ground_under(self, places: FloatArray, depth: float) -> FloatArray:
-        """Return heights of the drivable ground under places, (n, 3) [m], shape (n,); `depth` [m] below for none."""
+        """Return the height of the drivable ground under each point [m], shape (n,).
+
+        Args:
+            places: Points, field frame [m], shape (n, 3).
+            depth: Largest distance below a point [m]; without ground within it, the height is `depth` below the point.
+        """
         end = places - (0.0, 0.0, depth)
         fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
         has_floor = self.floor is not None
@@ -497,28 +504,28 @@ class PhysicsWorld:
         return ground
 
     def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
-        """Return which straight lines from `start` to n `ends` meet the field or a robot.
+        """Return whether the field or a robot blocks the straight line from `start` to each of n `ends`.
 
         Args:
-            start: Start of the lines, field frame [m].
+            start: Start of all lines, field frame [m].
             ends: Ends of the lines, field frame [m].
-            ignore: Row of a robot that is transparent: the one that carries the camera.
+            ignore: Row of a robot that blocks no line, usually the robot that carries the camera; -1 for none.
         """
         there = np.array(ends).reshape(-1, 3)
         here = np.repeat(np.array([start]), len(there), axis=0)
         return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
 
     def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
-        """Find the first hits of segments, (n, 3) each [m], on the field and on robots.
+        """Find the first hit of each segment on the field or a robot.
 
         Args:
-            start: Start of the segments, field frame [m]; a solid that contains it is not hit.
-            end: End of the segments, field frame [m].
-            ignore: Row of a robot that is transparent.
+            start: Starts of the segments, field frame [m], shape (n, 3); solids around a start are ignored.
+            end: Ends of the segments, field frame [m], shape (n, 3).
+            ignore: Row of a robot that segments do not hit; -1 for none.
 
         Returns:
-            Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body that it
-            hits, -1 for none, shape (n,).
+            Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body hit,
+            -1 for none, shape (n,).
         """
         fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
         has_floor = self.floor is not None
@@ -526,11 +533,11 @@ class PhysicsWorld:
         return fraction, row
 
     def standing(self, number: int, pose: Vector) -> tuple[Vector, Quaternion]:
-        """Return position of the origin and attitude of a robot standing at a pose [m, m, rad].
+        """Return the position of the origin and the attitude of a robot that stands at a planar pose.
 
         Args:
             number: Number of the robot.
-            pose: Planar pose, field frame.
+            pose: Planar pose, field frame [m, m, rad].
         """
         x, y, _ = pose
         reach = float(self.robots.robots["reach"][number])
@@ -547,7 +554,7 @@ class PhysicsWorld:
         return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
-        """Return rows of the bodies and elements that a robot touched in the last step."""
+        """Return the rows of the bodies and field elements that a robot touched in the last step."""
         others = self.engine.touching(row) if self.has_engine else ()
         return {*others, *self.robots.touching(row)}
 
@@ -556,14 +563,14 @@ class PhysicsWorld:
         return self._names[row]
 
     def step(self, dt: float, *, substeps: int | None = None) -> None:
-        """Advance a world without a match; `Motion` advances one with robots and pieces.
+        """Advance a world without a match; in a match, `Motion` advances the world.
 
         Args:
             dt: Time to advance [s].
-            substeps: Number of engine steps; None: as many as needed for at most 5 ms each.
+            substeps: Number of engine steps; None for steps of at most 5 ms.
 
         Raises:
-            ConfigError: If dt is not a positive finite number or there are no steps.
+            ConfigError: If dt is not finite and positive, or `substeps` is below 1.
         """
         if not (math.isfinite(dt) and dt > 0.0):
             raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
@@ -578,7 +585,7 @@ class PhysicsWorld:
                 self.end_engine(dt / n)
 
     def advance(self, h: float) -> None:
-        """Move robots and balls by h [s], before the engine's steps of the same time.
+        """Advance robots and balls by h [s]; the engine's steps over the same time come after this.
 
         Raises:
             EngineError: If the state of a robot is not finite.
@@ -596,17 +603,17 @@ class PhysicsWorld:
         self.robots.report_brownouts()
 
     def begin_engine(self, h: float) -> None:
-        """Give the engine, before its steps of h [s] together, the motion of robots and balls in this time."""
+        """Pass the motion of robots and balls over h [s] to the engine, before the engine's steps over this time."""
         self.balls.push_bodies(self.engine)
         self.robots.show_to(self.engine, self._before, h, self.gravity)
 
     def end_engine(self, h: float) -> None:
-        """Add the effect of the engine's bodies on robots in its steps of h [s] together."""
+        """Apply the impulses of the engine's bodies to robots, after the engine's steps over h [s]."""
         self.robots.take_from(self.engine, h)
 
 
 def _is_near(low: FloatArray, high: FloatArray, pos: FloatArray, reach: float) -> bool:
-    """Return whether a ball around a place overlaps a box [m]."""
+    """Return whether a sphere of radius `reach` around `pos` overlaps a box [m]."""
     away = np.maximum(np.maximum(low - pos, pos - high), 0.0)
     return bool(away @ away < reach * reach)
 
@@ -619,7 +626,7 @@ def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:
 
 @compiled
 def _find_ramps(ramps: FloatArray, places: FloatArray, reach: FloatArray, flat: BoolArray) -> None:
-    """Clear the marks of places that have a ramp within reach; see `PhysicsWorld.are_flat`."""
+    """Set `flat` to False for each place with a ramp within reach; see `PhysicsWorld.are_flat`."""
     for k in range(len(places)):
         x, y = places[k, 0], places[k, 1]
         for i in range(len(ramps)):

@@ -1,4 +1,4 @@
-"""Regions that detect pieces without touching them, swept over a tick so that no fast piece is missed."""
+"""Regions of the field that detect game pieces without contact, including fast pieces that cross within a tick."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ __all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "box_crossed"]
 
 @runtime_checkable
 class Zone(Protocol):
-    """A closed region of the field."""
+    """Closed region of the field."""
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of its bounding box [m]: a piece outside cannot touch the zone."""
+        """Low and high corners of the bounding box, field frame [m]."""
         ...
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return whether each point, (n, 3) [m], is inside the zone, shape (n,)."""
         ...
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Return which straight segments from `start` to `end`, (n, 3) each [m], touch the region, shape (n,)."""
+        """Return whether each segment from `start` to `end`, (n, 3) [m], touches the zone, shape (n,)."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class BoxZone:
-    """An axis-aligned box, field frame."""
+    """Axis-aligned box, field frame."""
 
     low: tuple[float, float, float]
-    """Smallest corner [m]."""
+    """Corner with the smallest coordinates [m]."""
     high: tuple[float, float, float]
-    """Largest corner [m]."""
+    """Corner with the largest coordinates [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, low=(FIELD_PLACE,) * 3, high=(FIELD_PLACE,) * 3)
@@ -49,31 +49,31 @@ class BoxZone:
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner [m]."""
+        """Low and high corners, field frame [m]."""
         return self.low, self.high
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return whether each point, (n, 3) [m], is inside the box, shape (n,)."""
         inside = (points >= self.low) & (points <= self.high)
         return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Find which segments (n, 3) to (n, 3) [m] touch the box, shape (n,)."""
+        """Return whether each segment from `start` to `end`, (n, 3) [m], touches the box, shape (n,)."""
         return box_crossed(self.low, self.high, start, end)
 
 
 @dataclass(frozen=True, slots=True)
 class CylinderZone:
-    """An upright cylinder, field frame."""
+    """Upright cylinder, field frame."""
 
     center: tuple[float, float]
-    """Position of the axis [m]."""
+    """x and y of the axis [m]."""
     radius: float
     """Radius [m]."""
     bottom: float
-    """Lower end [m]."""
+    """Height of the lower end [m]."""
     top: float
-    """Upper end [m]."""
+    """Height of the upper end [m]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -84,21 +84,21 @@ class CylinderZone:
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of the bounding box [m]."""
+        """Low and high corners of the bounding box, field frame [m]."""
         (x, y), r = self.center, self.radius
         return (x - r, y - r, self.bottom), (x + r, y + r, self.top)
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return whether each point, (n, 3) [m], is inside the cylinder, shape (n,)."""
         flat = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1])
         inside: BoolArray = (flat <= self.radius) & (points[:, 2] >= self.bottom) & (points[:, 2] <= self.top)
         return inside
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Find which segments (n, 3) to (n, 3) [m] touch the cylinder, shape (n,).
+        """Return whether each segment from `start` to `end`, (n, 3) [m], touches the cylinder, shape (n,).
 
-        The part of a segment between bottom and top is cut out first; the segment touches if the closest approach of
-        that part to the axis is within the radius.
+        A segment is first clipped to the heights between bottom and top. It touches the cylinder if the clipped segment
+        comes within the radius of the axis.
         """
         enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
         meets = enter[:, 0] <= leave[:, 0]
@@ -114,12 +114,12 @@ class CylinderZone:
 
 @dataclass(frozen=True, slots=True)
 class CapsuleZone:
-    """All points within a radius of a straight line, field frame: along a pipe, a bar or a ledge."""
+    """Points within a radius of a line segment, for example a pipe, bar or ledge, field frame."""
 
     start: tuple[float, float, float]
-    """One end of the line [m]."""
+    """First end of the segment [m]."""
     end: tuple[float, float, float]
-    """The other end [m]."""
+    """Second end of the segment [m]."""
     radius: float
     """Radius [m]."""
 
@@ -130,12 +130,12 @@ class CapsuleZone:
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of the bounding box [m]."""
+        """Low and high corners of the bounding box, field frame [m]."""
         (a, b, c), (d, e, f), r = self.start, self.end, self.radius
         return (min(a, d) - r, min(b, e) - r, min(c, f) - r), (max(a, d) + r, max(b, e) + r, max(c, f) + r)
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return whether each point, (n, 3) [m], is inside the capsule, shape (n,)."""
         line = np.asarray(self.end) - self.start
         away = points - self.start
         share = np.clip(away @ line / (line @ line), 0.0, 1.0)
@@ -143,13 +143,20 @@ class CapsuleZone:
         return inside
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Find which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
+        """Return whether each segment from `start` to `end`, (n, 3) [m], touches the capsule, shape (n,)."""
         hit: BoolArray = _line_distance(start, end, self.start, self.end) <= self.radius
         return hit
 
 
 def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Find which segments (n, 3) to (n, 3) [m] touch the box between two corners (slab method), shape (n,)."""
+    """Return whether each segment touches a box, by the slab method, shape (n,).
+
+    Args:
+        low: Corner of the box with the smallest coordinates [m].
+        high: Corner of the box with the largest coordinates [m].
+        start: Starts of the segments [m], shape (n, 3).
+        end: Ends of the segments [m], shape (n, 3).
+    """
     enter, leave = _slab(start, end, np.asarray(low), np.asarray(high))
     first: FloatArray = np.max(enter, axis=1)
     last: FloatArray = np.min(leave, axis=1)
@@ -157,9 +164,15 @@ def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -
 
 
 def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
-    """Compute the smallest distance of segments (n, 3) to (n, 3) from the one from a to b [m], shape (n,).
+    """Compute the smallest distance between each of n segments and the segment from a to b [m], shape (n,).
 
-    The lines are closest either within both, or at one of the four ends.
+    Two segments are closest either at inner points of both or at one of the four ends.
+
+    Args:
+        start: Starts of the n segments [m], shape (n, 3).
+        end: Ends of the n segments [m], shape (n, 3).
+        a: Start of the other segment [m].
+        b: End of the other segment [m].
     """
     line, move = np.asarray(b) - np.asarray(a), end - start
     away = start - np.asarray(a)
@@ -183,7 +196,17 @@ def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> 
 
 
 def _slab(start: FloatArray, end: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute fractions 0..1 at which segments enter and leave slabs, (n, axes) each; enter > leave for none."""
+    """Compute the fractions 0..1 at which segments enter and leave slabs; enter > leave if a segment misses a slab.
+
+    Args:
+        start: Starts of the segments [m], shape (n, axes).
+        end: Ends of the segments [m], shape (n, axes).
+        low: Lower bound of the slab on each axis [m], shape (axes,).
+        high: Upper bound of the slab on each axis [m], shape (axes,).
+
+    Returns:
+        Fractions at entry and at exit, shape (n, axes) each.
+    """
     move = end - start
     still = np.abs(move) < 1e-300
     safe = np.where(still, 1.0, move)

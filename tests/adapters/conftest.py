@@ -1,4 +1,4 @@
-"""Runs scenarios in processes and folders of their own: Phoenix 6 keeps configurations in ./ctre_sim."""
+"""Fixtures that run scenarios in separate processes and folders, since Phoenix 6 keeps configurations in ./ctre_sim."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ import simcore
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
-"""The folder of the simcore that is tested: this checkout, or where its wheel is installed."""
+"""Folder of the tested simcore: this checkout, or the site folder of its wheel."""
 SCENARIOS = Path(__file__).parent / "scenarios"
 ROBOTS = Path(__file__).parent / "robots"
 PYPROJECT = ROOT / "pyproject.toml"
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
 ROBOTPY_TEST = ("-m", "robotpy", "test", "--", "-q")
-"""What runs the tests of a robot project; options of pytest may follow."""
+"""Command line that runs the tests of a robot project; pytest options may follow."""
 
 Scenario = Callable[..., dict[str, Any]]
 Python = Callable[..., tuple[int, str]]
 
-# --- what PathPlanner's window writes --------------------------------------------------------------------------------
+# --- files as PathPlanner writes them ---------------------------------------------------------------------------------
 
 DRAWN = {
     "team_generated": (
@@ -52,12 +52,14 @@ DRAWN = {
                    ("!shoot", 6.5), "!stop"]},
     ),
 }  # fmt: skip
-"""By robot: its measures, the place of its front left module, paths (top speed, last heading, points), autos by steps:
-`!` begins a named command, which a number ends after so many seconds."""
+"""Settings by robot: dimensions, place of the front left module, paths (top speed, final heading, points), autos.
+
+An auto is a list of steps; `!` marks a named command, with a time limit [s] if there is one.
+"""
 
 
 def draw_autos(folder: Path, robot: str) -> None:
-    """Write settings, paths and autos of a robot of `DRAWN` into a copy of its project."""
+    """Write settings, paths and autos of a robot in `DRAWN` into a copy of its project."""
     measures, (x, y), paths, autos = DRAWN[robot]
     corners = {"fl": (x, y), "fr": (x, -y), "bl": (-x, y), "br": (-x, -y)}
     limits = {"defaultMaxVel": 3.0, "defaultMaxAccel": 3.5, "defaultMaxAngVel": 360.0, "defaultMaxAngAccel": 540.0}
@@ -80,7 +82,7 @@ def draw_autos(folder: Path, robot: str) -> None:
 
 
 def _path(speed: float, heading: float, points: list[tuple[float, float]]) -> dict[str, Any]:
-    """Through points, with control points at thirds of the way to the next."""
+    """Return a path through points, with control points at thirds of the way to the next point."""
 
     def control(k: int, other: int) -> dict[str, float] | None:
         if not 0 <= other < len(points):
@@ -117,7 +119,7 @@ def _step(step: str | tuple[str, float]) -> dict[str, Any]:
 
 
 def require_vendors() -> None:
-    """Skip where a library that robot code needs is not installed."""
+    """Skip the test if a library that robot code needs is not installed."""
     for module in ("phoenix6", "wpilib", "commands2", "pyfrc"):
         if find_spec(module) is None and not (module == "pyfrc" and find_spec("wpilib.testing")):
             pytest.skip(f"needs {module}: pip install .[phoenix6,robotpy]")
@@ -125,7 +127,7 @@ def require_vendors() -> None:
 
 @pytest.fixture(scope="session")
 def scenario(tmp_path_factory, distribution) -> Scenario:
-    """Runs a scenario by name and returns its report; skips where the machine is too busy for real time."""
+    """Return a function that runs a scenario and returns its report, or skips on a machine too busy for real time."""
     require_vendors()
 
     def run(
@@ -156,7 +158,7 @@ def scenario(tmp_path_factory, distribution) -> Scenario:
 
 @pytest.fixture(scope="session")
 def install() -> Callable[[Path, str, dict[str, str]], None]:
-    """Leaves in a folder for PYTHONPATH what pip leaves of a distribution: its name and its entry points by group."""
+    """Return a function that writes a distribution as pip installs it: name and entry points by group."""
 
     def install(folder: Path, name: str, entry_points: dict[str, str]) -> None:
         info = folder / f"{name}-0.1.0.dist-info"
@@ -170,7 +172,7 @@ def install() -> Callable[[Path, str, dict[str, str]], None]:
 
 @pytest.fixture(scope="session")
 def distribution(tmp_path_factory, install) -> Path:
-    """A folder for PYTHONPATH in which this checkout is installed: its entry points, and nothing else."""
+    """Return a folder for PYTHONPATH with the entry points of this checkout and nothing else."""
     folder = tmp_path_factory.mktemp("site")
     declared = re.findall(r'\[project\.(scripts|entry-points\.\S+)\]\n((?:\w+ = "[^"]+"\n)+)', PYPROJECT.read_text())
     groups = {kind.removeprefix("entry-points.").strip('"'): rows.replace('"', "") for kind, rows in declared}
@@ -180,7 +182,7 @@ def distribution(tmp_path_factory, install) -> Path:
 
 @pytest.fixture(scope="session")
 def python(distribution) -> Python:
-    """Runs Python in a folder, with simcore installed; returns its code and what it printed."""
+    """Return a function that runs Python in a folder with simcore installed and returns status and output."""
 
     def run(
         folder: Path, *arguments: str, path: tuple[Path, ...] = (), on_screen: bool = False, **environment: str
@@ -191,9 +193,9 @@ def python(distribution) -> Python:
             cwd=folder,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(places), **environment},
             stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT if on_screen else subprocess.PIPE,  # in the order in which a screen shows them
+            stderr=subprocess.STDOUT if on_screen else subprocess.PIPE,  # interleaved as on a screen
             text=True,
-            timeout=900,  # ends what hangs; a busy machine needs ten times as long as an idle one
+            timeout=900,  # ends a hanging process; a busy machine needs ten times as long as an idle one
             check=False,
         )
         return done.returncode, (done.stderr or "") + done.stdout
@@ -203,8 +205,10 @@ def python(distribution) -> Python:
 
 @pytest.fixture
 def project_of(tmp_path, python):
-    """Makes a robot project from a folder, a text of robot.py or texts by file; returns what writes its tests and runs
-    them, or another command, in it."""
+    """Return a function that makes a robot project from a folder, the text of robot.py or texts by file.
+
+    It returns a function that writes the tests of the project and runs them, or another command.
+    """
     require_vendors()
 
     def make(source: Path | str | dict[str, str]) -> Callable[..., tuple[int, str]]:
@@ -234,5 +238,5 @@ def project_of(tmp_path, python):
 
 @pytest.fixture
 def project(project_of):
-    """The example, as `project_of` copies it."""
+    """Return the REBUILT example as copied by `project_of`."""
     return project_of(EXAMPLE)

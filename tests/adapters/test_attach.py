@@ -1,4 +1,4 @@
-"""One way of attaching: programs whose loop calls simulation hooks need no line of code, a bare loop is refused."""
+"""One way to attach: programs whose loop calls simulation hooks need no extra code, and a bare loop is refused."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Robot(LoggedRobot):
     def teleopPeriodic(self):
         self.drivetrain.set_control(measures.driver_request())
 """
-"""On the shape of PyKit's base class: an IterativeRobotBase that waits for a notifier of its own."""
+"""Robot like PyKit's base class: an IterativeRobotBase with a notifier loop of its own."""
 BARE = """
 import hal
 import measures
@@ -62,7 +62,7 @@ def test_it_drives(sim):
     begin = sim.pose.X()
     sim.run(1.5)
     assert 1.0 < sim.pose.X() - begin < 3.0
-    assert sim.physics.times.ticks in (100, 101)  # of 20 ms: half a second disabled, and 1.5
+    assert sim.physics.times.ticks in (100, 101)  # ticks of 20 ms: half a second disabled, then 1.5 s
     sim.autonomous(seconds=0.1)
     sim.teleop(seconds=0.1)
     assert sim.own_threads == []
@@ -74,7 +74,7 @@ def test_again(sim):
 
 
 @pytest.mark.parametrize("robot", ["magic", "logged", "bare loop with the hooks"])
-def test_a_loop_of_its_own_with_hooks_gets_physics_and_repeats(project_of, robot):
+def test_a_custom_loop_with_hooks_gets_physics_and_repeats(project_of, robot):
     if robot != "logged":
         pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     cured = BARE.format(hooks=HOOKS, begin="self._simulationInit()", loop="self._simulationPeriodic()")
@@ -96,7 +96,7 @@ def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
     assert "_simulationInit and _simulationPeriodic (they may be empty)" in sentence
 
 
-def test_uncalled_hooks_are_reported(project_of):
+def test_hooks_that_are_never_called_are_reported(project_of):
     pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
     run = project_of(BARE)
     for begin, words in (
@@ -129,8 +129,8 @@ class PhysicsEngine:
 """
 
 
-def test_a_team_s_own_physics_runs_next_to_it_with_pyfrc_s_controller(project_of):
-    """It is left alone where nobody asks for the field."""
+def test_a_teams_own_physics_runs_alongside_with_pyfrcs_controller(project_of):
+    """Without the fixture `sim`, the program runs without simcore."""
     pytest.importorskip("pyfrc", reason="2027 has no physics controller")
     run = project_of({"robot.py": LOGGED, "physics.py": PHYSICS})
     code, said = run(

@@ -1,4 +1,4 @@
-"""Mistakes under `--simcore` end the start with one sentence that says what would work."""
+"""Mistakes under `--simcore` end the start with one sentence that gives the remedy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def said(scenario):
         ("file", ("simcore.toml [robot]: mass must be a number from 20 to 75 kg, got -1",)),
     ],
 )
-def test_a_mistake_is_one_clear_error(said, mistake, words):
+def test_each_mistake_gives_one_clear_error(said, mistake, words):
     for text in words:
         assert text in said[mistake]
 
@@ -52,5 +52,5 @@ def test_another_years_phoenix_is_refused_in_one_sentence(said):
     assert good == "no error"
 
 
-def test_a_taken_port_is_detected(said):
+def test_a_port_in_use_is_detected(said):
     assert said["taken"] and not said["free"]

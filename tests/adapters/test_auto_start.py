@@ -1,4 +1,4 @@
-"""What an autonomous finds, as a team's tests see it: where the robot stands, and pieces where a match begins."""
+"""Start of an autonomous in robot tests: the robot's pose, and the pieces at a match start."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ STARTING = Path(__file__).parent / "robots" / "starting"
 
 
 def test_robot_and_pieces_are_at_the_start_of_an_auto(project_of):
-    """At 1 m/s a tick is 2 cm: belief may be so far behind the truth. The program takes 1 s to start; pyfrc alone would
-    give it 2 s, of which a busy computer takes the rest.
+    """At 1 m/s a tick is 2 cm, by which an estimate may lag behind the true pose.
+
+    The program takes 1 s to start; pyfrc alone would allow 2 s, of which a busy computer takes the rest.
     """
     code, said = project_of(STARTING)(
         """
@@ -33,13 +34,13 @@ def test_it(sim, caplog):
     caplog.set_level(logging.INFO, "simcore")
     sim.start()
     believed = sim.robot.drivetrain.get_state().pose
-    assert (believed.X(), believed.Y()) == pytest.approx((3.0, 4.0), abs=1e-6)  # at rest, whatever encoders begin with
-    assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((2.0, 1.2), abs=1e-3)  # belief was set, nobody was moved
+    assert (believed.X(), believed.Y()) == pytest.approx((3.0, 4.0), abs=1e-6)  # at rest, whatever encoders read first
+    assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((2.0, 1.2), abs=1e-3)  # the estimate was set, no robot moved
 
     sim.autonomous("left", seconds=0.2)
     assert apart(sim) < 0.02 and sim.pose.X() < 2.5 and sim.pose.Y() == pytest.approx(6.0, abs=0.02)
     assert "the auto begins at (2.50, 6.00) m, 180 deg" in caplog.text
-    sim.run(0.2)  # a later reset moves belief alone
+    sim.run(0.2)  # a later reset moves only the estimate
     assert apart(sim) > 1.0
     before = sim.pose
     sim.teleop(seconds=0.1)
@@ -55,7 +56,7 @@ def test_it(sim, caplog):
     sim.disable(seconds=0.5)
     with pytest.raises(ValueError, match="outside of the field"):
         sim.place(40.0, 1.0)
-    sim.autonomous("left", start=Pose2d(3.0, 2.0, 0.0), seconds=0.1)  # the auto says otherwise, and is not asked
+    sim.autonomous("left", start=Pose2d(3.0, 2.0, 0.0), seconds=0.1)  # overrides the pose that the auto sets
     assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((3.0, 2.0), abs=0.01)
 
 
@@ -66,7 +67,7 @@ def test_red(sim):
     sim.disable(seconds=0.5)
     sim.physics.auto_start.starts = {"by name": (2.0, 6.0, 0.0)}
     sim.autonomous("by name", seconds=0.1)
-    length, width = sim.match.game.field.size  # turned for red
+    length, width = sim.match.game.field.size  # mirrored for red
     assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((length - 2.0, width - 6.0), abs=0.01)
     sim.disable()
     sim.place(3.0, 1.0, math.pi / 2)
@@ -90,9 +91,9 @@ def test_pieces_are_reset_for_a_later_auto(sim):
     control, fuel = sim.physics.control, sim.pieces.on_field
     control.spawn("Fuel", [(8.0, 1.0)])
     sim.autonomous("red", seconds=0.1)
-    assert sim.match.field_resets == 0 and sim.pieces.on_field == fuel + 1  # put down before anybody has played
+    assert sim.match.field_resets == 0 and sim.pieces.on_field == fuel + 1  # placed before any match was played
     sim.teleop(seconds=0.1)
-    assert sim.match.field_resets == 0  # goes on
+    assert sim.match.field_resets == 0  # the match goes on
     sim.disable(seconds=0.1)
     sim.autonomous("red", seconds=0.1)
     assert sim.match.field_resets == 1 and sim.pieces.on_field == fuel
@@ -100,7 +101,7 @@ def test_pieces_are_reset_for_a_later_auto(sim):
     control.reset_field()
     control.spawn("Fuel", [(8.0, 1.0)])
     sim.autonomous("red", seconds=0.1)
-    assert sim.match.field_resets == 2 and sim.pieces.on_field == fuel + 1  # put down after people's own reset
+    assert sim.match.field_resets == 2 and sim.pieces.on_field == fuel + 1  # placed after people reset the field
 """,
         command=("-m", "robotpy", "test", "--"),
         SLOW_START="1.0",

@@ -1,4 +1,4 @@
-"""`simcore calibrate` in a project: its drivetrain is the program's."""
+"""`simcore calibrate` in a project uses the drivetrain of the program."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ pytest.importorskip("pyfrc", reason="needs RobotPy: pip install -e .[robotpy]")
 ROBOTS = Path(__file__).with_name("robots")
 
 
-def test_the_drivetrain_is_the_programs_and_sides_are_known_by_their_ids():
+def test_calibrate_takes_drivetrain_and_sides_from_the_program():
     robot = described(ROBOTS / "tank")
     assert isinstance(robot.drivetrain, TankConfig) and robot.about == "as the program builds it"
     assert robot.devices == {"Spark-0": "left", "Spark-2": "left", "Spark-1": "right", "Spark-3": "right"}
@@ -25,6 +25,6 @@ def test_a_program_without_a_drivetrain_still_has_mechanisms():
         _ = robot.drivetrain
 
 
-def test_a_folder_without_a_robot_is_the_kit_chassis(tmp_path):
+def test_a_folder_without_a_robot_program_gives_the_kit_chassis(tmp_path):
     robot = described(tmp_path)
     assert isinstance(robot.drivetrain, TankConfig) and robot.devices == {}

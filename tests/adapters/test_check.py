@@ -1,4 +1,4 @@
-"""`simcore check` on whole robot programs: what it prints, finds wrong, and writes on its page."""
+"""`simcore check` on whole robot programs: printed text, errors found, and the page."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ CHANGES = (
     ("forward = 0.2", "forward = 0.7"),
     ("gearing = 3.0", "gearing = 4.0\nreversed = true"),
 )
-"""A follower that opposes, an id that is not there, a start in the hub, a muzzle far out, a motor left over."""
+"""A missing `opposed`, an unknown id, a start in the hub, a muzzle outside the robot, and a wrong gearing."""
 
 
-def test_differences_between_program_and_file_are_wrong(project_of):
-    """What is right is as well: its pivot starts at its upper stop and reads 0.25 turns there, as its program says."""
+def test_differences_between_program_and_file_are_reported_as_wrong(project_of):
+    """Matching settings are reported too: the pivot starts at its upper stop and reads 0.25 turns there."""
     run = project_of(ROBOTS / "described")
     folder = run.folder
     text = (folder / "simcore.toml").read_text()
@@ -76,7 +76,7 @@ def test_check_reports_a_missing_program_and_an_invalid_file(tmp_path, monkeypat
     )
 
 
-def test_a_game_s_own_robot_and_a_folder_without_any(tmp_path, monkeypatch, capsys):
+def test_check_describes_a_games_own_robot_and_refuses_a_folder_without_one(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["check"]) == 1
     assert "no robot.py and no simcore.toml in" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Robots of other kinds than the default one, in simulated time: one that only simcore.toml describes, and a tank."""
+"""Robots unlike the default one, in simulated time: one described by simcore.toml alone, and a tank drive."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def test_two_intakes_a_turret_and_two_wheels(sim):
     sim.teleop()
     assert sim.pieces.held == 6
     stick.press(B)
-    drive(sim, stick, 1.5, ahead=-1.0)  # its back into the depot
+    drive(sim, stick, 1.5, ahead=-1.0)  # its back toward the depot
     by_the_back = sim.pieces.held - 6
     assert by_the_back >= 3
     drive(sim, stick, 1.5, ahead=1.0)
     drive(sim, stick, 2.0, heading=math.pi)
-    pieces = sim.match.pieces  # people put some fuel where the back has left little
+    pieces = sim.match.pieces  # people add fuel where the back intake has left little
     pieces.put_down(pieces.spare("Fuel", 4), np.array([[0.4, y] for y in (5.75, 5.9, 6.05, 6.2)]))
     stick.press(A)
     drive(sim, stick, 1.6, ahead=1.0, heading=math.pi)  # its front
@@ -85,7 +85,7 @@ def test_it_drives_and_its_currents_are_known(sim):
     assert sim.pose.translation().distance(start.translation()) > 1.0
     assert sim.pieces.held == 0 and sim.battery.min_voltage < 12.5
     assert sim.match is sim.game and sim.robot_sim is sim.plant
-    told = DriverStation.getGameSpecificMessage()  # in teleop without auto (practice) too
+    told = DriverStation.getGameSpecificMessage()  # in teleop without auto (practice) as well
     assert told == sim.match.rules.hubs.first_inactive[0].upper()
 
     sim.robot.goal = (0.0, 0.0, 0.0)
@@ -100,10 +100,10 @@ def test_it_drives_and_its_currents_are_known(sim):
     assert (sim.robot.odometry.getPose().rotation() - after.rotation()).radians() == pytest.approx(turned, abs=0.03)
     sim.robot.goal = (1.0, 0.0, 0.0)
     sim.run(0.3)
-    sim.disable(seconds=1.0)  # its code never takes the volts back
+    sim.disable(seconds=1.0)  # its code never takes the voltage back
     assert sim.robot_sim.chassis.speed < 0.02
     sim.autonomous(seconds=0.1)
-    assert DriverStation.getGameSpecificMessage() == ""  # a new auto starts with none
+    assert DriverStation.getGameSpecificMessage() == ""  # a new auto starts without game data
     print("DIGEST", sim.digest)
 
 
@@ -112,7 +112,7 @@ def test_again(sim):
 """
 
 
-def test_a_robot_of_simcore_toml_alone_takes_in_by_both_intakes_and_scores_with_its_turret(project_of):
+def test_a_robot_of_simcore_toml_alone_takes_fuel_in_at_both_ends_and_scores_with_its_turret(project_of):
     run = project_of(ROBOTS / "turreted")
     code, said = run(TURRETED, "-rP")
     assert code == 0 and "2 passed" in said, said
@@ -141,7 +141,7 @@ def test_guessed_mechanisms_reach_their_setpoints(sim):
 """
 
 
-def test_undescribed_motors_turn_guessed_mechanisms_also_from_the_file_of_init(project_of):
+def test_undescribed_motors_turn_guessed_mechanisms_with_and_without_the_file_of_init(project_of):
     run = project_of(ROBOTS / "generated")
     (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
     code, said = run(GENERATED, "-rP")

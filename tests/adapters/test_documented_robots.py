@@ -1,4 +1,4 @@
-"""What pages print runs as printed: a Choreo trajectory, and partners and opponents of a simcore.toml."""
+"""Code printed in the docs runs as printed: a Choreo trajectory, and partners and opponents in simcore.toml."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_the_true_pose_ends_where_the_trajectory_does(sim):
 
 
 def trajectory() -> dict:
-    """Ahead and turning at once, with smooth speeds, as Choreo writes it."""
+    """Return a trajectory as Choreo writes it: forward while turning, with smooth speeds."""
     samples = []
     for k in range(41):
         t = SECONDS * k / 40
@@ -56,7 +56,7 @@ def trajectory() -> dict:
 
 
 def block(page: str, beginning: str, language: str = "py") -> str:
-    """The code block of a page that comes after a line, or begins with one."""
+    """Return the code block of a page that follows a line or begins with it."""
     text, fence = (ROOT / "docs" / page).read_text(encoding="utf-8"), f"```{language}\n"
     found = re.search(rf"^(?:{beginning}\n\n{fence}|{fence}(?={beginning}))(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert found, f"{page}: {beginning}"
@@ -81,7 +81,7 @@ def test_a_partner_and_two_opponents_wait_for_the_driver_station_and_then_play(s
 @pytest.mark.slow
 def test_scripted_robots_share_the_field_with_robot_code(project_of):
     run = project_of(FIRST)
-    (run.folder / "physics.py").unlink()  # the drivetrain is found by itself
+    (run.folder / "physics.py").unlink()  # simcore finds the drivetrain by itself
     (run.folder / "simcore.toml").write_text(block("whole_match.md", r"\[\[partner\]\]", "toml"))
     script = re.search(
         r"^def defend.*?(?=^\S)", (ROOT / "docs" / "whole_match.md").read_text(encoding="utf-8"), re.M | re.S
@@ -93,9 +93,9 @@ def test_scripted_robots_share_the_field_with_robot_code(project_of):
 
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("choreo") is None, reason="needs Choreo: pip install sleipnirgroup-choreolib")
-def test_a_choreo_trajectory_is_followed_in_truth(project_of):
+def test_a_robot_follows_a_choreo_trajectory_on_the_field(project_of):
     run = project_of(FIRST)
-    (run.folder / "physics.py").unlink()  # the drivetrain is found by itself
+    (run.folder / "physics.py").unlink()  # simcore finds the drivetrain by itself
     (run.folder / "choreo_auto.py").write_text(block("autos.md", r"`choreo_auto\.py`:"))
     robot = (run.folder / "robot.py").read_text()
     (run.folder / "robot.py").write_text("from choreo_auto import ChoreoAuto\n" + robot.rstrip() + "\n" + AUTONOMOUS)
@@ -106,7 +106,7 @@ def test_a_choreo_trajectory_is_followed_in_truth(project_of):
     assert code == 0, said
 
 
-def test_the_pathplanner_block_of_the_page_is_the_examples():
+def test_the_pathplanner_code_in_the_docs_is_that_of_the_example():
     assert indent(block("autos.md", r"AutoBuilder\.configure"), "    ") in (
         ROOT / "examples" / "rebuilt_robot" / "path_autos.py"
     ).read_text(encoding="utf-8")

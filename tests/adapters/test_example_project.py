@@ -1,4 +1,4 @@
-"""The examples as projects: what a deploy carries, what one does without PathPlanner, and their own tests."""
+"""Examples as projects: the deployed files, a start without PathPlanner, and their own tests."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 DESCRIBED = ROOT / "examples" / "reefscape_robot"
-"""The one that a simcore.toml describes."""
+"""Example described by a simcore.toml."""
 
 DIGEST = """
 def test_two_coral(sim):
@@ -25,7 +25,7 @@ def test_two_coral(sim):
 
 @pytest.fixture
 def project(request, tmp_path):
-    """A copy without what earlier runs left."""
+    """Return a copy of an example without files of earlier runs."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
         pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
     folder = tmp_path / "project"
@@ -40,7 +40,7 @@ def project(request, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("absent", [(), ("pathplannerlib",)], ids=["complete", "without PathPlanner"])
 def test_the_deployed_files_start_without_the_simulation(scenario, absent):
-    """simcore, its games and pyfrc are not on a robot. PathPlanner may be missing: then the robot says so."""
+    """A robot has no simcore, games or pyfrc. If PathPlanner is missing, the program reports it and starts."""
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     if not absent:
         pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
@@ -53,7 +53,7 @@ def test_the_deployed_files_start_without_the_simulation(scenario, absent):
 
 
 @pytest.mark.slow
-def test_the_deployed_files_of_a_described_robot_start_too(scenario):
+def test_the_deployed_files_of_a_described_robot_start_without_the_simulation(scenario):
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     done = scenario("deployed", str(DESCRIBED))
     assert done["loaded"] == [] and set(done["autos"]) == {"two coral", "nothing"}
@@ -63,7 +63,7 @@ def test_the_deployed_files_of_a_described_robot_start_too(scenario):
 @pytest.mark.slow
 @pytest.mark.parametrize("project", [DESCRIBED], indirect=True, ids=["reefscape"])
 def test_a_described_robot_scores_two_coral(project, python, whole):
-    """As red; in full also everything else that its tests ask, and five processes with one digest."""
+    """As red; with `--whole` also its other tests, and five processes with one digest."""
     test = ("-m", "robotpy", "test", "--", "-q")
     code, said = python(project, *test, *(() if whole else ("-k", "red")))
     assert code == 0 and f"{6 if whole else 1} passed" in said, said[-4000:]
@@ -79,8 +79,8 @@ def test_a_described_robot_scores_two_coral(project, python, whole):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", sorted((ROOT / "examples").glob("*/tests")), ids=lambda path: path.parent.name)
-def test_pytest_finds_the_tests_of_an_example_in_place(folder, python):
-    """The checkout around it has settings of its own, which leave the examples out."""
+def test_pytest_collects_the_tests_of_an_example_in_its_folder(folder, python):
+    """The settings of this checkout would leave the examples out."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
         pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
     _, said = python(folder.parent, "-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider")
@@ -89,22 +89,22 @@ def test_pytest_finds_the_tests_of_an_example_in_place(folder, python):
 
 
 @pytest.mark.slow
-def test_the_camera_reader_and_its_filters(project, python):
-    """The example's own unit tests, which need no robot."""
+def test_the_examples_unit_tests_of_its_camera_reader_pass(project, python):
+    """These tests need no robot."""
     code, said = python(project, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", ".", "tests/vision_test.py")
     assert code == 0 and " passed" in said and "skipped" not in said, said[-4000:]
 
 
 @pytest.mark.slow
-def test_robotpy_test_passes(project, python):
+def test_robotpy_test_passes_in_the_example(project, python):
     code, said = python(project, "-m", "robotpy", "test")
     assert code == 0, said[-6000:]
 
 
 @pytest.mark.slow
 @pytest.mark.realtime
-def test_keys_drive_take_in_and_shoot(scenario):
-    """Through the simulator's window on a virtual screen: W A S D, Q E, M, comma, period, slash."""
+def test_keys_drive_the_robot_take_fuel_in_and_shoot(scenario):
+    """In the simulator's window on a virtual screen: W A S D, Q E, M, comma, period, slash."""
     for tool in ("Xvfb", "xdotool"):
         if shutil.which(tool) is None:
             pytest.skip(f"needs {tool} for a virtual screen: apt-get install xvfb xdotool")

@@ -1,4 +1,4 @@
-"""Gyros of every maker against a model that turns left at 1 rad/s, tilted: sign, scale, reset, rate."""
+"""Gyros of every maker on a model that turns left at 1 rad/s, tilted: sign, scale, reset and rate."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ NAVX = ("navx", "navx-usb", "navx-i2c", "navx-created")
 ADIS = ("ADIS16448_IMU", "ADIS16470_IMU")
 PACKAGES = dict.fromkeys((*NAVX, "navx3"), "navx")
 TOGETHER = (("navx", "navx-usb", "navx-i2c", *ADIS, "ADXRS450_Gyro", "AnalogGyro"), ("navx-created", "navx3"))
-"""Those of one process: two of one port are one device."""
+"""Gyros that can share a process: two on one port would be one device."""
 CLOCKWISE = (*NAVX, "ADXRS450_Gyro", "AnalogGyro")
-"""Whose `getAngle` counts clockwise turns as positive, as their makers say."""
+"""Gyros with clockwise-positive `getAngle`, as their makers document."""
 PITCH, ROLL = math.degrees(0.1), math.degrees(-0.05)
 
 
 @pytest.fixture(scope="module")
 def rows(scenario):
-    """What a gyro showed, by its name."""
+    """Return a function that gives the readings of a gyro by name."""
     shown: dict[str, dict] = {}
 
     def get(name: str) -> dict:
@@ -35,19 +35,19 @@ def rows(scenario):
 
 
 @pytest.mark.parametrize("name", [*NAVX, *ADIS, "ADXRS450_Gyro", "AnalogGyro"])
-def test_a_gyro_has_its_makers_sign_also_after_a_reset(rows, name):
+def test_a_gyro_keeps_its_makers_sign_after_a_reset(rows, name):
     shown = rows(name)["rows"]
     sign = -1.0 if name in CLOCKWISE else 1.0
     for moment, angle in (("start", 0.0), ("4 s", 4.0), ("reset", 0.0), ("1 s later", 1.0)):
         assert shown[moment]["getAngle"] == pytest.approx(sign * math.degrees(angle), abs=1e-6), moment
-        if "rotation" in shown[moment]:  # always counter-clockwise
+        if "rotation" in shown[moment]:  # always counter-clockwise positive
             assert shown[moment]["rotation"] == pytest.approx(angle, abs=1e-6), moment
     assert shown["4 s"]["getRate"] == pytest.approx(sign * math.degrees(1.0), abs=0.1)
     assert shown["start"]["getRate"] == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", NAVX)
-def test_a_navx_wraps_its_yaw_and_tilts_as_its_manual_says(rows, name):
+def test_a_navx_wraps_its_yaw_and_reports_tilt_as_its_manual_says(rows, name):
     """Nose down is negative pitch, right side down negative roll: pitch 0.1 rad, roll -0.05 rad in WPILib's axes."""
     shown = rows(name)["rows"]
     assert shown["4 s"]["getYaw"] == pytest.approx(360.0 - math.degrees(4.0))
@@ -59,7 +59,7 @@ def test_a_navx_wraps_its_yaw_and_tilts_as_its_manual_says(rows, name):
 
 
 @pytest.mark.parametrize("name", ADIS)
-def test_an_adis_shows_tilt_about_its_own_axes(rows, name):
+def test_an_adis_reports_tilt_about_its_own_axes(rows, name):
     shown = rows(name)["rows"]["1 s later"]
     assert shown["getXComplementaryAngle"] == pytest.approx(ROLL)
     assert shown["getYComplementaryAngle"] == pytest.approx(PITCH)

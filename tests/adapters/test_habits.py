@@ -1,4 +1,4 @@
-"""Habits of robot programs that are nobody's fault: each in a robot of its own, as its team's tests see it."""
+"""Legitimate habits of robot programs, each in its own robot, as robot tests of a team see it."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Robot(wpilib.TimedRobot):
     def teleopPeriodic(self):
         self.drivetrain.set_control(requests.RobotCentric().with_velocity_x(1.0))
 """
-"""Goes by a headset that looks to the left, which it tells where it is."""
+"""Robot with a headset that faces left and is told its pose."""
 
 
-def test_a_headset_reset_in_the_autos_first_loop_starts_with_the_auto(project_of):
-    """The robot is carried after the headset has heard where it is: it was there all the time."""
+def test_a_headset_reset_in_the_first_loop_of_an_auto_gives_the_start(project_of):
+    """Simcore carries the robot after the headset has been told its pose, as if it had started there."""
     code, said = project_of(HEADSET.format(init=""))(
         HELPERS
         + """
@@ -69,7 +69,7 @@ def test_it(sim):
     mount = sim.match.cameras.headsets[0].mount
     assert (mount.x, mount.y, mount.yaw_deg) == pytest.approx((0.15, 0.2, 90.0), abs=0.05)
     sim.disable(seconds=0.2)
-    sim.place(5.5, 5.0, 1.0)  # elsewhere, by people who have told nobody: a headset sees the way
+    sim.place(5.5, 5.0, 1.0)  # carried elsewhere by people without a reset: a headset measures the displacement
     sim.run(0.2)
     assert apart(sim, sim.robot.believed) < 0.1
 """
@@ -131,10 +131,10 @@ class Robot(wpilib.TimedRobot):
     def disabledInit(self):
         self.drivetrain.set_control(requests.SwerveDriveBrake())
 """
-"""Sets its pose while disabled: in robotInit, on a change of the chooser, or never; its auto only drives ahead."""
+"""Robot that sets its pose while disabled: in robotInit, on a chooser change, or never; its auto drives ahead."""
 
 
-def test_a_pose_set_while_disabled_is_the_autos_start(project_of):
+def test_a_pose_set_while_disabled_is_the_start_of_the_auto(project_of):
     code, said = project_of(SEEDING)(
         HELPERS
         + """
@@ -157,7 +157,7 @@ def test_it(sim, caplog):
 
 def test_nothing_set(sim, caplog):
     sim.autonomous("none", seconds=1.0)
-    (said,) = warnings(caplog)  # belief begins at the origin
+    (said,) = warnings(caplog)  # the estimate starts at the origin
     assert "believes to be at (0." in said and "stands at (2." in said and "m and" in said, said
 
 
@@ -185,7 +185,7 @@ def test_a_given_place_stays_with_one_warning(sim, caplog):
     assert code == 0, said
 
 
-def test_a_pose_set_in_robotinit_counts_too(project_of):
+def test_a_pose_set_in_robotinit_is_the_start_of_the_auto(project_of):
     code, said = project_of(SEEDING)(
         HELPERS
         + """
@@ -198,8 +198,8 @@ def test_it(sim, caplog):
     assert code == 0, said
 
 
-def test_wpilibs_odometry_is_an_estimate_too(project_of):
-    """A kit-bot without CTRE: what it sets while disabled, and what it believes."""
+def test_wpilib_odometry_counts_as_an_estimate_too(project_of):
+    """A kit bot without CTRE devices: its pose set while disabled, and its odometry."""
     code, said = project_of(ROBOTS / "tank")(
         HELPERS
         + """
@@ -249,8 +249,8 @@ def test_a_second_one(sim):
 """
 
 
-def test_devices_of_modules_exist_in_every_test(project_of, tmp_path):
-    """Built at the top of robot.py, in a class body and in a module: with a path or not."""
+def test_devices_built_at_import_exist_in_every_test(project_of, tmp_path):
+    """Built at the top of robot.py, in a class body and in another module, with and without a path."""
     digests = tmp_path / "digests"
     run = project_of(ROBOTS / "early")
     for command in (
@@ -264,7 +264,7 @@ def test_devices_of_modules_exist_in_every_test(project_of, tmp_path):
 
 
 @pytest.mark.parametrize("environment", [{}, {"THREAD": "1"}])
-def test_without_isolation_robotpy_test_ends(project_of, tmp_path, environment):
+def test_robotpy_test_without_isolation_ends(project_of, tmp_path, environment):
     code, said = project_of(ROBOTS / "early")(
         EARLY.split("def test_a_second")[0].replace("sim.digest", "'ended'"),
         command=("-m", "robotpy", "test", "--no-isolation"),
@@ -280,7 +280,7 @@ import os
 import measures
 import wpilib
 
-AMPS = float(os.environ.get("AMPS", "90"))  # of a drive motor, at which its wheel shall not slip
+AMPS = float(os.environ.get("AMPS", "90"))  # of a drive motor, at which its wheel must not slip
 
 
 class Container:
@@ -299,10 +299,10 @@ class Robot(wpilib.TimedRobot):
     def teleopPeriodic(self):
         self.container.drive()
 """
-"""Builds its drivetrain twice, in robot.py and in its container, which is the one that drives."""
+"""Robot that builds its drivetrain twice, in robot.py and in its container, whose copy drives."""
 
 
-def test_a_drivetrain_built_twice_counts_once(project_of):
+def test_a_drivetrain_that_is_built_twice_counts_once(project_of):
     code, said = project_of(TWICE)(
         """
 import logging
@@ -325,11 +325,11 @@ def test_it(sim, caplog):
     assert code == 0, said
 
 
-def test_odometry_leads_by_wheel_slip_alone(project_of):
-    """Pushed sideways from rest, with all wheels still across the way: 40 A are less than tires carry, 90 A are more.
+def test_odometry_leads_the_true_pose_by_wheel_slip_alone(project_of):
+    """Pushed sideways from rest with all wheels still pointing forward; tires hold 40 A but not 90 A.
 
-    While a wheel turns its drive is scaled by the cosine of what it lacks, so without slip odometry is right from the
-    first instant. With full slip it leads by v^2 / (2 mu g) = 0.38 m at 3 m/s.
+    While a module turns, its drive output is scaled by the cosine of its error, so without slip odometry is right from
+    the first instant. With full slip it leads by v^2 / (2 mu g) = 0.38 m at 3 m/s.
     """
     leads, run = [], project_of(TWICE)
     for amps in ("40", "90"):
@@ -380,7 +380,7 @@ class Robot(wpilib.TimedRobot):
         self.WristMotor = hardware.TalonFX(36)
         self.all = [hardware.TalonFX(37)]
 """
-"""Motors whose attributes say what they turn, in the ways in which teams write them."""
+"""Motors in attributes named after their mechanisms, in the ways in which teams write them."""
 
 
 def test_init_names_mechanisms_as_in_robot_code(project_of):

@@ -1,4 +1,4 @@
-"""The table of a camera against a NetworkTables client in another process, and the requests that it sends."""
+"""Table of a Limelight against a NetworkTables client in another process, and the client's requests."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ end = time.monotonic() + 20
 while time.monotonic() < end and not all(s.exists() for s in subs.values()):
     time.sleep(0.02)
 bad.setDoubleArray([0.0, 1.0])                       # too short
-pipeline.setDouble(7.0)                              # there is none
+pipeline.setDouble(7.0)                              # no such pipeline
 end = time.monotonic() + 10
 poses = []
 while time.monotonic() < end and len(poses) < 50:
@@ -84,7 +84,7 @@ print(json.dumps({"values": values, "types": types, "poses": poses, "after": aft
 
 @pytest.fixture(scope="module")
 def told():
-    """What a client saw of a camera that looked at the blue hub, and the camera with its log."""
+    """Return a client's readings of a camera in front of the blue hub, the camera, its tag frames and the start."""
     instance = ntcore.NetworkTableInstance.create()
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -122,7 +122,7 @@ def test_every_topic_has_its_type_and_a_value(told):
         assert got["values"][name] is not None, name
 
 
-def test_arrays_have_the_lengths_that_helpers_ask_for(told):
+def test_arrays_have_the_lengths_that_limelight_helpers_require(told):
     values = told[0]["values"]
     tags = int(values["botpose"][7])
     assert tags >= 2
@@ -144,7 +144,7 @@ def test_arrays_have_the_lengths_that_helpers_ask_for(told):
         assert len(values[name]) == length, name
 
 
-def test_poses_of_all_origins_are_the_robots(told):
+def test_botpose_is_the_robots_pose_in_each_origin(told):
     values = told[0]["values"]
     length, width = LAYOUT.field_size
     blue, red, center = (values[f"botpose_orb{name}"] for name in ("_wpiblue", "_wpired", ""))
@@ -158,8 +158,8 @@ def test_poses_of_all_origins_are_the_robots(told):
     assert blue[6] == pytest.approx(values["tl"] + values["cl"]) == pytest.approx(20.0)
 
 
-def test_stamp_minus_latency_is_the_exposure_time(told):
-    """In the client, too: its clock is the server's, as far as it knows."""
+def test_timestamp_minus_latency_is_the_exposure_time(told):
+    """Also by the client's clock, which NetworkTables synchronizes with the server's."""
     got, _, frames, start = told
     taken = [start + frame.time for frame in frames]
     assert len(got["poses"]) > 40
@@ -168,32 +168,32 @@ def test_stamp_minus_latency_is_the_exposure_time(told):
         assert min(abs(at - t) for t in taken) < 1e-5
 
 
-def test_target_spaces_fit_together(told):
-    """Camera and robot as the tag sees them: in front of it is a negative z; ahead of the robot is its own z."""
+def test_target_spaces_agree_with_the_geometry(told):
+    """In the tag's space a camera in front has negative z; in the robot's space z is forward."""
     values = told[0]["values"]
     row = LAYOUT.id_list.index(values["tid"])
-    tag = LAYOUT.centers[row]  # 25 or 26: it faces the blue wall
+    tag = LAYOUT.centers[row]  # 25 or 26, which face the blue wall
     x, y, z, pitch, yaw, roll = values["botpose_targetspace"]
     assert z == pytest.approx(-(tag[0] - PLACE[0]), abs=0.1)
-    assert x == pytest.approx(-(PLACE[1] - tag[1]), abs=0.1)  # to the right as one faces it
+    assert x == pytest.approx(-(PLACE[1] - tag[1]), abs=0.1)  # to the right as seen facing it
     assert y == pytest.approx(tag[2], abs=0.1)  # down to the carpet
-    assert yaw == pytest.approx(-math.degrees(YAW), abs=4.0)  # clockwise is positive there
+    assert yaw == pytest.approx(-math.degrees(YAW), abs=4.0)  # clockwise-positive in this space
     assert (pitch, roll) == pytest.approx((0.0, 0.0), abs=4.0)
     ahead = (tag[0] - PLACE[0]) * math.cos(YAW) + (tag[1] - PLACE[1]) * math.sin(YAW)
     assert values["targetpose_robotspace"][2] == pytest.approx(ahead, abs=0.1)
-    # Each within the noise of a frame: a busy computer reads them from two.
+    # within the noise of a frame, as a busy computer reads the two values from different frames
     assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
     assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
     assert values["camerapose_robotspace"] == pytest.approx([0.1, 0.2, 0.5, 0.0, 15.0, 0.0])
 
 
-def test_raw_fiducials_are_the_tags(told):
+def test_raw_fiducials_are_the_visible_tags(told):
     values = told[0]["values"]
     raw = np.array(values["rawfiducials"]).reshape(-1, 7)
     assert {25, 26} <= set(raw[:, 0].astype(int))
     for number, tx, ty, area, near, far, doubt in raw.tolist():
         tag = LAYOUT.centers[LAYOUT.id_list.index(int(number))]
-        assert far == pytest.approx(math.dist(tag, PLACE), rel=0.08)  # farther ones are 14 px wide
+        assert far == pytest.approx(math.dist(tag, PLACE), rel=0.08)  # tags farther away are 14 px wide
         assert near < far + 0.6 and area > 0.0 and 0.0 <= doubt <= 1.0
         if number == values["tid"]:
             assert (tx, ty) == (values["tx"], values["ty"])
@@ -201,7 +201,7 @@ def test_raw_fiducials_are_the_tags(told):
     assert values["t2d"][:2] == [1.0, len(raw)]
 
 
-def test_json_says_the_same(told):
+def test_json_results_equal_the_topics(told):
     values = told[0]["values"]
     data = json.loads(values["json"])
     assert data["v"] == 1 and data["pTYPE"] == "pipe_fiducial" and data["botpose_tagcount"] >= 2
@@ -243,8 +243,8 @@ def look(camera, seconds, scene=None, start=0.0):
         camera.update(t, history, scene or CameraScene())
 
 
-def test_without_tags_frames_continue_with_zeros(local):
-    """Zeros with a tag count of 0, a beating heart, and a stamp a frame: a reader sees that it is alive."""
+def test_frames_continue_with_zeros_when_no_tag_is_visible(local):
+    """Zeros with a tag count of 0, a growing heartbeat and a timestamp per frame show that the camera works."""
     away = CameraConfig(name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=90.0))
     camera = camera_on(local, away)
     options = ntcore.PubSubOptions(sendAll=True, keepDuplicates=True, pollStorage=100)
@@ -262,7 +262,7 @@ def test_without_tags_frames_continue_with_zeros(local):
     camera.close()
 
 
-def test_detections_on_the_wire(local):
+def test_piece_detections_are_published(local):
     config = CameraConfig(
         name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=20.0), pipelines=(PiecePipeline(),)
     )
@@ -271,7 +271,7 @@ def test_detections_on_the_wire(local):
     look(camera, 0.5, CameraScene(pieces=pieces, radii=np.full(2, 0.075), class_names=("ball",)))
     raw = np.array(local.getDoubleArrayTopic("/ll/rawdetections").subscribe([]).get()).reshape(-1, 12)
     assert len(raw) == 2
-    assert raw[0, 3] > raw[1, 3]  # the nearest is first and larger
+    assert raw[0, 3] > raw[1, 3]  # the nearest is first and largest
     assert local.getDoubleTopic("/ll/tx").subscribe(0.0).get() == pytest.approx(raw[0, 1])
     assert local.getStringTopic("/ll/tdclass").subscribe("").get() == "ball"
     assert local.getStringTopic("/ll/getpipetype").subscribe("").get() == "pipe_neuraldetector"
@@ -280,7 +280,7 @@ def test_detections_on_the_wire(local):
 
 @pytest.mark.parametrize("kind", ["setDouble", "setInteger"])
 @pytest.mark.parametrize("is_early", [False, True])
-def test_requests_are_read_as_doubles_or_integers_also_from_before_the_camera(local, kind, is_early):
+def test_requests_may_be_doubles_or_integers_and_may_precede_the_camera(local, kind, is_early):
     """Robot code often sets a pipeline in its constructor, before the simulated camera exists."""
     camera = None if is_early else camera_on(local, CONFIG)
     getattr(local.getEntry("/limelight-wire/pipeline"), kind)(1)
@@ -290,7 +290,7 @@ def test_requests_are_read_as_doubles_or_integers_also_from_before_the_camera(lo
     camera.close()
 
 
-def test_nonsense_on_inputs_is_ignored_and_logged_once(local, caplog):
+def test_invalid_requests_are_ignored_and_logged_once(local, caplog):
     camera = camera_on(local, CONFIG)
     before = CameraSettings.of(CONFIG)
     requests = local.getTable("limelight-wire")

@@ -26,7 +26,7 @@ def project(tmp_path):
 
 
 def row(controller, leader, gearing, name, followers=(), opposed=()):
-    """A motor of the survey without its guess."""
+    """Return a motor of the survey without its guessed values."""
     return {"name": name, "controller": controller, "leader": leader, "followers": [*followers],
             "opposed": [*opposed], "gearing": gearing}  # fmt: skip
 
@@ -71,7 +71,7 @@ def test_devices_on_ports_are_found_with_their_class(project):
 
 
 def test_cameras_are_found_with_the_mounting_that_the_program_uses(project, capsys):
-    """Limelights and a headset are found by the tables that the program reads, PhotonCameras by their names."""
+    """Limelights and headsets are found by the tables that the program reads, PhotonCameras by their names."""
     shutil.copy(ROBOTS / "sighted" / "robot.py", project)
     shutil.copy(ROBOTS / "shared" / "questnav.py", project)
     assert main(["init", str(project)]) == 0
@@ -89,7 +89,7 @@ def test_cameras_are_found_with_the_mounting_that_the_program_uses(project, caps
     assert found["rear"]["place"] == pytest.approx((-0.25, -0.1, 0.5, 0.0, -10.0, 180.0))
 
 
-def test_a_program_that_cannot_start_says_why(project):
+def test_the_survey_reports_why_a_program_cannot_start(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
     assert survey(project / "robot.py")["error"] == "OSError: no gamepad"
     (project / "robot.py").write_text("import wpilib\n")
@@ -97,7 +97,7 @@ def test_a_program_that_cannot_start_says_why(project):
     assert survey(project / "robot.py")["error"] == said
 
 
-def test_motors_built_before_a_failure_are_found_too(project):
+def test_motors_built_before_a_failure_are_still_found(project):
     text = (project / "robot.py").read_text()
     (project / "robot.py").write_text(
         text.replace(

@@ -1,4 +1,4 @@
-"""The sink against a NetworkTables client of WPILib in another process: values are compared, not labels."""
+"""The sink against a WPILib NetworkTables client in another process: compared by values, not only names."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def instance() -> Iterator[Any]:
 
 
 @pytest.mark.slow
-def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) -> None:
-    """All that REBUILT publishes, two robots, in the middle of a shot, and odd keys: each value against what was."""
+def test_a_client_in_another_process_decodes_every_key_of_a_game(instance: Any) -> None:
+    """All keys that REBUILT publishes, with two robots and a shot in the air, and odd keys, against the true values."""
     pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
     from games.rebuilt import RebuiltSim
     from simcore import RobotEntry
@@ -115,7 +115,7 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
     sink = NetworkTablesSink(instance)
     command = [sys.executable, "-c", EVERY_KEY, str(port), str(count)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
-        sink.write(truth)  # once: a client that comes later gets the last value of each key
+        sink.write(truth)  # once: a client that connects later gets the last value of each key
         try:
             out, _ = client.communicate(timeout=40)
         finally:
@@ -142,7 +142,7 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
     assert len(moved) >= 10, "the parts really turn"
 
 
-def test_server_listens_on_this_computer_only(instance: Any) -> None:
+def test_the_server_listens_only_on_this_computer(instance: Any) -> None:
     port = free_port()
     start_local_server(instance, port=port)
     end = time.monotonic() + 5.0
@@ -153,11 +153,11 @@ def test_server_listens_on_this_computer_only(instance: Any) -> None:
         except OSError:
             assert time.monotonic() < end, "the server never came up"
             time.sleep(0.02)
-    with pytest.raises(OSError):  # the whole of 127/8 is this computer, but only one of it is served
+    with pytest.raises(OSError):  # all of 127/8 is this computer, but the server listens on one address
         socket.create_connection(("127.0.0.2", port), timeout=1.0).close()
 
 
-def test_a_taken_port_is_reported(instance: Any) -> None:
+def test_a_port_in_use_is_reported(instance: Any) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -167,7 +167,7 @@ def test_a_taken_port_is_reported(instance: Any) -> None:
         start_local_server(instance, port=0)
 
 
-def test_bad_snapshots_and_closing(instance: Any) -> None:
+def test_bad_snapshots_and_writes_to_a_closed_sink_raise(instance: Any) -> None:
     sink = NetworkTablesSink(instance, period=0.1)
     sink.write(Snapshot(time=0.0, tick=0, doubles={"x": 1.0}))
     assert instance.getTopic("/x").getTypeString() == "double"
@@ -190,8 +190,8 @@ def test_bad_snapshots_and_closing(instance: Any) -> None:
         NetworkTablesSink(instance, period=0.0)
 
 
-def test_maps_of_dashboards_have_a_field(instance: Any) -> None:
-    """As WPILib's `Field2d` publishes it: x, y and degrees of each object, ten times a second."""
+def test_dashboards_with_a_map_get_a_field(instance: Any) -> None:
+    """As WPILib's `Field2d`: x, y and degrees of each object, ten times a second."""
     instance.startLocal()
     turned = np.array([3.0, 4.0, 0.0, np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
 

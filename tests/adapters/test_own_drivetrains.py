@@ -1,6 +1,6 @@
-"""Robots whose drivetrains are their own, as teams write them: belief holds with no line of code, and `init` says how.
+"""Drivetrain classes of teams: odometry agrees with the true motion without extra code, and `init` describes them.
 
-Where a program's odometry does not hold, simcore says why.
+Where a program's odometry is wrong, simcore names the cause.
 """
 
 from __future__ import annotations
@@ -330,7 +330,7 @@ CLEAN: dict[str, str | Path] = {
     "tank on PWM with followers": TANK_PWM.format(sides=FOLLOWERS),
     "tank of groups by functions": TANK_PWM.format(sides=GROUPS),
 }  # fmt: skip
-"""Programs with which nothing is wrong, by their habit: belief holds with no line of code."""
+"""Correct programs by habit; their odometry holds without extra code."""
 
 IO_LAYERS = _with(
     SWERVE,
@@ -354,7 +354,7 @@ class Robot(''',
     ),
     ("[Module(k) for", "[(Module if RobotBase.isReal() else SimulatedModule)(k) for"),
 )
-"""Builds motors on the real robot alone."""
+"""Robot that builds its motors only on the real robot."""
 
 FAULTS: dict[str, tuple[str, str, str]] = {
     "a gyro that is not negated": (
@@ -375,7 +375,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
         "times as far",
     ),
 }  # fmt: skip
-"""Programs with an error: source, keys of [drivetrain], and what the warning says."""
+"""Programs with an error: source, keys of [drivetrain], and a part of the warning."""
 
 FOUND = {
     "MAXSwerve": ("swerve", "SPARK MAX", "wired"),
@@ -390,12 +390,12 @@ FOUND = {
     "tank of two makers": ("tank", None, None),
     "mecanum": ("mecanum", "SPARK MAX", None),
 }
-"""Kind, controller of the drive motors and encoder of the azimuths, as simcore finds them."""
+"""Kind of drivetrain, controller of the drive motors and absolute encoder of the modules, as simcore finds them."""
 SAMPLE = (
     *("SparkSim in simulationPeriodic", "steer motors turn the other way", "tank of motors L1 and R1"),
     *("MAXSwerve", "TalonFX and CANcoders", "tank of groups by functions", "mecanum"),
 )
-"""Those that are run without --whole."""
+"""Programs that run without `--whole`."""
 COURSE = """
 import legs
 
@@ -411,7 +411,7 @@ def sampled(name: str, request: pytest.FixtureRequest) -> None:
 
 @pytest.fixture
 def own(project_of) -> Callable[[str | Path], Any]:
-    """Makes a project as `project_of` does, where all makers' libraries are installed."""
+    """Return `project_of`, or skip if a maker's library is not installed."""
     for module in NEEDS:
         if find_spec(module) is None:
             pytest.skip(f"needs {module}, which is not installed")
@@ -419,14 +419,14 @@ def own(project_of) -> Callable[[str | Path], Any]:
 
 
 def drive(run: Any, legs: str = "HOLONOMIC") -> dict[str, Any]:
-    """Drive the legs in a process of its own."""
+    """Drive the legs in a separate process; return their figures."""
     code, said = run(COURSE.format(legs=legs))
     assert code == 0, said
     return json.loads((run.folder / "facts.json").read_text())
 
 
 def init(run: Any) -> tuple[str, str]:
-    """Write a simcore.toml; return what was printed, and the file."""
+    """Write a simcore.toml; return the printed text and the text of the file."""
     code, said = run("", command=("-m", "simcore", "init"))
     assert code == 0, said
     return said, (run.folder / "simcore.toml").read_text(encoding="utf-8")
@@ -447,7 +447,7 @@ def check_legs(name: str, facts: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", CLEAN)
-def test_it_follows_the_sticks_with_true_odometry_also_from_the_file_of_init(name, own, request):
+def test_an_own_drivetrain_has_true_odometry_with_and_without_the_file_of_init(name, own, request):
     sampled(name, request)
     run = own(CLEAN[name])
     facts = drive(run, legs_of(name))
@@ -460,7 +460,7 @@ def test_it_follows_the_sticks_with_true_odometry_also_from_the_file_of_init(nam
     _, text = init(run)
     assert f'kind = "{kind}"' in text and (controller is None or f'controller = "{controller}"' in text)
     assert encoder is None or f'encoder = "{encoder}"' in text
-    for leg, figures in drive(run, legs_of(name))["legs"].items():  # measures are written with seven digits
+    for leg, figures in drive(run, legs_of(name))["legs"].items():  # dimensions are written with seven digits
         assert figures == pytest.approx(facts["legs"][leg], rel=5e-3, abs=0.02), leg
     code, said = run("", command=("-m", "simcore", "check"))
     assert code == 0 and f"note: {kind} drive: as simcore.toml says" in said and "nothing wrong" in said, said
@@ -477,7 +477,7 @@ def test_wrong_odometry_is_reported_with_its_cause(name, own, request):
     assert len(told) == 1 and cause in told[0], said
 
 
-def test_an_io_layer_builds_its_motors_where_the_file_sets_real(own):
+def test_an_io_layer_builds_its_motors_if_the_file_sets_real(own):
     run = own(IO_LAYERS)
     code, said = run(COURSE.format(legs="HOLONOMIC"))
     assert code == 1 and "real = true" in said, said
@@ -512,11 +512,11 @@ FILLED = {
     "# bumper_width = 0.8": "bumper_width = 0.86", "# capacity = 1": "capacity = 40",
     "\nx = 2.0": "\nx = 2.6", "\ny = 1.2": "\ny = 5.6", "\npreload = 0": "\npreload = 8",
 }  # fmt: skip
-"""What a student writes over what `init` proposes."""
+"""Values that a student writes in place of those that `init` proposes."""
 
 
 def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(own):
-    """MAXSwerve modules, navX, a pose estimator that PhotonVision corrects, PathPlanner's auto through the depot."""
+    """MAXSwerve modules, navX, a pose estimator corrected by PhotonVision, and a PathPlanner auto through the depot."""
     for module in ("navx", "pathplannerlib", "photonlibpy", "cv2", "robotpy_apriltag"):
         pytest.importorskip(module)
     run = own(ROBOTS / "own_paths")
@@ -549,7 +549,7 @@ def test_without_a_drivetrain_there_is_no_field_and_tests_name_the_table_to_writ
     assert sentence in said and "loop True" in said
 
 
-def test_absolute_encoders_that_are_read_as_volts_steer(own):
+def test_modules_steer_by_absolute_encoders_that_are_read_as_volts(own):
     run = own(ROBOTS / "own_magic")
     robot = run.folder / "robot.py"
     robot.write_text(
@@ -562,8 +562,8 @@ def test_absolute_encoders_that_are_read_as_volts_steer(own):
     check_legs("read as volts", drive(run))
 
 
-def test_a_tank_without_a_drive_class_is_found_by_motor_names(own):
-    """Not by those of a lift; conversion factors that count turns of the wheel, 1 / 10, are its gearing."""
+def test_a_tank_without_a_drive_class_is_found_by_its_motor_names(own):
+    """Not by the motors of a lift; a conversion factor of 1 / 10 for wheel turns gives the gearing."""
     run = own(
         "import rev\nimport wpilib\n\nSPARK = rev.SparkLowLevel.MotorType.kBrushless\n\n\n"
         "class Pair:\n    def __init__(self, first: int) -> None:\n"
@@ -580,7 +580,7 @@ def test_a_tank_without_a_drive_class_is_found_by_motor_names(own):
 
 
 def test_modules_with_cached_readings_are_found(own):
-    """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
+    """Logging and input layers cache readings; modules that read no sensor in simulation are reported by name."""
     run, sentence = own(SWERVE), " say the same positions whatever their sensors read"
     asked = "        return SwerveModulePosition(self.drive.getEncoder().getPosition(), self.angle())\n"
     said, table = init(run)
@@ -607,7 +607,7 @@ def test_modules_of_an_installed_library_are_found(own, tmp_path):
 
 
 def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path, python):
-    """`scripts/write_which_robots.py` brings it up to date."""
+    """`scripts/write_which_robots.py` updates the page."""
     for module in (*NEEDS, "navx"):
         pytest.importorskip(module)
     made = tmp_path / "page.md"

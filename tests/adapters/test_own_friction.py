@@ -1,4 +1,4 @@
-"""The kS that a program gives its drive motors is their friction."""
+"""The kS of a program's drive motors is their friction."""
 
 from types import SimpleNamespace
 
@@ -19,14 +19,14 @@ def constants(ks, output="VOLTAGE"):
     )
 
 
-def test_volts_are_friction_and_amperes_are_volts_at_the_winding():
-    """U = R I; a motor that turns slowly has hardly any back-EMF."""
+def test_a_ks_in_amperes_becomes_a_voltage_across_the_winding():
+    """U = R I, as a slowly turning motor has hardly any back-EMF."""
     assert _friction(constants(0.31), KRAKEN) == 0.31
     amps = _friction(constants(8.0, "TORQUE_CURRENT_FOC"), KRAKEN)
     assert amps == pytest.approx(8.0 * KRAKEN.winding_resistance)
 
 
-def test_a_program_without_a_ks_keeps_the_default():
+def test_a_program_without_a_ks_keeps_the_default_friction():
     usual = SwerveModuleConfig(x=0.0, y=0.0).drive_friction_volts
     assert _friction(constants(0.0), KRAKEN) == _friction(SimpleNamespace(), KRAKEN) == usual == 0.22
-    assert _friction(constants(30.0), KRAKEN) == usual  # of another unit
+    assert _friction(constants(30.0), KRAKEN) == usual  # probably another unit

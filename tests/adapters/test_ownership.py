@@ -1,4 +1,4 @@
-"""Each device has one master: what physics owns nobody else writes, and what somebody writes physics leaves alone."""
+"""Each device has one owner: other code cannot write what physics owns, and physics leaves the rest alone."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ def said(scenario):
     return scenario("ownership")
 
 
-def test_a_claimed_device_keeps_the_physics_value(said):
+def test_a_claimed_device_keeps_the_value_from_physics(said):
     assert said["ours"]
     assert said["theirs"] and said["foreign"] == "TalonFX 2"
     assert said["output"].count("TalonFX 1 belongs to simcore's drivetrain") == 1
@@ -21,14 +21,14 @@ def test_followers_are_claimed_with_their_leader(said):
     assert said["opposed"] == [0]
 
 
-def test_a_guess_spins_up_by_its_gains_with_kS_as_friction(said):
-    """A velocity loop's kA over kV is the time constant of what it was tuned on."""
+def test_a_guessed_flywheel_spins_up_by_its_gains_with_ks_as_friction(said):
+    """kA over kV of a velocity loop is the time constant of the mechanism for which it was tuned."""
     assert said["time_constant"] == pytest.approx(0.2)
     still, turning = said["friction"]
     assert still == 0.0 and turning > 0.0
 
 
-def test_undriven_motors_are_claimed_and_released_when_a_program_drives_them(said):
+def test_undriven_motors_are_claimed_until_a_program_drives_them(said):
     assert said["taken"] == ["add", "add"]
     drivetrain, foreign, guessed = said["owners"]
     assert drivetrain == "TalonFX 1" and foreign == "TalonFX 2"

@@ -1,4 +1,4 @@
-"""Where PhotonVision cameras sit, as robot code says: by VisionSystemSim, by use, or by the order of building."""
+"""Mounts of PhotonVision cameras from robot code: by VisionSystemSim, by use, or by the order of construction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def transform(x: float, yaw_deg: float = 0.0):
 
 
 def program_of(*built: object) -> PhotonProgram:
-    """What is built in this order: a camera by its name, an estimator by its transform's x."""
+    """Return a program that builds these in order: a camera by its name, an estimator by the x of its transform."""
     program = PhotonProgram()
     last: str | None = None
     for thing in built:
@@ -55,14 +55,14 @@ def places(program: PhotonProgram) -> dict[str, float]:
         ((0.1,), {}),
     ],
 )
-def test_estimators_belong_to_cameras_in_the_order_of_building(built, expected):
+def test_estimators_belong_to_cameras_in_the_order_of_construction(built, expected):
     program = program_of(*built)
     assert places(program) == pytest.approx(expected)
     assert all(found.is_guess for found in mounts(program).values())
 
 
-def test_use_shows_the_camera_of_an_estimator():
-    """In the order of building b would get the first one."""
+def test_an_estimator_belongs_to_the_camera_with_which_it_is_used():
+    """By the order of construction, b would get the first estimator."""
     program = program_of("a", "b", 0.2, 0.1)
     first, second = program.estimators
     program.pair(first.estimator, "b")
@@ -75,8 +75,8 @@ def test_use_shows_the_camera_of_an_estimator():
     assert program.version == version
 
 
-def test_the_next_robot_in_the_process_has_its_own_cameras():
-    """What a module has built at its top stays; what a robot has built is its own."""
+def test_the_next_robot_in_a_process_has_its_own_cameras():
+    """Cameras built at the top of a module stay; those built by a robot end with it."""
     program = program_of("top", 0.1)
     program.begin()
     last = program_of("a", 0.2)
@@ -88,7 +88,7 @@ def test_the_next_robot_in_the_process_has_its_own_cameras():
     assert places(program) == pytest.approx({"top": 0.1}) and not program.fed
 
 
-def test_a_vision_system_sim_wins_over_an_estimator():
+def test_a_vision_system_sim_takes_precedence_over_an_estimator():
     program = program_of("a", 0.1, "b", 0.2)
     program.transforms["a"] = transform(0.3, yaw_deg=90.0)
     found = mounts(program)
@@ -98,7 +98,7 @@ def test_a_vision_system_sim_wins_over_an_estimator():
 
 
 def properties(**settings):
-    """As `SimCameraProperties` keeps them; its default is a camera without noise, latency or a limit of frames."""
+    """Return properties like `SimCameraProperties`, by default without noise, latency or a frame limit."""
     matrix = np.array([(500.0, 0.0, 320.0), (0.0, 510.0, 240.0), (0.0, 0.0, 1.0)])
     plain = {"avgErrorPx": 0.0, "errorStdDevPx": 0.0, "frameSpeed": 0.0, "avgLatency": 0.0}
     return SimpleNamespace(
@@ -116,21 +116,21 @@ def test_a_camera_has_the_lens_of_its_properties():
     assert (lens.width, lens.height) == (640, 480)
     assert lens.focal_length == pytest.approx((500.0, 510.0))
     assert lens.frame_rate == pytest.approx(20.0) and lens.pipeline_latency == 0.035
-    # An error of mean 0.3 and deviation 0.4 in any direction has a mean square of 0.25, half of it in each.
+    # An error of mean 0.3 and deviation 0.4 in any direction has a mean square of 0.25, half of it along each axis.
     assert lens.corner_noise == pytest.approx(math.sqrt(0.125))
 
 
-def test_perfect_properties_get_default_errors():
+def test_perfect_camera_properties_get_default_errors():
     program = program_of("a")
     program.simulated["a"] = SimpleNamespace(prop=properties())
     lens = lens_of(program, "a")
     assert lens.corner_noise == PHOTON_LENS.corner_noise
     assert (lens.frame_rate, lens.pipeline_latency) == (PHOTON_LENS.frame_rate, PHOTON_LENS.pipeline_latency)
-    program.simulated["a"].prop.avgLatency = 35.0  # in milliseconds, as photonlib's annotations have it
+    program.simulated["a"].prop.avgLatency = 35.0  # in milliseconds, as photonlib's annotations say
     assert lens_of(program, "a").pipeline_latency == pytest.approx(0.035)
 
 
-def test_a_camera_whose_targets_are_no_tags_looks_for_pieces():
+def test_a_camera_whose_targets_are_not_tags_detects_pieces():
     program = program_of("a", "b")
     for name, ids in (("a", (-1, -1)), ("b", (-1, 7))):
         targets = [SimpleNamespace(fiducialId=number) for number in ids]

@@ -1,4 +1,4 @@
-"""PhotonVision users: photonlib's own simulation sees the same tags, and a PhotonCamera reads our frames."""
+"""PhotonVision: photonlib's own simulation sees the same tags, and a PhotonCamera reads simcore's frames."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ CONFIG = CameraConfig(
 
 
 def camera_properties(config):
-    """The lens as photonlib's `SimCameraProperties`, from intrinsics: see the bug below."""
+    """Return the lens as photonlib's `SimCameraProperties`, from intrinsics because of the bug tested below."""
     lens = config.type
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
     properties = SimCameraProperties()
@@ -72,7 +72,7 @@ def pose3d(pos, quat) -> Pose3d:
 
 @pytest.fixture(scope="module")
 def theirs():
-    """Their camera, with all tags of the field as targets; nothing hides anything there."""
+    """Return photonlib's simulated camera and all tags of the field as targets, without occlusion."""
     camera = PhotonCameraSim(PhotonCamera("photon-reference"), camera_properties(CONFIG))
     targets = []
     for row, number in enumerate(LAYOUT.id_list):
@@ -83,8 +83,11 @@ def theirs():
 
 
 def test_photonlibs_simulation_sees_the_same_tags_from_200_poses(theirs):
-    """Without occlusion on our side, as there is none on theirs. What is left is explained tag by tag: they ask for
-    100 px^2 of area, we for edges of 12 px and an angle below 75 degrees."""
+    """Neither side models occlusion here.
+
+    Tags that only photonlib sees are explained one by one: photonlib needs an area of 100 px^2, simcore edges of 12 px
+    and an angle below 75 degrees.
+    """
     camera, targets = theirs
     rng = np.random.default_rng(2026)
     both = only_theirs = 0
@@ -100,7 +103,7 @@ def test_photonlibs_simulation_sees_the_same_tags_from_200_poses(theirs):
         assert set(ours) <= set(other), f"from {pos}: we see {set(ours) - set(other)}, they do not"
         for number, pixels in ours.items():
             theirs_sorted = other[number]
-            for corner in pixels:  # in whatever order
+            for corner in pixels:  # in any order
                 assert np.abs(theirs_sorted - corner).max(axis=1).min() < 1e-3
             both += 1
         for number in set(other) - set(ours):
@@ -115,8 +118,8 @@ def test_photonlibs_simulation_sees_the_same_tags_from_200_poses(theirs):
     assert both > 300
 
 
-def test_photonlibs_field_of_view_has_a_known_bug():
-    """atan(2 x) where 2 atan(x) is meant: when this fails, it is mended, and docs/cameras.md can say so."""
+def test_photonlibs_field_of_view_still_has_its_known_bug():
+    """It computes atan(2 x) for 2 atan(x). If this test fails, the bug is fixed: update docs/cameras.md."""
     properties = SimCameraProperties()
     properties.setCalibrationFromFOV(1280, 800, Rotation2d.fromDegrees(90.0))
     wide = math.degrees(2.0 * math.atan(math.tan(math.radians(45.0)) * 1280 / math.hypot(1280, 800)))
@@ -125,7 +128,7 @@ def test_photonlibs_field_of_view_has_a_known_bug():
 
 
 def test_a_photon_camera_reads_simcores_frames():
-    """Tags, both poses, the multi-tag pose and the time at which the frame was taken."""
+    """Tags, both poses, the multi-tag pose and the time of exposure."""
     clock = NetworkClock(offset=0.0)
     quiet = CameraConfig(
         name="photon-ours",
@@ -163,7 +166,7 @@ def test_a_photon_camera_reads_simcores_frames():
 
 
 def test_requests_of_a_photon_camera_take_effect():
-    """Another pipeline, driver mode, a limit of 10 frames a second of 30; and one warning about pictures."""
+    """Another pipeline, driver mode, and a limit of 10 instead of 30 frames a second."""
     config = replace(
         CONFIG, name="photon-asked", type=limelight_type("LL3"), pipelines=(TagPipeline(), PiecePipeline())
     )
@@ -200,15 +203,15 @@ def test_requests_of_a_photon_camera_take_effect():
     run(0.2)
     assert reader.getDriverMode() and not any(result.hasTargets() for result in run(0.3))
     reader.setDriverMode(False)
-    reader.setPipelineIndex(7)  # there is none
+    reader.setPipelineIndex(7)  # no such pipeline
     run(0.2)
     assert reader.getPipelineIndex() == 0 and run(0.3)[-1].hasTargets()
     assert camera.bad_requests == 1
     port.close()
 
 
-def test_each_frame_of_a_resting_robot_is_new_and_an_estimator_converges():
-    """Without any noise all frames say the same, and NetworkTables drops equal values unless it is told not to."""
+def test_frames_of_a_robot_at_rest_are_distinct_and_an_estimator_converges():
+    """Without noise all frames are equal, and NetworkTables drops equal values by default."""
     quiet = CameraConfig(
         name="photon-still",
         type=replace(limelight_type("LL3"), corner_noise=0.0),
@@ -255,7 +258,7 @@ def test_each_frame_of_a_resting_robot_is_new_and_an_estimator_converges():
         one.close()
 
 
-def test_pieces_are_object_detections():
+def test_pieces_are_published_as_object_detections():
     config = CameraConfig(
         name="photon-pieces",
         type=limelight_type("LL3"),

@@ -1,4 +1,4 @@
-"""A robot of PWM controllers, roboRIO sensors, pneumatics, a servo, a relay and lights, by its simcore.toml alone."""
+"""A robot of PWM controllers, roboRIO sensors, pneumatics, a servo, a relay and lights, described by simcore.toml."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ def test_every_port_follows_the_file(sim, caplog):
     stick = sim.joystick(0)
     sim.teleop()
 
-    # the hood runs down on its switch, and from there to its goal; its sensors agree with the truth
+    # the hood homes on its switch and then goes to its goal; its sensors agree with the true angle
     sim.run_until(lambda: robot.facts()["is_homed"], timeout=1.0)
-    assert 5.0 <= math.degrees(plant["hood"].position) < 5.0 + 0.4 + 120.0 * 2 * TICK  # it hears of it in its next loop
+    assert 5.0 <= math.degrees(plant["hood"].position) < 5.0 + 0.4 + 120.0 * 2 * TICK  # code reads it in its next loop
     sim.run(0.6)
     hood, facts = math.degrees(plant["hood"].position), robot.facts()
     assert facts["hood"] == pytest.approx(20.0, abs=0.1) and facts["hood_rate"] == pytest.approx(0.0, abs=0.1)
     pulse = 360.0 / 2048.0 / 4.0
-    assert hood - 5.0 == pytest.approx(facts["hood"], abs=0.4 + pulse)  # it was reset in the last 0.4 degrees
+    assert hood - 5.0 == pytest.approx(facts["hood"], abs=0.4 + pulse)  # reset in the last 0.4 degrees
     assert facts["absolute"] == pytest.approx(300.0 + hood, abs=1e-6)
     assert facts["analog"] == pytest.approx(0.9 - 2.0 * hood / 360.0, abs=1e-6)
     assert facts["pot"] == pytest.approx(100.0 * (0.5 + 4.0 * (hood - 5.0) / 40.0) / 5.0 - 10.0, abs=1e-6)
-    assert math.degrees(plant["latch"].position) == pytest.approx(45.0, abs=0.3)  # a pulse is a whole microsecond
+    assert math.degrees(plant["latch"].position) == pytest.approx(45.0, abs=0.3)  # pulses are whole microseconds
 
-    # the cylinder takes its stroke time, the roller's two motors push the same way, fuel breaks the beams
+    # the cylinder takes its stroke time, both roller motors push the same way, and fuel breaks the beams
     assert facts["beams"] == (False, False) and not facts["is_near"] and facts["range"] == pytest.approx(0.42)
     assert not facts["is_out"]
     stick.press(A)
@@ -52,13 +52,13 @@ def test_every_port_follows_the_file(sim, caplog):
         held, facts = sim.pieces.held, robot.facts()
         seen.add(held)
         passed = passed or facts["passes"]
-        if held == before:  # what code reads is a tick old, of CAN sensors two
+        if held == before:  # code reads values that are one tick old, and of CAN sensors two ticks
             assert facts["beams"][0] == (held >= 1)
         if held >= 3 and facts["beams"] == (True, True):
             break
     assert max(seen) >= 3 and passed
     stick.axis(1, 0.0)
-    sim.run(0.6)  # the rollers run on and take what is left before them; the last of it passes the beam for 0.2 s
+    sim.run(0.6)  # the rollers run on and take the fuel in front of them; the last one passes the beam for 0.2 s
     sim.run_until(lambda: not robot.facts()["passes"], timeout=1.0)
     facts = robot.facts()
     assert facts["is_out"] and facts["is_near"] and facts["range"] == pytest.approx(0.06, abs=1e-3)
@@ -74,7 +74,7 @@ def test_every_port_follows_the_file(sim, caplog):
     assert snapshot.integer_arrays["Sim/Lights/CANdle40/Colors"].tolist() == [0x00FF00] * 8 + [-1] * 30
     assert snapshot.integer_arrays["Sim/Lights/AddressableLED7/Colors"].tolist() == [200] * 4
 
-    # the relay feeds, and the beams clear with the last of it; disabled, PWM, relay and servo stand still
+    # the relay feeds, and the beams clear with the last fuel; when disabled, PWM, relay and servo stop
     held = sim.pieces.held
     stick.release(A)
     stick.press(X)
@@ -89,10 +89,10 @@ def test_every_port_follows_the_file(sim, caplog):
     sim.disable(seconds=0.5)
     assert [plant[name].velocity for name in ("roller", "kicker", "latch")] == pytest.approx([0.0] * 3, abs=0.01)
     assert math.degrees(plant["latch"].position) == pytest.approx(135.0, abs=0.3)
-    assert plant["deploy"].extension == 0.2  # a double solenoid stays as it is and lets the rod go on
+    assert plant["deploy"].extension == 0.2  # a double solenoid stays, so the rod moves on
     assert sim.match.snapshot().strings["Sim/Lights/CANdle40/Shows"].startswith("SolidColor 0-7 #FF0000")
 
-    said = " ".join(caplog.text.split())  # also what nobody simulates
+    said = " ".join(caplog.text.split())  # includes devices that nothing simulates
     for words in (
         "'roller': PWM 0 1",
         "'deploy': REVPH 1 Solenoid 0 1",
@@ -105,6 +105,6 @@ def test_every_port_follows_the_file(sim, caplog):
 
 
 @pytest.mark.slow
-def test_in_simulated_time(project_of):
+def test_every_port_of_a_described_robot_follows_its_file(project_of):
     code, said = project_of(PORTS)(IN_SIMULATED_TIME, "-rP")
     assert code == 0, said

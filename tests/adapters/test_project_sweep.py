@@ -1,4 +1,4 @@
-"""A robot project's own code in a sweep: seeds, scatter and factors reach its match, and a seed repeats its run."""
+"""Sweep of a robot project: seeds, scatter and factors reach its match, and a seed repeats its run."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ pytest.importorskip("phoenix6", reason="this example's motors are CTRE's")
 
 PROJECT = str(Path(__file__).resolve().parents[2] / "examples" / "rebuilt_robot")
 START = (2.6, 5.3, -0.5)
-"""Where its constants.py lets it start [m, m, rad]."""
+"""Start in the project's constants.py [m, m, rad]."""
 pytestmark = pytest.mark.slow
 
 
 def check_match(match):
-    """Look at what the project's own physics.py has built: a metric."""
+    """Return values of the match that the project's physics.py has built, as a metric."""
     robot = match.robots[0]
     return [match.seed, match.scatter.spin, robot.config.body.mass, match.pieces.types[0].mass, *robot.chassis.pose]
 
@@ -47,7 +47,7 @@ def test_sweep_factors_reach_the_match_of_a_project(monkeypatch):
     assert row["error"] == ""
     *built, x_true, y_true, heading_true = json.loads(row["check_match"])
     assert built == [7, 0.25, 48.0, 0.22]
-    # people have missed the start of the auto, which its first loop writes into odometry, by as much as the seed says
+    # people miss the start of the auto, which its first loop writes to odometry, by an error from the seed
     x, y, heading = START
     scatter = replace(Scatter.none(), start_position=0.05, start_heading=0.1)
     ahead, left, turn = start_error(ScatterDraws(scatter, 7), 0)
@@ -71,7 +71,7 @@ def test_a_seed_of_a_project_has_one_digest(whole, tmp_path):
 
 
 def test_two_versions_of_a_project_are_compared_and_shown_on_one_page(tmp_path, monkeypatch, capsys):
-    """The new one backs up slowly: with two seeds that is not clear yet, but both of its runs say so."""
+    """The new version backs up slowly; two seeds leave the difference uncertain, though both have the same sign."""
     monkeypatch.chdir(tmp_path)
     for name in ("old", "new"):
         shutil.copytree(PROJECT, name, ignore=shutil.ignore_patterns("tests", "test_output", "out", "__pycache__"))

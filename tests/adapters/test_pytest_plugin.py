@@ -1,4 +1,4 @@
-"""Robot tests in simulated time: whole projects under `robotpy test`, in processes of their own."""
+"""Robot tests in simulated time: whole projects under `robotpy test`, in separate processes."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def test_an_auto_repeats_bit_for_bit_and_leaves_no_files(project):
     assert files(project.folder) - before == {"tests/test_robot.py"}
 
 
-def test_telemetry_and_pyfrc_s_fixtures(project):
-    """Telemetry has one clock, which stands while the driver station disables the robot."""
+def test_telemetry_has_one_clock_and_pyfrcs_fixtures_work(project):
+    """The match clock stands while the driver station disables the robot."""
     code, said = project(
         """
 from simcore.telemetry.sinks import MemorySink
@@ -87,8 +87,8 @@ def test_old(control, robot):
     assert code == 0 and "3 passed" in said, said
 
 
-def test_failures_are_reported(project):
-    """Log and page of a failed test; unknown autos; conditions; the robot's own exceptions; the sticks."""
+def test_failures_and_misuse_are_reported_with_their_cause(project):
+    """Log and page of a failed test; unknown autos; conditions; exceptions in robot code; stick values."""
     code, said = project(
         """
 import logging
@@ -164,10 +164,10 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
-def test_without_physics_it_attaches_and_a_failed_start_ends_with_a_sentence(project):
+def test_a_project_without_physics_py_attaches_and_a_failed_start_gives_one_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
-    code, said = project(test)  # attached as by --simcore
+    code, said = project(test)  # attached as with --simcore
     assert code == 0 and "1 passed" in said, said
     (project.folder / "simcore.toml").write_text("[start]\nx = 4.6\ny = 4.03\n")
     code, said = project(test)
@@ -180,7 +180,7 @@ def test_without_physics_it_attaches_and_a_failed_start_ends_with_a_sentence(pro
     assert code != 0 and "must be simulated or real" in said, said
 
 
-def test_a_hanging_program_ends_with_its_line(project):
+def test_a_hanging_program_is_ended_with_its_line(project):
     (project.folder / "pytest.ini").write_text("[pytest]\nsimcore_hang = 4\n")
     code, said = project(
         """
@@ -204,8 +204,8 @@ def test_plain_pytest_names_the_command_for_robot_tests(project):
     assert "a robot test needs a process of its own" in said and "as in `python -m robotpy test -- -k test_it`" in said
 
 
-def test_an_error_shows_only_lines_of_tests_and_programs(request):
-    """Of a function that simcore calls; `text_flag` passes other errors than its own on."""
+def test_a_traceback_shows_only_lines_of_tests_and_programs(request):
+    """Here, an error in a function that simcore calls; `text_flag` passes errors on unless they are its own."""
 
     def program(text):
         return {}[text]

@@ -33,14 +33,14 @@ END = ((5.0, 1.0, 0.1), from_rpy(0.05, -0.1, 2.0))
 
 @pytest.fixture(scope="module")
 def questnav():
-    """The module `questnav` of the distribution, which is packed in a folder that no import statement can name."""
+    """Return the module `questnav` of its distribution, which has it in a folder that cannot be imported by name."""
     pytest.importorskip("google.protobuf", reason="needs protobuf: pip install robotpy-questnav protobuf")
     try:
         files = importlib.metadata.files("robotpy-questnav") or []
     except importlib.metadata.PackageNotFoundError:
         pytest.skip("needs robotpy-questnav: pip install robotpy-questnav==2026.0.1a0")
     folder = next(file.locate() for file in files if file.name == "questnav.py").parent
-    sys.path[:0] = [str(folder), str(folder / "generated")]  # as a project has them that copies them in
+    sys.path[:0] = [str(folder), str(folder / "generated")]  # as in a project that copies the modules
     try:
         import questnav
     finally:
@@ -78,7 +78,7 @@ def test_questnavs_classes_read_and_write_the_same_bytes(questnav):
 
 
 def test_questnavs_library_follows_a_robot(questnav):
-    """On the default instance, which is the one it uses."""
+    """On the default NetworkTables instance, which the library uses."""
     instance = ntcore.NetworkTableInstance.getDefault()
     theirs = questnav.QuestNav()
     clock = NetworkClock(offset=0.0)
@@ -99,7 +99,7 @@ def test_questnavs_library_follows_a_robot(questnav):
         headset.update(0.02 * k, history)
         theirs.command_periodic()
     frames = theirs.get_all_unread_pose_frames()
-    assert len(frames) == pytest.approx(100, abs=3)  # none is lost, in 1 s
+    assert len(frames) == pytest.approx(100, abs=3)  # no frame is lost in 1 s
     place, _ = camera_pose(*END, MOUNT.position, MOUNT.rotation)
     last = frames[-1].quest_pose_3d
     assert math.dist((last.X(), last.Y(), last.Z()), place) < 1e-6
@@ -112,8 +112,8 @@ def test_questnavs_library_follows_a_robot(questnav):
 
 
 @pytest.mark.parametrize("kind", ["raw", "proto:questnav.protos.commands.ProtobufQuestNavCommand"])
-def test_a_command_is_answered_whatever_type_it_has(kind, caplog):
-    """Libraries publish it as one or the other. Without protobuf: a reset without a pose, and bytes that are none."""
+def test_a_command_is_answered_whatever_its_topic_type(kind, caplog):
+    """Libraries publish raw bytes or protobuf. An unknown command and invalid bytes are answered with an error."""
     instance = ntcore.NetworkTableInstance.create()
     try:
         instance.startLocal()

@@ -1,4 +1,4 @@
-"""Two runs of a restless robot, one of them on a computer with four busy processes more, agree to the last bit."""
+"""Two runs of one robot, one of them on a computer with four busy processes, agree to the last bit."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ class Robot(wpilib.TimedRobot):
         speed = 0.5 + self.gain + 0.2 * (monotonic() % 1.0) + 0.1 * len(name)
         self.drivetrain.set_control(requests.RobotCentric().with_velocity_x(speed).with_drive_request_type(VELOCITY))
 """
-"""A robot that does what makes two runs differ: Notifiers that meet, random without a seed, clocks, sets of strings."""
+"""Robot with typical sources of differences: Notifiers at equal times, unseeded random, clocks, sets of strings."""
 TEST = """
 import os
 
 def test_it(sim):
     sim.autonomous(seconds=0.4)
     order = sim.robot.order
-    assert len(order) > 100 and order == [0, 1, 2, 3] * (len(order) // 4)  # meeting at every instant, always so
-    assert sim.robot.begin == 1_700_000_000.0  # its clocks are the robot's
+    assert len(order) > 100 and order == [0, 1, 2, 3] * (len(order) // 4)  # all four at every instant, in one order
+    assert sim.robot.begin == 1_700_000_000.0  # its clocks are simulated
     with open(os.environ["DIGESTS"], "a") as file:
         file.write(f"{sim.digest} {sim.battery.min_voltage!r}\\n")
 """
 
 
-def test_a_busy_computer_changes_no_bit(project_of, tmp_path):
+def test_a_busy_computer_changes_no_bit_of_a_run(project_of, tmp_path):
     run, digests = project_of(RESTLESS), tmp_path / "digests"
     code, said = run(TEST, DIGESTS=str(digests))
     assert code == 0, said

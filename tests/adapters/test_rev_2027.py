@@ -1,4 +1,4 @@
-"""REVLib of 2027, which has turns and rpm alone: mechanisms on closed forms, drivetrains over their legs."""
+"""REVLib 2027, which uses only turns and RPM: mechanisms against closed forms, drivetrains over their legs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def library():
 def test_mechanisms_follow_closed_forms_and_read_in_turns(library, scenario):
     row = scenario("rev_2027")
     assert row["speed"] == pytest.approx(row["expected"], rel=1e-9)
-    assert row["rpm"] == pytest.approx(row["speed"] * 2.0 * 60.0 / 6.283185307, rel=1e-6)  # rotor, gear of 2
+    assert row["rpm"] == pytest.approx(row["speed"] * 2.0 * 60.0 / 6.283185307, rel=1e-6)  # rotor, with a gearing of 2
     assert row["turns"] == pytest.approx(row["shaft"] * 2.0 / 6.283185307, rel=1e-6)
     assert row["azimuth"] == pytest.approx([380.0, 20.0], abs=0.5)  # the short way from 350 degrees
     assert row["centered"] == pytest.approx(-30.0, abs=1e-4)
@@ -30,14 +30,14 @@ def test_mechanisms_follow_closed_forms_and_read_in_turns(library, scenario):
     assert row["group"] == [1, [0]]
     assert row["followed"][0] > 500.0 and row["followed"][1] == pytest.approx(-row["followed"][0], rel=1e-6)
     assert row["two buses"][0] > 4.0 and row["two buses"][1] == pytest.approx(-0.5 * row["two buses"][0], rel=1e-6)
-    assert row["devices"] == ["SPARK MAX can_s1:60", "SPARK MAX 60"]  # port S2 is the bus that needs no name
+    assert row["devices"] == ["SPARK MAX can_s1:60", "SPARK MAX 60"]  # port S2 is the default bus, which has no name
     # a SPARK follows an id on its own bus
     assert row["groups"] == ["SPARK MAX can_s1:60 + can_s1:59", "SPARK MAX 60 + 59"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("drive", ["tank", "swerve"])
-def test_pathfinding_repeats_in_two_processes(drive, library, project_of):
+def test_odometry_holds_and_repeats_in_two_processes(drive, library, project_of):
     run = project_of(ROBOTS / f"own_{drive}_rev_2027")
     legs = {"tank": "TANK", "swerve": "HOLONOMIC"}[drive]
     runs = []

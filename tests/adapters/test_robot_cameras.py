@@ -1,4 +1,4 @@
-"""Robots that see: PhotonVision, Limelights and QuestNav, fed from the truth with no line of code."""
+"""Robots with cameras: PhotonVision, Limelights and QuestNav get true poses without extra code."""
 
 from __future__ import annotations
 
@@ -52,24 +52,24 @@ def test_an_estimate_3_m_off_is_corrected_in_2_s(sim, caplog):
     sim.start()
     while sim.time < 2.0:
         sim.run(0.02)
-    assert sim.pose.X() == pytest.approx(2.3, abs=1e-3)  # it believed 5.3
+    assert sim.pose.X() == pytest.approx(2.3, abs=1e-3)  # the estimate was 5.3
     assert off(sim) < 0.05
     assert sim.robot.used["front"] > 60 and sim.robot.used["rear"] > 40  # 40 and 30 frames a second
     stick = sim.joystick(0)
     sim.teleop()
-    stick.axis(1, 0.3)  # 0.9 m/s towards the own wall
+    stick.axis(1, 0.3)  # 0.9 m/s toward its own wall
     sim.run(1.0)
     stick.center()
     sim.run(0.5)
     assert sim.pose.X() < 1.7 and off(sim) < 0.05
 
-    # Its own simulation: updated in every loop with what the robot believes, and shown the truth instead.
+    # The robot updates its own simulation with its estimate in every loop, but the simulation shows the true pose.
     from simcore.robotcode.makers.photonvision.photon_program import photon_program
 
     shown = sim.robot.vision_sim.getRobotPose(sim.time - 0.02)
     assert shown.X() == pytest.approx(sim.pose.X(), abs=0.02)
     assert photon_program().dropped > 150
-    # From exposure to the loop that reads it: what the camera says, and a loop at the most.
+    # From exposure to the loop that reads it: the camera's latency, plus one loop at most.
     front = sim.robot.cameras["front"].getLatestResult()
     assert front.getLatencyMillis() == pytest.approx(60.0, abs=0.1)  # of SimCameraProperties.OV9281_1280_720
     assert min(sim.robot.latencies) > 0.029 and max(sim.robot.latencies) < 0.060 + 0.041
@@ -89,9 +89,9 @@ def test_an_estimate_3_m_off_is_corrected_in_2_s(sim, caplog):
 
     from wpimath.geometry import Rotation3d, Transform3d
 
-    sim.robot.estimators["rear"].robotToCamera = Transform3d(-0.1, 0.0, 0.6, Rotation3d(0.0, 0.0, 2.0))  # a turret's
+    sim.robot.estimators["rear"].robotToCamera = Transform3d(-0.1, 0.0, 0.6, Rotation3d(0.0, 0.0, 2.0))  # of a turret
     sim.run(0.04)
-    moved = sim.match.cameras.camera("rear").settings.mount  # ahead, right, up, roll, pitch, yaw
+    moved = sim.match.cameras.camera("rear").settings.mount  # forward, right, up, roll, pitch, yaw
     assert moved == pytest.approx((-0.1, 0.0, 0.6, 0.0, 0.0, math.degrees(2.0)), abs=1e-9)
 
     log = caplog.text
@@ -135,7 +135,7 @@ def test_limelights_and_a_headset(sim, caplog):
     assert len(seen["targets"]) == 9 or len(seen["targets"]) == 3 * len(seen["raw"][::7])
     x, y = seen["botpose"][:2]
     assert math.hypot(x - sim.pose.X(), y - sim.pose.Y()) < 0.03
-    # Right, down and ahead of the robot's center, of tag 25 or 26 in the blue hub's front, some 1.8 m away.
+    # Right, down and forward from the robot's center to tag 25 or 26 on the front of the blue hub, some 1.8 m away.
     assert 1.0 < seen["target"][2] < 2.5 and abs(seen["target"][0]) < 0.6 and -1.5 < seen["target"][1] < -0.5
     told = json.loads(seen["json"])
     assert told["v"] == 1 and {tag["fID"] for tag in told["Fiducial"]} >= {25, 26}
@@ -145,12 +145,12 @@ def test_limelights_and_a_headset(sim, caplog):
     assert robot.seen()["type"] == "pipe_neuraldetector" and robot.seen()["tid"] == -1
     robot.ask(pipeline=0.0, camMode=1.0)
     sim.run(0.2)
-    assert robot.seen()["tv"] == 0  # the pictures go to the driver
+    assert robot.seen()["tv"] == 0  # driver mode
     robot.ask(camMode=0.0)
     sim.run(0.2)
     assert robot.seen()["tv"] == 1
 
-    # QuestNav: its first pose reset said where it sits; then 1.5 m in which the robot also turns.
+    # QuestNav: its first pose reset implied its mount; then 1.5 m while the robot also turns.
     assert robot.has_told_quest and robot.quest.tracking
     assert dict(robot.quest_device())[3] > 95 and dict(robot.quest_response()) == {1: 1, 2: 1}
     stick = sim.joystick(0)
@@ -162,7 +162,7 @@ def test_limelights_and_a_headset(sim, caplog):
     sim.run(0.4)
     assert sim.pose.translation().distance(type(sim.pose)(2.3, 4.2, 0.0).translation()) > 0.6
     believed = robot.quest.pose.toPose2d()
-    # 2 mm and 0.05 degrees of noise on 0.22 m of lever and the pose that it was told, and 2 cm of drift in 150 s.
+    # noise of 2 mm and 0.05 degrees on 0.22 m of lever arm and on the reset pose, and 2 cm of drift in 150 s
     assert believed.translation().distance(sim.pose.translation()) < 0.02
     assert abs((believed.rotation() - sim.pose.rotation()).degrees()) < 1.0
     numbers = robot.quest.numbers
@@ -192,7 +192,7 @@ def test_a_photon_robot_localizes_despite_its_own_simulation(project_of):
     assert code == 0 and "1 passed" in said, said
 
 
-def test_limelights_and_questnav_by_topics(project_of):
+def test_a_robot_reads_limelights_and_questnav_by_topics(project_of):
     run = project_of(ROBOTS / "sighted")
     (run.folder / "simcore.toml").write_text(SIGHTED_TOML)
     code, said = run(SIGHTED, "-rP")
@@ -225,12 +225,12 @@ def test_cameras_correct_odometry_and_find_fuel(sim):
     assert error() < 0.05
     heading = heard.getNumberArray("robot_orientation_set", [0.0])[0]
     assert heading == pytest.approx(sim.pose.rotation().degrees(), abs=1.5)
-    pad.left_bumper = True  # to the fuel that its other camera sees
+    pad.left_bumper = True  # drives to the fuel that its other camera detects
     sim.run(4.0)
     assert len(sim.record.taken_in) >= 3
 """
 
 
-def test_the_example_corrects_a_start_0_6_m_off_in_2_s(project):
+def test_the_example_corrects_a_start_error_of_0_6_m_in_2_s(project):
     code, said = project(MISLED)
     assert code == 0, said

@@ -1,4 +1,4 @@
-"""What robot code sees of a battery, on the simulated HAL."""
+"""Battery values that robot code reads, on the simulated HAL."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from simcore.robotcode.sim.robot_physics import LatenessReport
 from simcore.robotcode.sim.robot_power import PowerDistributionView, RoboRioPower
 
 
-def test_a_brown_out_switches_the_rails_and_counts():
+def test_a_brownout_switches_the_rails_off_and_is_counted():
     battery = Battery(BatteryConfig(recovery_resistance=0.0))
     power = RoboRioPower(battery)
     before = RobotController.getFaultCount6V()
     for _ in range(2):
-        draw(battery.records, 0, 0.02, 400.0, math.nan)  # one heartbeat later its motors hear of it
+        draw(battery.records, 0, 0.02, 400.0, math.nan)  # one heartbeat later the motors react
         power.show_voltage()
         power.show_rails()
         assert RobotController.getBatteryVoltage() == pytest.approx(battery.voltage)
@@ -36,7 +36,7 @@ def test_a_brown_out_switches_the_rails_and_counts():
     assert RobotController.getFaultCount6V() == before + 2
 
 
-def test_robot_code_sets_the_brown_out_voltage_of_a_roborio_2():
+def test_robot_code_can_set_the_brownout_voltage_of_a_roborio_2():
     battery = Battery(BatteryConfig(recovery_resistance=0.0))
     power = RoboRioPower(battery)
     RobotController.setBrownoutVoltage(9.0)
@@ -46,8 +46,8 @@ def test_robot_code_sets_the_brown_out_voltage_of_a_roborio_2():
     RobotController.setBrownoutVoltage(6.75)
 
 
-def test_the_panel_shows_the_battery_s_current_channel_by_channel():
-    """Four drive motors push off: all that the battery gives is on their channels."""
+def test_the_power_panel_shows_the_battery_current_by_channel():
+    """Four drive motors accelerate: all of the battery current is on their channels."""
     panel = PowerDistribution(1, PowerDistribution.ModuleType.kRev)
     with Match.bare() as match:
         robot = match.robots[0]
@@ -61,7 +61,7 @@ def test_the_panel_shows_the_battery_s_current_channel_by_channel():
         assert panel.getVoltage() == pytest.approx(robot.battery.voltage)
 
 
-def test_lateness_is_one_sentence_with_its_total(caplog):
+def test_lateness_is_reported_in_one_sentence_with_its_total(caplog):
     report = LatenessReport(every=0.0, start=0.0)
     report.note(0.5, tick_ms=4.0)
     quiet = LatenessReport(every=60.0, start=0.0)
@@ -71,4 +71,4 @@ def test_lateness_is_one_sentence_with_its_total(caplog):
     assert len(said) == 2 and "0.50 s" in said[0] and "robot tests do not mind" in said[1]
     assert "busy with other programs or robot code blocks" in said[0]
     assert "the computer is too slow: physics alone takes 31 ms for a tick of 20 ms" in said[1]
-    assert quiet.given_up == pytest.approx(9.9)  # for the next sentence
+    assert quiet.given_up == pytest.approx(9.9)  # for the next report

@@ -1,6 +1,6 @@
 """Whole robot projects under `robotpy sim --nogui`, enabled from inside, in real time.
 
-What drivers and other autos of the example do is in its own tests, in simulated time.
+Drivers and other autos of the example are in its own tests, in simulated time.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ FIRST = str(ROOT / "examples" / "first_robot")
 PLAIN = str(Path(__file__).parent / "robots" / "plain")
 
 
-def test_the_auto_drives_takes_in_and_scores(scenario):
-    """8 preloaded fuel and what it finds in the depot, all for its own alliance."""
+def test_the_example_auto_drives_takes_fuel_in_and_scores(scenario):
+    """8 preloaded fuel and fuel from the depot, all for its own alliance."""
     run = scenario("robot_sim", EXAMPLE, "auto", "red")
     assert run["distance"] > 3.0 and run["odometry_error"] < 0.03 * run["distance"]
     assert run["taken_in"] >= 5 and run["counted"] == run["staged"]
@@ -28,7 +28,7 @@ def test_the_auto_drives_takes_in_and_scores(scenario):
 
 
 def test_a_dashboard_and_robot_code_act_on_the_field(scenario):
-    """Robot code has its own chooser of autos, so there is none of ours."""
+    """Robot code has its own chooser of autos, so simcore publishes none."""
     run = scenario("robot_sim", PLAIN, "control", "blue")
     assert "/Sim/Control/Piece/options" in run["topics"] and not any("Auto" in topic for topic in run["topics"])
     pose, said = run["placed"]
@@ -43,7 +43,7 @@ def test_a_dashboard_and_robot_code_act_on_the_field(scenario):
 
 
 @pytest.mark.parametrize("period", ["0.005", "0.01", "0.02"])
-def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, period):
+def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions_drives(scenario, period):
     run = scenario("robot_sim", PLAIN, "straight", "blue", ROBOT_PERIOD=period)
     assert run["true_speed"] == pytest.approx(2.0, rel=0.03)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
@@ -51,11 +51,11 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, 
     assert run["speed_at_end"] < 0.01
     assert run["drawn_fuel"] == 448 and run["drawn_robot_off"] < 0.01
     assert 11.5 < run["volts_seen"] < 13.0
-    assert run["own_hook"] > 100  # a physics.py does not take the program's own hook
+    assert run["own_hook"] > 100  # a physics.py does not replace the program's own hook
 
 
-def test_the_robot_of_the_first_page_drives_by_stick(scenario):
-    """Half a stick of 4.4 m/s, open loop, through the trench."""
+def test_the_robot_of_the_first_page_drives_by_its_stick(scenario):
+    """Half a stick, open loop, is half of 4.4 m/s, through the trench."""
     run = scenario("robot_sim", FIRST, "straight", "blue")
     assert run["true_speed"] == pytest.approx(2.2, rel=0.08)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)

@@ -1,4 +1,4 @@
-"""Which of many runs a robot test is: seed and scatter by pytest's options, for a sweep's workers and for people."""
+"""Seed and scatter of a robot test from pytest's options, for workers of a sweep and for people."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def test_seed_and_scatter_reach_the_match_of_a_robot_program(project):
     assert code == 4 and "--sim-scatter: no spread named 'exit_sped'. Did you mean 'exit_speed'" in said, said
 
 
-def test_a_physics_without_run_variation_is_refused():
-    """Where another run is wanted than it builds, all runs would be the same one."""
+def test_a_physics_py_that_ignores_run_variation_is_refused():
+    """If a physics.py builds a match with other values than requested, all runs would be equal."""
     with Match.bare(seed=3, scatter=Scatter.parse("0,drag=0.1")) as match:
         try:
             for wanted, problem in (

@@ -1,4 +1,4 @@
-"""CANdi, CANrange and TalonFXS: robot code reads what physics says."""
+"""CANdi, CANrange and TalonFXS: robot code reads the values of physics."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ def read(scenario):
     return scenario("sensors")
 
 
-def test_a_pulse_width_encoder_reads_the_shafts_angle_whatever_its_direction_and_offset(read):
+def test_a_pulse_width_encoder_reads_the_shaft_angle_whatever_its_direction_and_offset(read):
     assert read["pwm"] == pytest.approx([0.3, 0.3], abs=0.002)
     assert read["pwm_velocity"] == pytest.approx([0.5, 0.5], abs=0.01)
 
 
-def test_a_distance(read):
+def test_a_canrange_reads_the_distance(read):
     assert read["distance"] == pytest.approx(0.25, abs=0.002)
 
 
-def test_a_talonfxs_closes_its_loop_over_an_encoder_of_its_own(read):
-    """Rotor to encoder 10, encoder to arm 4; clockwise; the arm's weight takes kP a hundredth of a turn."""
+def test_a_talonfxs_closes_its_loop_on_its_own_encoder(read):
+    """Rotor to encoder 10, encoder to arm 4, clockwise; the arm's weight leaves an error of a hundredth of a turn."""
     assert read["true_arm"] == pytest.approx(read["arm"], abs=0.001)
     assert read["arm"] == pytest.approx(0.2, abs=0.01)
 
 
-def test_mistakes_are_named(read):
+def test_mistakes_in_sensor_settings_are_named(read):
     assert "TalonFXS 4: motor_type is of a TalonFX; a TalonFXS has it in its configuration" in read["wrong_type"]
     assert read["wrong_pin"] == "CANdi 1: pin must be 1 or 2, got 3"
     assert "distance must be a number from 0 to 100 m, got -0.1" in read["too_near"]

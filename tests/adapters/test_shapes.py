@@ -1,4 +1,4 @@
-"""Programs of many shapes on CTRE's drivetrain, none of which knows simcore, each driven around the same course.
+"""Programs of many shapes on CTRE's drivetrain, without any code for simcore, each driven over the same course.
 
 5 m across the field, into the depot's fuel, and against the wall: in simulated time, and some of them in real time.
 """
@@ -70,7 +70,7 @@ class PhysicsEngine:
     def update_sim(self, now, tm_diff):
         volts = RobotController.getBatteryVoltage()
         self.model.update(tm_diff, volts, list(self.drive.modules))
-        self.drive.pigeon2.sim_state.add_yaw(1.0)  # a spinning robot, if anybody listened
+        self.drive.pigeon2.sim_state.add_yaw(1.0)  # a spinning robot, if any code listened
         intake = self.robot.intake.sim_state
         intake.set_supply_voltage(volts)
         rps = -4.0 * 0.25 * intake.motor_voltage
@@ -81,19 +81,19 @@ class PhysicsEngine:
 
 @dataclass(frozen=True, kw_only=True)
 class Shape:
-    """A robot program and what is special about it."""
+    """A robot program and its peculiarities."""
 
     source: Path | str | dict[str, str]
     sticks: str = "robot"
-    """What they mean: directions of the `field`, or of the `robot`."""
+    """Frame of the sticks: `field` or `robot`."""
     needs: tuple[str, ...] = ()
-    """Modules without which it cannot start."""
+    """Modules that the program imports."""
     believes: tuple[float, float] = (0.0, 0.0)
-    """Where its odometry stands before anybody moves [m]."""
+    """Odometry position before the robot moves [m]."""
     says: tuple[str, ...] = ("drivetrain TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9",)
-    """In the log of who moves what."""
+    """Expected parts of the log of device owners."""
     holds: Callable[[dict[str, Any]], bool] = field(default=lambda run: True)
-    """What its own `facts` and the course show beside."""
+    """Further checks of the program's `facts` and of the course."""
 
 
 SHAPES = {
@@ -113,7 +113,7 @@ SHAPES = {
             and run["pressed"]["heartbeat"] > 100
             and run["shots"] >= 3
             and run["taken_in"] > 0
-            and run["start"][:2] == pytest.approx([2.0, 1.2], abs=0.01)  # its pose was reset, it was not moved
+            and run["start"][:2] == pytest.approx([2.0, 1.2], abs=0.01)  # its pose was reset, not moved
         ),
     ),
     "its own steps of CTRE's simulation": Shape(
@@ -137,7 +137,7 @@ SHAPES = {
             "guessed TalonFX 41: 1 x Kraken X60 FOC, 4:1",
             "what the project's own simulation writes into it is dropped",
         ),
-        holds=lambda run: (  # its own model: 0.25 turns a second and volt, 3-6 V; simcore's would do 12
+        holds=lambda run: (  # its own model: 0.25 turns/s per volt, 3-6 V; simcore's model would do 12
             0.5 < run["pressed"]["intake_rps"] < 1.6 and run["pressed"]["other_rps"] == pytest.approx(5.0, rel=0.1)
         ),
     ),
@@ -155,11 +155,11 @@ SHAPES = {
     ),
 }
 IN_REAL_TIME = ("generated", "described", "TalonFXS and CANdi", "SPARKs")
-"""On CTRE's own simulation."""
+"""Shapes that also run on CTRE's own simulation."""
 REAL_ONLY = {
     "TalonFXS and CANdi": "only TalonFX motors are modelled in simulated time, got motor arrangements 0 (drive)"
 }
-"""By name, with what simulated time says of it."""
+"""Shapes that simulated time refuses, with a part of the message."""
 
 
 def project(name: str, project_of) -> Callable[..., tuple[int, str]]:
@@ -169,13 +169,13 @@ def project(name: str, project_of) -> Callable[..., tuple[int, str]]:
 
 
 def check(run: dict[str, Any], said: str, shape: Shape) -> None:
-    """What holds of the course in either time."""
+    """Check the course results that hold in both kinds of time."""
     assert run["crept"] < 0.008, "odometry moves though the robot stands"
     assert run["believed_start"][:2] == pytest.approx(shape.believes, abs=0.005)
     assert 5.0 < run["true_way"] < 6.0
     assert run["off"] < 0.03 * run["true_way"]
     assert run["pushed"] >= 8
-    assert -0.01 < run["gap_at_wall"] < 0.08  # pressed on with all its grip
+    assert -0.01 < run["gap_at_wall"] < 0.08  # pressed against it with all its grip
     assert run["speed_at_wall"] < 0.05
     assert run["counted"] == run["staged"]
     assert shape.holds(run), run
@@ -184,14 +184,14 @@ def check(run: dict[str, Any], said: str, shape: Shape) -> None:
 
 
 def error_lines(text: str) -> list[str]:
-    """Lines that a team would take for a fault; a loop of the robot that took too long is not one of simcore's."""
+    """Return lines that look like a fault; a loop overrun of the robot is not a fault of simcore."""
     wanted = re.compile(r"Traceback|NotImplementedError|Segmentation|\bERROR\b|stale|terminate called|Fatal")
     return [line for line in text.splitlines() if wanted.search(line)]
 
 
 @pytest.mark.realtime
 @pytest.mark.parametrize("name", IN_REAL_TIME)
-def test_the_course_in_real_time(name, project_of, scenario):
+def test_each_shape_drives_the_course_in_real_time(name, project_of, scenario):
     folder, shape = project(name, project_of).folder, SHAPES[name]
     flags = ("shape", "blue", "--simcore", "--game", "rebuilt")
     run = scenario("robot_sim", str(folder), *flags, path=(ROBOTS / "shared",), STICKS=shape.sticks)
@@ -216,7 +216,7 @@ def test_course(sim, caplog):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_the_course_in_simulated_time(name, project_of):
+def test_each_shape_drives_the_course_in_simulated_time(name, project_of):
     run, shape = project(name, project_of), SHAPES[name]
     code, said = run(COURSE.replace("FIELD", str(shape.sticks == "field")), "-rP")
     if name in REAL_ONLY:
@@ -239,7 +239,7 @@ def test_autonomous_drives_the_path_of_the_chooser_and_a_routine_of_sysid_runs(s
     sim.teleop()
     pad.back = pad.y = True
     sim.run(0.4)
-    assert sim.pose.X() > 3.1  # a step of 4 V, straight ahead
+    assert sim.pose.X() > 3.1  # a step of 4 V, straight forward
     print("DIGEST", sim.digest)
 
 
@@ -248,7 +248,7 @@ def test_again(sim):
 """
 
 
-def test_a_generated_projects_own_tests_pass_and_two_processes_agree_bit_for_bit(project_of, whole):
+def test_a_generated_projects_own_tests_pass_and_repeat_in_two_processes(project_of, whole):
     code, said = project("generated", project_of)(OWN_TESTS, "-rP", *(() if whole else ("-k", "autonomous or again")))
     assert code == 0 and f"{6 if whole else 3} passed" in said, said[-4000:]
     first, second = (line for line in said.splitlines() if line.startswith("DIGEST"))

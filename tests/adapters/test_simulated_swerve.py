@@ -1,6 +1,6 @@
-"""CTRE's swerve drivetrain in simulated time, against what the real one answered and against the real one itself.
+"""CTRE's swerve drivetrain in simulated time, against recorded answers of the real library and against the library.
 
-How motors follow what they are asked for is compared in `emulator/test_recorded.py`.
+Responses of motors to requests are compared in `emulator/test_recorded.py`.
 """
 
 from __future__ import annotations
@@ -13,13 +13,12 @@ import pytest
 pytestmark = pytest.mark.slow
 
 REFERENCE = Path(__file__).parent / "swerve_reference.json"
-"""What Phoenix 6 26.3.0 answered on the wall clock: `scenarios/swerve_requests.py real`."""
+"""Answers of Phoenix 6 26.3.0 on the wall clock: `scenarios/swerve_requests.py real`."""
 
 TOLERANCE = {"1 m/s ahead, open loop": 0.011, "0.5 rad to steer, open loop": 0.011}
-"""A voltage is told in steps of 10 mV, a feed-forward in steps of 20 mV or 0.2 A; everything else is known to 1 mm,
-1 mrad, 1 mm/s."""
+"""Tolerance by name. Voltages have steps of 10 mV, feedforwards of 20 mV or 0.2 A; all else 1 mm, 1 mrad, 1 mm/s."""
 FAMILIES = {"facing": 0.011, "SysId": 0.011, "forces fed forward, V": 0.021, "forces fed forward, A": 0.21}
-"""The same by the beginning of a name."""
+"""Tolerance by the beginning of a name."""
 
 
 @pytest.fixture(scope="module")
@@ -43,13 +42,13 @@ def differences(found, wanted):
     return wrong
 
 
-def test_every_request_and_estimate_matches_the_real_one(simulated, reference):
-    """Module targets, motor requests, estimator, resets: some sixty cases, recorded from the real library."""
+def test_every_request_and_estimate_matches_the_real_library(simulated, reference):
+    """Some sixty recorded cases: module targets, motor requests, pose estimates and resets."""
     assert len(reference["cases"]) > 60
     assert differences(simulated, reference["cases"]) == {}
 
 
 @pytest.mark.realtime
-def test_the_reference_still_matches_the_real_library(scenario, reference):
-    """Fails when another version of phoenix6 drives differently: then record anew and look at the emulator."""
+def test_the_recorded_answers_still_match_the_real_library(scenario, reference):
+    """If another phoenix6 version drives differently, record again and check the emulator."""
     assert differences(scenario("swerve_requests", "real")["cases"], reference["cases"]) == {}

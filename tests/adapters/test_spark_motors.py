@@ -1,4 +1,4 @@
-"""SPARK MAX and SPARK Flex on mechanisms: their control law is REVLib's, their motion that of closed forms."""
+"""SPARK MAX and SPARK Flex on mechanisms: control law of REVLib, motion of closed forms."""
 
 from __future__ import annotations
 
@@ -17,47 +17,47 @@ def sparks(scenario):
 
 
 def test_the_output_matches_revlibs_own_model(sparks):
-    """Single precision on their side: 6e-8 of 1."""
+    """REVLib's model has single precision: 6e-8 of 1."""
     for name, (theirs, ours) in sparks["iterate"].items():
         assert ours == pytest.approx(theirs, abs=1e-7), name
 
 
-def test_a_duty_cycle_spins_up_as_the_exponential_and_encoders_count(sparks):
+def test_a_duty_cycle_spins_up_exponentially_and_encoders_count(sparks):
     row = sparks["forms"]
     assert row["speed"] == pytest.approx(row["speed_expected"], rel=1e-9)
-    assert row["rpm"] == pytest.approx(row["speed"] * 2.0 * 60.0 / 6.283185307, rel=1e-6)  # rotor, gear of 2
+    assert row["rpm"] == pytest.approx(row["speed"] * 2.0 * 60.0 / 6.283185307, rel=1e-6)  # rotor, with a gearing of 2
     assert row["rotations"] == pytest.approx(row["shaft"] * 2.0 / 6.283185307, rel=1e-6)
     assert row["applied"] == 0.5
 
 
-def test_idle_modes_and_the_smart_current_limit(sparks):
+def test_idle_modes_and_the_smart_current_limit_act_on_a_mechanism(sparks):
     row = sparks["forms"]
     assert row["coasts"] == 1.0  # without friction
     assert row["brakes"] == pytest.approx(row["brakes_expected"], rel=1e-9)
     assert row["stall_amps"] == pytest.approx(40.0)
-    assert row["stall_volts"] == pytest.approx(40.0 * 12.0 / 105.0)  # I R of a NEO: 12 V, 105 A
+    assert row["stall_volts"] == pytest.approx(40.0 * 12.0 / 105.0)  # R I of a NEO: 12 V, 105 A
     assert row["disabled"] == 0.0
 
 
-def test_closed_loops_arrive_on_every_sensor(sparks):
+def test_closed_loops_reach_their_goal_on_every_sensor(sparks):
     row = sparks["loops"]
     assert row["rpm"] == pytest.approx(3000.0, rel=1e-3)
     assert row["at_setpoint"] == [False, True]
     assert row["inverted"] == pytest.approx([1.2, 1.2], abs=1e-4)
-    assert row["zeroed"] == pytest.approx([2.2, 1.2], abs=1e-4)  # the encoder was set to 0.2 where it was 1.2
-    assert row["absolute_at_first"] == pytest.approx(340.0)  # 20 degrees, counted the other way round
+    assert row["zeroed"] == pytest.approx([2.2, 1.2], abs=1e-4)  # the encoder was set to 0.2 at 1.2
+    assert row["absolute_at_first"] == pytest.approx(340.0)  # 20 degrees, with inverted counting
     assert row["absolute"] == pytest.approx([60.0, 300.0], abs=1e-3)
 
 
 def test_maxmotion_follows_its_trapezoid(sparks):
-    """20 turns at 20 rps and 40 rps^2: half a second up, half along, half down."""
+    """20 turns at 20 turns/s and 40 turns/s^2: half a second of acceleration, cruise and braking each."""
     shown = [setpoint for _, setpoint in sparks["loops"]["profile"]]
     assert shown == pytest.approx([1.25, 10.0, 18.75, 20.0], abs=1e-6)
     assert sparks["loops"]["profile"][-1][0] == pytest.approx(20.0, abs=0.05)
 
 
-def test_an_azimuth_turns_the_shorter_way_on_an_absolute_or_analog_encoder(sparks):
-    """From 350 to 20 degrees, which is 380; the analog encoder has 3.3 V for a turn."""
+def test_a_steer_motor_takes_the_shorter_way_on_an_absolute_or_analog_encoder(sparks):
+    """From 350 to 20 degrees by way of 380; the analog encoder gives 3.3 V per turn."""
     row = sparks["sensors"]
     for sensor in ("Absolute", "Analog"):
         assert row[sensor] == pytest.approx([380.0, 20.0], abs=0.5), sensor
@@ -68,7 +68,7 @@ def test_encoders_count_from_the_position_set_by_robot_code_or_shaft(sparks):
     row = sparks["sensors"]
     assert row["centered"] == pytest.approx(-30.0, abs=1e-4)
     assert row["seeded"] == pytest.approx(1.5 + 0.5)  # one turn of the rotor
-    assert row["brushed"] == pytest.approx(3.0)  # on the wheel, whatever gear is before it
+    assert row["brushed"] == pytest.approx(3.0)  # on the wheel, whatever the gearing in front of it
 
 
 def test_followers_turn_with_their_leader(sparks):
@@ -78,7 +78,7 @@ def test_followers_turn_with_their_leader(sparks):
     assert row["applied"] == [0.25, 0.25, -0.25]
 
 
-def test_a_guess_takes_gear_friction_and_weight_from_the_configuration(sparks):
+def test_a_guess_takes_gearing_friction_and_weight_from_the_configuration(sparks):
     assert sparks["guess"]["text"].startswith("1 x NEO Vortex, 60:1")
     assert sparks["guess"]["text"].endswith("weight of its kCos as an arm")
     assert sparks["guess"]["friction_volts"] == pytest.approx(0.3)

@@ -1,4 +1,4 @@
-"""A robot with REV mechanisms on a generated swerve, from `init` to a run: SPARKs, the hoot log, friction."""
+"""A robot with REV mechanisms on a generated swerve, from `init` to a run: SPARKs, hoot log and friction."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def test_it_shoots_while_the_trigger_is_held(sim):
     assert code.shooter.getEncoder().getVelocity() == pytest.approx(3500.0, rel=0.1)  # each shot slows it
     assert code.intake.getEncoder().getVelocity() == pytest.approx(-code.intake_follower.getEncoder().getVelocity())
     assert intake.velocity > 50.0 and code.intake.getOutputCurrent() > 0.0
-    assert code.hood.getAbsoluteEncoder().getPosition() == pytest.approx(30.0, abs=0.5)  # on a guess
+    assert code.hood.getAbsoluteEncoder().getPosition() == pytest.approx(30.0, abs=0.5)  # a guessed mechanism
     shown = sim.match.snapshot()
     assert shown.doubles["Sim/Debug/ShooterVelocityRPSSetpoint"] == pytest.approx(3500.0 / 60.0)
     assert "Sim/Debug/IntakeVelocityRPSSetpoint" not in shown.doubles, "it is told a duty cycle"
     assert shown.state_arrays["Sim/Robot/SwerveStates"].shape == (4, 2)
     stick.release(1)
     speed, slowing = feeder.velocity, feeder.gearbox.friction_torque / feeder.inertia
-    sim.run(0.12 + speed / slowing)  # the request, and the tick, are some ticks late
+    sim.run(0.12 + speed / slowing)  # request and tick lag by some ticks
     assert feeder.velocity == 0.0 and speed / slowing < 1.0
     left = sim.pieces.held
     sim.run(0.6)
@@ -76,7 +76,7 @@ def path(distribution):
     return os.pathsep.join(map(str, (distribution, PACKAGES, rev)))
 
 
-def test_sparks_shoot_and_undriven_ones_stop(project_of, path):
+def test_sparks_shoot_fuel_and_stop_when_undriven(project_of, path):
     run = project_of(ROBOTS / "sparked")
     shutil.copy(ROBOTS / "shared" / "measures.py", run.folder)
     code, said = run(TEST, "-rP", PYTHONPATH=path)

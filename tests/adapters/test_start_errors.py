@@ -1,4 +1,4 @@
-"""`robotpy sim --simcore` of projects that cannot start: one sentence, last on the screen, and a status not zero."""
+"""`robotpy sim --simcore` of projects that cannot start: the last line is one sentence, and the status is not zero."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class PhysicsEngine:
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """A project that cannot start, and what its last line says."""
+    """A project that cannot start, and parts of the last line."""
 
     says: Sequence[str]
     files: dict[str, str] = field(default_factory=dict)
     flags: Sequence[str] = ()
     library: dict[str, str] = field(default_factory=dict)
-    """Modules that are installed beside."""
+    """Modules installed alongside."""
 
 
 STARTS = {
@@ -54,11 +54,11 @@ STARTS = {
         files={"physics.py": TEAM.format("robot.wheels = 1 / 0")}, says=("physics.py, line 4: ZeroDivisionError",)
     ),
 }
-"""Of mistakes in the files themselves, the readers' tests know the sentences."""
+"""Messages about mistakes in the files themselves are in the tests of the file readers."""
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_the_sentence_comes_last_and_the_program_exits(name, project_of, python, install, tmp_path):
+def test_a_failed_start_ends_with_its_sentence_and_exits(name, project_of, python, install, tmp_path):
     pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
     start, project = STARTS[name], project_of(GENERATED).folder
     for file, text in start.files.items():

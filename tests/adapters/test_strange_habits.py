@@ -1,4 +1,4 @@
-"""Programs of rarer habits drive and know where they are, or end with one sentence that names the program's line."""
+"""Programs with rare habits drive with true odometry, or end with a sentence that names the program's line."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_it(sim):
 """
 
 PROGRAMS: dict[str, tuple[dict[str, str], str, str, str]] = {
-    # name: parts of the program, simcore.toml, test, words of a failed one (none: it passes)
+    # name: parts of the program, simcore.toml, test, words of a failed test (empty if it passes)
     "counts without a scale, another one each side": (
         {"loop": "self.update(4278.0, 1000.0)"}, "", HOLDS.format(turn=-0.1), ""),
     "gyro upside down": (
@@ -203,7 +203,7 @@ def _run(folder: Path, robot: str, toml: str, test: str) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_it_drives_with_true_odometry_or_reports_why(name, tmp_path):
+def test_a_program_with_a_rare_habit_drives_with_true_odometry_or_reports_why(name, tmp_path):
     parts, toml, test, words = PROGRAMS[name]
     if "planner" in name and find_spec("pathplannerlib") is None:
         pytest.skip("needs pathplannerlib")
@@ -224,7 +224,7 @@ def test_a_talon_measures_acceleration_and_a_pigeon_names_unmodelled_signals(tmp
     assert code == 0, said[-3000:]
 
 
-def test_refused_calls_end_at_the_line_of_the_test(tmp_path):
+def test_a_refused_call_ends_at_the_line_of_the_test(tmp_path):
     tests = "".join(f"def test_{k}(sim):\n    sim.start()\n    {call}\n" for k, call in enumerate(REFUSED))
     code, said = _run(tmp_path, TANK.format(init="pass", loop="self.update()", teleop="pass", more=""), "", tests)
     assert code == 1

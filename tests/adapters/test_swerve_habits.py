@@ -1,4 +1,4 @@
-"""Swerve programs of own classes in shapes that teams write: their modules, zeros and places are found or told."""
+"""Swerve programs with module classes of their own: modules, zeros and places are found, or requested in a message."""
 
 from __future__ import annotations
 
@@ -194,11 +194,11 @@ HABITS = {
     ),
     "no gyro": (ROTATION + ROBOT.replace("wpilib.ADXRS450_Gyro()", "None"), None, ("is its gyro",)),
 }  # fmt: skip
-"""By what the program does: its text after `HEAD`, Choreo's file, and what the start says of it."""
+"""Programs by habit: text after `HEAD`, Choreo file, and expected messages of the start."""
 
 
 @pytest.mark.parametrize("habit", HABITS)
-def test_own_module_classes_follow_their_commands(habit, tmp_path, project_of):
+def test_modules_of_own_classes_follow_their_commands(habit, tmp_path, project_of):
     text, choreo, sentences = HABITS[habit]
     source = tmp_path / "source"
     source.mkdir()

@@ -1,4 +1,4 @@
-"""Which tables of NetworkTables a program asks for, however it does; in a process of its own, as ntcore is wrapped."""
+"""NetworkTables that a program accesses, by any kind of access; in a separate process, as ntcore is wrapped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots with equal ids on two CAN buses, found, described and driven, and what CTRE's own simulation makes of them."""
+"""Robots with equal ids on two CAN buses: found, described, driven, and refused on CTRE's own simulation."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Robot(wpilib.TimedRobot):
         self.arm.set_control(controls.PositionVoltage(0.2))
         self.roller.set_control(controls.VelocityVoltage(10.0))
 """
-"""CTRE's swerve on a CANivore; on the roboRIO's own bus a shooter, an arm and a roller with ids of the swerve's."""
+"""CTRE's swerve on a CANivore, and a shooter, an arm and a roller with the same ids on the roboRIO's bus."""
 
 
 DESCRIBED = """
@@ -81,7 +81,7 @@ def test_five_meters_while_its_mechanisms_turn(sim):
     assert not [text for text in sim.warnings if "does not hold" in text]
     speeds = [abs(motor.get_velocity().value) for motor in (robot.shooter, robot.partner, robot.roller)]
     assert speeds == pytest.approx([50.0, 50.0, 10.0], rel=0.03)
-    assert abs(robot.drivetrain.modules[0].drive_motor.get_velocity().value) < 0.5  # TalonFX 1 of the other bus
+    assert abs(robot.drivetrain.modules[0].drive_motor.get_velocity().value) < 0.5  # TalonFX 1 on the other bus
     assert [d.get_position().value for d in (robot.arm, robot.encoder)] == pytest.approx([0.2, 0.2], abs=0.01)
     steered = [module.encoder.get_absolute_position().value for module in robot.drivetrain.modules]
     assert max(map(abs, steered)) < 0.6 and abs(steered[0] - 0.2) > 0.01
@@ -89,7 +89,7 @@ def test_five_meters_while_its_mechanisms_turn(sim):
 """
 
 
-def test_a_swerve_on_a_canivore_next_to_mechanisms_of_the_same_ids(project_of):
+def test_a_swerve_on_a_canivore_drives_next_to_mechanisms_with_the_same_ids(project_of):
     run = project_of(TWO_BUSES)
     code, told = run("", command=("-m", "simcore", "init"))
     text = (run.folder / "simcore.toml").read_text()
@@ -125,7 +125,7 @@ def test_a_swerve_on_a_canivore_next_to_mechanisms_of_the_same_ids(project_of):
         ),
     ],
 )
-def test_a_device_of_another_bus_is_refused_by_its_name(told, sentence, project_of):
+def test_a_device_on_another_bus_is_refused_by_name(told, sentence, project_of):
     run = project_of(TWO_BUSES)
     (run.folder / "simcore.toml").write_text(DESCRIBED.format(**told))
     code, said = run(COURSE)
@@ -134,7 +134,7 @@ def test_a_device_of_another_bus_is_refused_by_its_name(told, sentence, project_
 
 @pytest.fixture
 def crossed(project_of):
-    """A swerve whose steer motors and encoders have on a CANivore the ids of its drive motors."""
+    """Return a project whose steer motors and encoders on a CANivore have the ids of its drive motors."""
     run = project_of(ROBOTS / "own_talons")
     robot = run.folder / "robot.py"
     text = robot.read_text()
@@ -197,8 +197,8 @@ ENABLES_ITSELF = """
 """
 
 
-def test_on_ctres_own_simulation_both_devices_and_the_remedy_are_named(crossed):
-    """There the last one that is configured, written or told something is both."""
+def test_on_ctres_own_simulation_the_error_names_both_devices_and_the_remedy(crossed):
+    """There the device that was configured or written last acts as both."""
     code, said = crossed("", command=("-m", "robotpy", "sim", "--simcore", "--nogui"))
     assert code == 1 and "TalonFX 1 and TalonFX canivore:1, on two CAN buses, are one device in CTRE's" in said, said
     robot = crossed.folder / "robot.py"

@@ -1,4 +1,4 @@
-"""Two installed games under `robotpy sim --simcore`: flag, file or the newer year chooses, and the log says which."""
+"""Two installed games under `robotpy sim --simcore`: the flag, the file or the newer year decides, and is logged."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GAME = replace(REBUILT, name="later", year=2999)
 
 @pytest.fixture(scope="module")
 def second_game(tmp_path_factory, install):
-    """A folder in which a distribution with a game of a far year is installed: whatever else is here is older."""
+    """Return a folder with a distribution of a game of a far year, so that it is the newest."""
     folder = tmp_path_factory.mktemp("second")
     (folder / "later_game.py").write_text(LATER)
     install(folder, "later-game", {"simcore.games": "later = later_game:GAME"})
@@ -32,7 +32,7 @@ def second_game(tmp_path_factory, install):
 
 @pytest.fixture
 def robot(tmp_path):
-    """A copy of a robot whose file names no game."""
+    """Return a copy of a robot whose file names no game."""
     folder = tmp_path / "turreted"
     shutil.copytree(TURRETED, folder)
     text = (folder / "simcore.toml").read_text()
@@ -50,13 +50,13 @@ def test_the_newest_game_is_the_default(scenario, robot, second_game):
     assert "game later (2999), the newest; also installed: " in line_of(run) and "rebuilt" in line_of(run)
 
 
-def test_the_file_chooses(scenario, second_game):
+def test_the_game_in_the_file_overrides_the_default(scenario, second_game):
     run = scenario("which_game", str(TURRETED), "--simcore", path=(second_game,))
     assert run["game"] == "rebuilt"
     assert "game rebuilt (2026), as simcore.toml says; also installed: later" in line_of(run)
 
 
-def test_the_flag_overrides_the_file(scenario, second_game):
+def test_the_game_flag_overrides_the_file(scenario, second_game):
     run = scenario("which_game", str(TURRETED), "--simcore", "--game", "later", path=(second_game,))
     assert run["game"] == "later"
     assert "game later (2999), as --game says; also installed: " in line_of(run)
@@ -82,7 +82,7 @@ def test_every_command_works_and_names_its_game(second_game, tmp_path, monkeypat
 
 
 def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_factory, install):
-    """The mirrored field of crates and balls, 12 x 6 m: nothing of REBUILT is needed."""
+    """The mirrored field of crates and balls, 12 x 6 m, without any part of REBUILT."""
     folder = tmp_path_factory.mktemp("crates")
     shutil.copy(Path(__file__).parents[1] / "games" / "crates.py", folder)
     install(folder, "crates-game", {"simcore.games": "crates = crates:CRATES"})
@@ -94,8 +94,8 @@ def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_f
     assert "game crates (1), as --game says" in line_of(run)
 
 
-def test_a_broken_game_stops_no_other_game(tmp_path_factory, install, project_of):
-    """Its robot tests, play, check, sweep, compare and doctor; a game called by its name says where it broke."""
+def test_a_broken_game_does_not_affect_other_games(tmp_path_factory, install, project_of):
+    """Robot tests, play, check, sweep, compare and doctor work; the broken game, if named, reports where it failed."""
     site = tmp_path_factory.mktemp("broken")
     (site / "broken_game.py").write_text("from games.rebuilt import REBUILT\n\nGAME = replace(REBUILT)\n")
     install(site, "broken-game", {"simcore.games": "broken = broken_game:GAME"})
@@ -113,7 +113,7 @@ def test_a_broken_game_stops_no_other_game(tmp_path_factory, install, project_of
     assert f"left out: {why}" in said_by("play", "--seconds", "0.2")
     short = ("--seconds", "0.5", "--workers", "1")
     assert "page.html" in said_by("sweep", "--seeds", "2", *short)
-    (project.folder / "robot.py").rename(project.folder / "elsewhere.py")  # else words are folders and commits
+    (project.folder / "robot.py").rename(project.folder / "elsewhere.py")  # else they are folders and commits
     assert "page.html" in said_by("compare", "depot", "tour", "--seeds", "5", *short)
     assert "game broken of the package broken-game does not load" in " ".join(
         said_by("doctor").replace("\u2502", " ").split()

@@ -1,11 +1,11 @@
-"""What nothing simulates is named, whoever made it."""
+"""Devices that nothing simulates are named, of any maker."""
 
 from __future__ import annotations
 
 from importlib.util import find_spec
 
 
-def test_unserved_devices_are_named_with_their_attribute(scenario):
+def test_devices_without_simulation_are_named_with_their_attribute(scenario):
     names = scenario("unserved")["names"]
     expected = ["I2C (intake.bus)"]
     if find_spec("playingwithfusion"):

@@ -1,4 +1,4 @@
-"""`simcore init` next to settings of PathPlanner and Choreo: what it writes passes `check`, and the program starts."""
+"""`simcore init` with settings of PathPlanner and Choreo: its file passes `check`, and the program starts."""
 
 from __future__ import annotations
 
@@ -115,12 +115,12 @@ FILES = {
     "Choreo": {"choreo/paths.chor": CHOREO},
 }
 SAMPLE = {("swerve", "PathPlanner"), ("CTRE swerve", "Choreo"), ("tank", "PathPlanner"), ("mecanum", "none")}
-"""Those that are run without --whole."""
+"""Cases that run without `--whole`."""
 
 
 @pytest.fixture
 def made(tmp_path, project_of):
-    """Makes a project of a program's text and the settings next to it, as `project_of` copies it."""
+    """Return a function that makes a project from the text of a program and settings files, copied by `project_of`."""
 
     def make(text: str, files: dict[str, object]):
         source = tmp_path / "source"
@@ -139,7 +139,7 @@ def made(tmp_path, project_of):
 
 @pytest.mark.parametrize("files", FILES)
 @pytest.mark.parametrize("kind", PROGRAMS)
-def test_what_init_writes_passes_check_and_drives(kind, files, made, whole):
+def test_the_file_written_by_init_passes_check_and_the_robot_drives(kind, files, made, whole):
     if (kind, files) not in SAMPLE and not whole:
         pytest.skip("not in the sample: --whole runs all of them")
     run = made(PROGRAMS[kind], FILES[files])

@@ -1,6 +1,6 @@
-"""What goes to the robot knows nothing of the simulation: only physics.py does, and nobody asks for that.
+"""Robot code of the examples does not depend on the simulation: only physics.py imports simcore.
 
-A project with a simcore.toml has none.
+A project with a simcore.toml has no physics.py.
 """
 
 import ast
@@ -15,7 +15,7 @@ LINE = "# ==================== SIMULATION SUPPORT - sim-only methods below this 
 
 
 def imported(path: Path) -> set[str]:
-    """First names of all modules that a file imports."""
+    """Return the top-level names of all modules that a file imports."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -26,7 +26,7 @@ def imported(path: Path) -> set[str]:
 
 
 @each("project", PROJECTS)
-def test_only_physics_py_knows_the_simulation(project):
+def test_only_physics_py_imports_the_simulation(project):
     if (project / "simcore.toml").exists():
         assert not (project / "physics.py").exists()
     else:
@@ -39,7 +39,7 @@ def test_only_physics_py_knows_the_simulation(project):
 
 
 @each("path", SUBSYSTEMS)
-def test_sim_only_accessors_stand_below_the_line_and_do_nothing_but_give(path):
+def test_sim_only_accessors_are_below_the_line_and_only_return_an_attribute(path):
     text = path.read_text(encoding="utf-8")
     for node in ast.parse(text).body:
         if not isinstance(node, ast.ClassDef):

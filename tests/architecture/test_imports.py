@@ -1,4 +1,4 @@
-"""Imports point inward, one module knows the engine, and time and chance come in as arguments."""
+"""Imports point inward, one module imports each engine, and time and random numbers come in as arguments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
 ADAPTERS = {"bridge", "calibrate", "robotcode", "show"}
-"""The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
+"""Outermost packages of simcore: only these import vendor libraries, WPILib's robot side or a wall clock."""
 
 BASE = {"channel", "errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
@@ -26,13 +26,13 @@ TOOLS = {
     "simcore/sweep/one_run.py",  # measures what a run cost
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
-"""No part of a simulation: may read a clock to say how long they took."""
+"""Files outside the simulation, which may read a clock to report durations."""
 INNER = BASE | {"loop", "world"}
 DOMAIN = {"robot", "pieces", "vision"}
 CORE = INNER | DOMAIN | {"telemetry", "match"}
 
 ALLOWED = {
-    # who: whom it may import, beside itself
+    # package: packages that it may import, in addition to itself
     **dict.fromkeys(BASE, BASE),
     "loop": BASE,
     "world": BASE | {"loop"},
@@ -75,7 +75,7 @@ def tree_of(path: Path) -> ast.Module:
 
 @cache
 def imports(path: Path) -> list[tuple[str, int]]:
-    """Every module that a file imports, anywhere in it, with the line."""
+    """Return every module that a file imports anywhere, with the line."""
     return list(_imports(path))
 
 
@@ -99,12 +99,12 @@ def is_adapter(path: Path) -> bool:
 
 
 def package_of(name: str) -> str:
-    """The package of a module as `ALLOWED` names it: `match`, `robotcode.sim`; empty for `simcore` itself."""
+    """Return a module's package as named in `ALLOWED`: `match`, `robotcode.sim`; empty for `simcore` itself."""
     parts = name.split(".")[1:]
     return ".".join(parts[:2] if parts[:1] == ["robotcode"] else parts[:1])
 
 
-def test_imports_point_inward():
+def test_all_imports_point_inward():
     wrong = []
     for path in SOURCES:
         own = package_of(module_name(path))
@@ -119,7 +119,7 @@ def test_imports_point_inward():
 
 
 def loaded_with(path: Path, modules: Collection[str]) -> set[str]:
-    """Which of these modules a file imports when it is loaded: outside of functions, and not for type checking only."""
+    """Return those modules that a file imports at load time: outside functions, and not only for type checking."""
     names = set()
 
     def visit(nodes: list[ast.stmt]) -> None:
@@ -143,7 +143,7 @@ def loaded_with(path: Path, modules: Collection[str]) -> set[str]:
 
 
 def find_cycle(graph: dict[str, set[str]]) -> list[str]:
-    """A cycle of the graph, its first node repeated at the end; empty without one."""
+    """Return a cycle of a graph with its first node repeated at the end; empty without a cycle."""
     done: set[str] = set()
     way: list[str] = []
 
@@ -163,15 +163,15 @@ def find_cycle(graph: dict[str, set[str]]) -> list[str]:
     return next((cycle for name in sorted(graph) if (cycle := visit(name))), [])
 
 
-def test_no_import_cycles():
+def test_there_are_no_import_cycles():
     files = {module_name(path): path for path in SOURCES}
     assert len(files) > 100
     graph = {name: loaded_with(path, files) for name, path in files.items()}
     assert " -> ".join(find_cycle(graph)) == ""
 
 
-def test_no_import_cycles_for_types_alone_either():
-    """A game does not know the match that plays it, also where an import is for annotations or inside a function."""
+def test_there_are_no_import_cycles_for_types_or_inside_functions():
+    """A game must not depend on the match that plays it, even for annotations or inside a function."""
     files = {module_name(path): path for path in SOURCES}
     files = {name: path for name, path in files.items() if name.split(".")[1:2] and name.split(".")[1] in CORE}
     assert len(files) > 80
@@ -182,13 +182,13 @@ def test_no_import_cycles_for_types_alone_either():
     assert " -> ".join(find_cycle(graph)) == ""
 
 
-def test_the_search_finds_a_cycle():
+def test_the_cycle_search_finds_a_cycle():
     assert find_cycle({"a": {"b"}, "b": {"c", "d"}, "c": set(), "d": {"b"}}) == ["b", "d", "b"]
     assert find_cycle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
 
 
-def test_import_simcore_alone_is_light():
-    """A robot program imports it at start: numpy at most, no adapter and no game."""
+def test_importing_simcore_alone_loads_no_heavy_module():
+    """Robot programs import it at start: numpy at most, no adapter and no game."""
     code = "import simcore, sys; print(sorted(sys.modules))"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
     loaded = ast.literal_eval(run.stdout)
@@ -197,14 +197,14 @@ def test_import_simcore_alone_is_light():
     assert all(name.split(".")[1] in BASE for name in ours), ours
 
 
-def test_every_everyday_name_is_the_one_of_its_home():
+def test_every_everyday_name_comes_from_its_home_module():
     import simcore
 
     for name in simcore.__all__:
         if name in simcore._HOME:
             try:
                 home = getattr(simcore, name).__module__
-            except ImportError:  # of an extra that is not installed
+            except ImportError:  # from an extra that is not installed
                 continue
             assert home == simcore._HOME[name] or home.startswith("phoenix6"), name
     for name, words in (("Macth", "Did you mean 'Match'"), ("SwerveDrive", "from simcore.robot.swerve_drive import")):
@@ -217,12 +217,12 @@ def test_every_everyday_name_is_the_one_of_its_home():
 @pytest.mark.parametrize(
     ("package", "module"), [("pybullet", "simcore.world.bullet"), ("mujoco", "simcore.world.mujoco_engine")]
 )
-def test_one_module_imports_an_engine(package, module):
+def test_a_single_module_imports_each_engine(package, module):
     who = [module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == package]
     assert who == [module]
 
 
-def test_only_adapters_import_vendors_and_all_else_asks_one_module_for_wpilib():
+def test_only_adapters_import_vendors_and_wpilib():
     assert not [
         f"{module_name(path)}:{line} imports {name}"
         for path in SOURCES
@@ -234,11 +234,11 @@ def test_only_adapters_import_vendors_and_all_else_asks_one_module_for_wpilib():
 
 MAKERS_WORDS = re.compile(r"ctre|talon|spark|phoenix|pigeon|cancoder|candle|canrange|navx", re.IGNORECASE)
 DELIVERED = "simcore/robot/dc_motor.py"
-"""Current limits with which controllers are delivered: a motor without limits of its own has those of its maker's."""
+"""Default current limits of controllers: a motor without limits of its own gets those of its maker."""
 
 
-def test_inner_packages_name_no_maker_of_devices():
-    """Names in code; a docstring may say whose idea something is."""
+def test_names_in_inner_packages_contain_no_device_maker():
+    """Docstrings may name a maker as a source."""
     found = set()
     for path in SOURCES:
         parts, place = path.relative_to(ROOT).parts, path.relative_to(ROOT).as_posix()
@@ -255,7 +255,7 @@ def test_only_the_view_imports_its_web_server():
     assert who == {"simcore.show.view_server"}
 
 
-def test_the_view_knows_no_vendor():
+def test_the_view_imports_no_vendor():
     wrong = [
         f"{module_name(path)}:{line} imports {name}"
         for path in SOURCES
@@ -267,7 +267,7 @@ def test_the_view_knows_no_vendor():
 
 
 def clocks_and_chance(tree: ast.AST) -> Iterator[tuple[str, int]]:
-    """What reads a clock, or makes random numbers that no seed repeats."""
+    """Yield every use of a clock or of unseeded random numbers, with its line."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:
@@ -287,7 +287,7 @@ def clocks_and_chance(tree: ast.AST) -> Iterator[tuple[str, int]]:
                 yield "default_rng() without a seed", node.lineno
 
 
-def test_nothing_in_simcore_reads_a_clock_or_throws_unseeded_dice():
+def test_nothing_in_simcore_reads_a_clock_or_uses_unseeded_random_numbers():
     wrong = [
         f"{module_name(path)}:{line} {what}"
         for path in SOURCES
@@ -322,17 +322,17 @@ def test_no_game_reads_a_clock():
         "from numpy.random import rand",
     ],
 )
-def test_the_scan_finds_what_it_looks_for(code):
+def test_the_scan_finds_clocks_and_unseeded_random_numbers(code):
     assert list(clocks_and_chance(ast.parse(code)))
 
 
-def test_the_scan_lets_a_seeded_generator_pass():
+def test_the_scan_accepts_a_seeded_generator():
     code = "import numpy as np\nrng: np.random.Generator = np.random.default_rng(seed)\nrng.random()"
     assert not list(clocks_and_chance(ast.parse(code)))
 
 
-def test_importing_simcore_loads_neither_the_engine_nor_wpilib():
-    """Every module outside the adapters, one after the other; then the view, which asks late for its web server."""
+def test_importing_simcore_loads_neither_an_engine_nor_wpilib():
+    """Imports every module outside the adapters, then the view, which imports its web server late."""
     sources = [path for path in SOURCES if path.is_relative_to(ROOT / "simcore")]
     modules = sorted({module_name(path) for path in sources if not is_adapter(path)})
     view = [module_name(path) for path in sources if path.parent.name == "show" and path.stem != "__main__"]
@@ -350,8 +350,8 @@ def test_importing_simcore_loads_neither_the_engine_nor_wpilib():
     assert run.returncode == 0, run.stderr
 
 
-def test_a_match_needs_nothing_of_wpilib():
-    """Whatever season is installed, or none: motors, tags, poses and logs are simcore's own."""
+def test_a_match_needs_no_part_of_wpilib():
+    """Motors, tags, poses and logs are simcore's own, with any season installed or none."""
     code = (
         "import sys\n"
         f"for name in {WPILIB!r}: sys.modules[name] = None\n"
@@ -370,7 +370,7 @@ def test_a_match_needs_nothing_of_wpilib():
 
 
 def test_every_public_name_exists():
-    """A name in `__all__` that is not there breaks `from module import *` and the docs."""
+    """An undefined name in `__all__` breaks `from module import *` and the docs."""
     missing = []
     for path in SOURCES:
         tree = tree_of(path)
@@ -392,8 +392,8 @@ def test_every_public_name_exists():
     assert missing == []
 
 
-def test_a_test_stands_where_its_module_does():
-    """`tests/x/test_y.py` is of `simcore/x/y`; one that is of several modules says in its first line what it holds."""
+def test_each_test_file_is_placed_like_its_module():
+    """`tests/x/test_y.py` tests `simcore/x/y`; a test of several modules says in its first line what it covers."""
     folders = {"adapters", "architecture", "docs", "games", "laws", "shared", "view"}
     wrong = []
     for path in sorted((ROOT / "tests").rglob("test_*.py")):

@@ -1,4 +1,4 @@
-"""Every mutant of scripts/mutants.py still fits: its source text and its test exist."""
+"""Every mutant in scripts/mutants.py still fits: its source text and its test exist."""
 
 import re
 from pathlib import Path

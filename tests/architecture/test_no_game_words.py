@@ -1,4 +1,4 @@
-"""simcore serves any game: no word and no number of one year's game stands in it."""
+"""simcore works with any game: it has no word and no number of one year's game."""
 
 import ast
 import re
@@ -17,24 +17,24 @@ WORDS = re.compile(
     re.IGNORECASE,
 )
 YEAR = "2026"
-"""Allowed in comments and docstrings, where it names a source or a version; not in values and names."""
+"""Allowed in comments and docstrings, as part of a source or a version; not in values and names."""
 
 TABLE = "simcore/vision/tag_layout.py"
-"""The one table of tag layouts: WPILib names them after their games."""
+"""Table of tag layouts, which WPILib names after their games."""
 
 WINDOWS = ("simcore/show/scope_layout.py", '"hubs"')
-"""AdvantageScope's own word for its windows."""
+"""AdvantageScope's word for its windows."""
 
 STILL_ALLOWED = {
     "simcore/robotcode/makers/phoenix6/__init__.py",
     "simcore/robot/chassis.py",
     "simcore/robot/chassis_config.py",
 }
-"""To be emptied."""
+"""Files that still have such words; to be emptied."""
 
 
 def values_and_names(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Line and text of every name and every constant that is no docstring."""
+    """Yield line and text of every name and every constant that is not a docstring."""
     docs = {
         id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
     }
@@ -66,7 +66,7 @@ def found_in(path: Path) -> list[str]:
 
 
 @each("package", sorted({path.relative_to(ROOT).parts[1] for path in SOURCES}))
-def test_simcore_knows_no_game(package: str) -> None:
+def test_simcore_has_no_word_of_any_game(package: str) -> None:
     found = [
         line
         for path in SOURCES
@@ -76,7 +76,7 @@ def test_simcore_knows_no_game(package: str) -> None:
     assert found == []
 
 
-def test_words_are_found_and_sources_are_not() -> None:
+def test_the_search_finds_game_words_but_not_sources() -> None:
     for bad in (
         "fuel_start",
         "# Rebuilt",

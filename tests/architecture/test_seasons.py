@@ -1,4 +1,4 @@
-"""Which season is installed is asked in one module, and of Phoenix 6 in the emulator's table."""
+"""One module decides which season is installed, and the emulator's table does so for Phoenix 6."""
 
 import ast
 import re
@@ -12,9 +12,9 @@ from simcore import season
 ROOT = Path(__file__).resolve().parents[2]
 WHO_MAY = {"simcore/season.py", "simcore/robotcode/emulator/emulated_native.py"}
 KNOWN = {"simcore/robotcode/sim/attach.py": {"pyfrc"}}
-"""Modules that wrap pyfrc's own calls where it is installed."""
+"""Modules that wrap pyfrc's calls where it is installed."""
 SEASONAL = {"pyfrc", "wpilib.testing", "telemetry", "tunables", "robotpy_fields"}
-"""Packages of one season alone."""
+"""Packages of one season only."""
 
 
 def _code(path: Path) -> list[ast.AST]:
@@ -22,7 +22,7 @@ def _code(path: Path) -> list[ast.AST]:
 
 
 @pytest.mark.parametrize("package", ["simcore", "games"])
-def test_no_other_module_asks_for_the_season(package):
+def test_no_other_module_checks_the_season(package):
     found = []
     for path in sorted((ROOT / package).rglob("*.py")):
         name = str(path.relative_to(ROOT))
@@ -45,8 +45,8 @@ def test_no_other_module_asks_for_the_season(package):
 
 
 @each("module", sorted(season.NAMES))
-def test_every_name_that_simcore_needs_is_there(module):
-    """In the season that is installed, whichever it is."""
+def test_every_name_that_simcore_needs_exists(module):
+    """In the installed season, whichever it is."""
     loaded = pytest.importorskip(module) and getattr(season, module.replace(".", "_"))
     for owner, names in season.NAMES[module].items():
         for entry in names.split():
@@ -63,13 +63,13 @@ def test_every_name_that_simcore_needs_is_there(module):
         ([("wpilib", "2026.2.2"), ("pyntcore", "2027.0.0a7")], "pyntcore 2027.0.0a7 next to WPILib of 2026"),
     ],
 )
-def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, sentence):
+def test_mixed_seasons_give_one_sentence(installed, sentence):
     said = season.mixed_seasons(season.installed_seasons(installed))
     assert sentence in said and bool(said) == bool(sentence) and said.count("\n") == 0
 
 
 BEFORE_2027 = {"navx", "photonvision"}
-"""Packages of makers whose libraries keep their names or have no release of 2027."""
+"""Packages of makers whose libraries keep their names or have no 2027 release."""
 GONE_IN_2027 = {
     "simcore/robotcode/sim/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
     "simcore/robotcode/sim/wpilib_ports.py": {
@@ -84,11 +84,11 @@ GONE_IN_2027 = {
     },
     "simcore/bridge/serve_command.py": {"startClient4", "setServer"},
 }
-"""Of relays, gyros and the driver station that the robot of 2027 has no more, or under other names."""
+"""Names of relays, gyros and the driver station that 2027 has removed or renamed."""
 
 
-def test_names_of_2026_stand_in_one_module():
-    """What WPILib has in camel case is asked for by its name of 2027: else it fails there, where few tests run."""
+def test_names_of_2026_are_in_one_module():
+    """Other modules use WPILib's names of 2027; a camel-case name would fail in 2027, where few tests run."""
     named = set()
     for module in sorted({*season.NAMES, "wpilib.drive", "wpimath.kinematics", "wpimath.estimator"}):
         loaded = pytest.importorskip(module)

@@ -1,4 +1,4 @@
-"""Programs for the bridge, compiled against the headers and libraries of robotpy-native-*."""
+"""Programs for the bridge, compiled against headers and libraries of robotpy-native-*."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _native(name: str) -> Path | None:
 
 @pytest.fixture(scope="session")
 def compiled(tmp_path_factory) -> Callable[[str], Path]:
-    """Compile a program of this folder by its name, once."""
+    """Return a function that compiles a program of this folder by name, once."""
     if find_spec("wpilib") is None:
         pytest.skip("needs wpilib: pip install .[robotpy]")
     folders = {library: _native(name) for name, library in LIBRARIES.items()}
@@ -59,13 +59,13 @@ def compiled(tmp_path_factory) -> Callable[[str], Path]:
 
 
 def robot_file(name: str) -> str:
-    """The file of a robot by its name; that of the tank is of the example."""
+    """Return the robot file of a program; that of the tank is in the example."""
     return str(TANK / "simcore.toml" if name == "tank.toml" else PROGRAMS / name)
 
 
 @pytest.fixture
 def serve(tmp_path) -> Callable[..., tuple[int, str, str]]:
-    """Run `simcore serve` in a folder; returns its status, and what is on stdout and stderr."""
+    """Return a function that runs `simcore serve` in a folder and returns status, stdout and stderr."""
 
     def run(file: str, *options: str, command: Sequence[str] = (), timeout: float = 300.0, **environment: str) -> Any:
         words = ["serve", "--robot", robot_file(file), *options, *(["--", *command] if command else [])]
@@ -81,7 +81,7 @@ def serve(tmp_path) -> Callable[..., tuple[int, str, str]]:
 
 @pytest.fixture
 def play(tmp_path) -> Callable[..., dict[str, Any]]:
-    """Play an auto over the bridge; returns digest, pose, wall time, and where mechanisms are."""
+    """Return a function that plays an auto over the bridge: digest, pose, wall time and mechanism positions."""
 
     def run(file: str, seconds: float, *command: str) -> dict[str, Any]:
         done = subprocess.run(

@@ -1,4 +1,4 @@
-"""Plays an auto of a program over the bridge, and prints what came of it: `play.py FILE.toml SECONDS COMMAND ...`."""
+"""Play an auto of a program over the bridge and print the result: `play.py FILE.toml SECONDS COMMAND ...`."""
 
 import json
 import sys

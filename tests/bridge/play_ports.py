@@ -1,4 +1,4 @@
-"""Plays teleop of programs/ports.py with a pad in hand, and prints the truth: `play_ports.py FILE.toml COMMAND ...`."""
+"""Play teleop of programs/ports.py with a gamepad and print the true state: `play_ports.py FILE.toml COMMAND ...`."""
 
 import json
 import sys

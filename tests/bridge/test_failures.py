@@ -1,4 +1,4 @@
-"""Programs that fail: one sentence each, nothing hangs, and no process is left."""
+"""Programs that fail give one sentence each, nothing hangs, and no process is left."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = [
 
 
 def _left(mark: str) -> list[str]:
-    """Processes with a word among their arguments."""
+    """Return processes with a word among their arguments."""
     found = []
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit() and int(folder.name) != os.getpid():
@@ -38,7 +38,7 @@ def _left(mark: str) -> list[str]:
 
 
 def _start(process: RobotProcess) -> None:
-    """Wait for the program's loop."""
+    """Wait for the program's first loop."""
     found = process.connect()
     while not any(r.kind == [*OUTPUTS].index("GetProgramStarted") and r.value for r in found):
         time.sleep(0.005)
@@ -46,7 +46,7 @@ def _start(process: RobotProcess) -> None:
 
 
 def _serve_for(server: socket.socket) -> dict[str, str]:
-    """The environment of a program that shall come to a server."""
+    """Return the environment of a program that is to connect to a server."""
     port = str(server.getsockname()[1])
     return {**os.environ, "HALSIM_EXTENSIONS": str(extension_path()), "SIMCORE_PORT": port}
 
@@ -68,14 +68,14 @@ MISHAPS = {
 
 
 @pytest.mark.parametrize("what", MISHAPS)
-def test_a_program_that_ends_is_one_sentence(what, tmp_path):
+def test_a_program_that_ends_gives_one_sentence(what, tmp_path):
     mark = f"--mark={tmp_path}"
     with pytest.raises(ProgramError, match=MISHAPS[what]):
         _play([sys.executable, str(PROGRAMS / "mishaps.py"), what, mark])
     assert _left(mark) == []
 
 
-def test_a_loop_that_waits_is_ended(tmp_path):
+def test_a_program_whose_loop_waits_is_ended(tmp_path):
     mark = f"--mark={tmp_path}"
     with pytest.raises(ProgramError, match=r"not come to the end of its loop in 1 s .* at [23]\.\d\d s of its own"):
         _play([sys.executable, str(PROGRAMS / "mishaps.py"), "waits", mark], hang=1.0)
@@ -83,7 +83,7 @@ def test_a_loop_that_waits_is_ended(tmp_path):
 
 
 def test_a_program_that_never_connects_is_ended_with_its_children(tmp_path):
-    """As gradlew does, the command starts another one."""
+    """The command starts another process, as gradlew does."""
     mark = f"--mark={tmp_path}"
     script = (
         "import subprocess, sys; subprocess.run([sys.executable, '-c', 'import time; time.sleep(99)', sys.argv[1]])"
@@ -93,13 +93,13 @@ def test_a_program_that_never_connects_is_ended_with_its_children(tmp_path):
     assert _left(mark) == []
 
 
-def test_no_such_command_is_said():
+def test_an_unknown_command_is_reported():
     with pytest.raises(ProgramError, match="there is no command 'gradelw'"):
         RobotProcess(["gradelw"], patience=1.0, hang=1.0)
 
 
-def test_a_flood_of_text_does_not_stop_it(tmp_path, capsys):
-    """A megabyte a loop: 2,000 lines are passed on, 10 MB kept."""
+def test_a_flood_of_printed_text_does_not_stop_a_run(tmp_path, capsys):
+    """A megabyte a loop: 2,000 lines are passed on and 10 MB are kept."""
     file = tmp_path / "printed.txt"
     said: list[str] = []
     command = [sys.executable, str(PROGRAMS / "mishaps.py"), "prints a gigabyte"]
@@ -112,7 +112,7 @@ def test_a_flood_of_text_does_not_stop_it(tmp_path, capsys):
     assert said == ["the program prints a lot: after 2000 lines it is not passed on"]
 
 
-def test_another_version_is_refused_by_simcore(tmp_path):
+def test_simcore_refuses_an_extension_of_another_version(tmp_path):
     script = (
         "import os, socket, struct; s = socket.create_connection(('127.0.0.1', int(os.environ['SIMCORE_PORT'])));"
         "s.sendall(struct.pack('<4sIQ', b'SCB9', 0, 0)); print(s.recv(1000))"
@@ -121,7 +121,7 @@ def test_another_version_is_refused_by_simcore(tmp_path):
         _play([sys.executable, "-c", script])
 
 
-def test_another_version_is_refused_by_the_extension():
+def test_the_extension_refuses_a_simcore_of_another_version():
     with socket.create_server(("127.0.0.1", 0)) as server:
         program = subprocess.Popen(
             [sys.executable, str(PROGRAMS / "tank.py")], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -135,7 +135,7 @@ def test_another_version_is_refused_by_the_extension():
     assert "simcore: this extension is of another version than `simcore serve`" in printed
 
 
-def test_the_program_ends_when_simcore_does():
+def test_the_program_ends_with_simcore():
     with socket.create_server(("127.0.0.1", 0)) as server:
         program = subprocess.Popen(
             [sys.executable, str(PROGRAMS / "tank.py")], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -151,8 +151,8 @@ def test_only_this_computer_can_connect():
         assert process.address[0] == "127.0.0.1"
 
 
-def test_many_starts_leave_nothing(compiled, tmp_path):
-    """Half of them are left in the middle of their start."""
+def test_many_starts_leave_no_process(compiled, tmp_path):
+    """Half of them are abandoned during their start."""
     program, mark = str(compiled("tank")), f"--mark={tmp_path}"
     begin = time.monotonic()
     for number in range(40):

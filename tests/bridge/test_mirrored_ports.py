@@ -1,4 +1,4 @@
-"""Every kind of port over the wire: what the program asks for moves, and what moves is what it reads."""
+"""Every kind of port over the wire: outputs move mechanisms, and sensors read their motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TICK = 0.02
 
 
 @pytest.mark.parametrize("gyro", ["ADIS16448_IMU", "AnalogGyro"])
-def test_ports_of_every_kind(gyro, tmp_path):
+def test_a_program_drives_and_reads_every_kind_of_port(gyro, tmp_path):
     file = tmp_path / "simcore.toml"
     file.write_text((FOLDER / "programs" / "ports.toml").read_text().replace("ADIS16448_IMU", gyro))
     done = subprocess.run(
@@ -38,14 +38,14 @@ def test_ports_of_every_kind(gyro, tmp_path):
     assert truth["latch"] == pytest.approx(0.75 * math.pi)
     assert truth["deploy"] == pytest.approx(0.2)
     assert truth["kicks"] > 50.0 and truth["lamp"] is True
-    # sensors of the hood at its upper stop, which it has reached to within what it moves in a tick
+    # sensors of the hood at its upper stop, within its motion in a tick
     assert truth["hood"] == pytest.approx(0.5 * math.pi)
     assert reads["absolute"] == pytest.approx(0.25 + 0.25, abs=1e-3)
     assert reads["pulse"] == pytest.approx(2.0 * 0.25, abs=1e-3)
     assert reads["analog"] == pytest.approx(0.25, abs=1e-3)
     assert reads["volts"] == pytest.approx(4.5, abs=0.01)
     assert reads["switch"] is True
-    # the gyro, which the loop has read up to a tick before the end; AnalogGyro was reset half way and counts clockwise
+    # the gyro, read up to a tick before the end; AnalogGyro was reset halfway and counts clockwise
     heading = math.degrees(truth["heading"])
     if gyro == "AnalogGyro":
         assert 0.5 * heading < -reads["gyro"] < 0.8 * heading

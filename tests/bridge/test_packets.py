@@ -1,4 +1,4 @@
-"""Frames: tables of both sides and of the documentation agree, and what is packed comes out."""
+"""Frames: the tables of both sides and the documentation agree, and packed records are read back."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from simcore.bridge.packets import HEADER_SIZE, Record, VersionError, frame, fra
 from simcore.bridge.packets import records as read_records
 
 
-def test_what_is_packed_comes_out():
+def test_packed_records_are_read_back():
     sent = [Record(3, 1, -7, 0.1), Record(128, 0, 0, 0.0, "fünf\0sechs".encode()), Record(100, 0, 2**31 - 1, -1e300)]
     packed = frame(20_000, sent)
     size, time = frame_size(packed[:HEADER_SIZE])
@@ -17,7 +17,7 @@ def test_what_is_packed_comes_out():
     assert sent[1].parts == ["fünf", "sechs"]
 
 
-def test_another_version_is_named():
+def test_a_frame_of_another_version_is_named():
     with pytest.raises(VersionError, match="version 2, this simcore is of version 1"):
         frame_size(b"SCB2" + frame(0, [])[4:HEADER_SIZE])
     with pytest.raises(VersionError, match="no extension of simcore"):

@@ -1,4 +1,4 @@
-"""One program in C++, in RobotPy over the wire and on a JVM does the same to the last bit; in process nearly so."""
+"""One program in C++, in RobotPy over the wire and on a JVM runs the same to the last bit, and in process nearly so."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 PROGRAMS = Path(__file__).parent / "programs"
 TANK = Path(__file__).parents[2] / "examples" / "cpp_tank"
 SECONDS = {"tank": 6.0, "swerve": 6.0, "elevator": 10.0, "arm": 5.5}
-"""Elevator and arm stand at their goals then."""
+"""Seconds of the auto; elevator and arm have reached their goals by then."""
 
 IN_PROCESS = """
 import json
@@ -30,7 +30,7 @@ def test_auto(sim):
 
 
 def _in_process(name: str, folder: Path) -> dict[str, object]:
-    """The same program as a robot project, with simcore in its own process."""
+    """Play the program as a robot project, with simcore in its process."""
     (folder / "tests").mkdir()
     shutil.copy(PROGRAMS / f"{name}.py", folder / "robot.py")
     file = TANK / "simcore.toml" if name == "tank" else PROGRAMS / f"{name}.toml"
@@ -47,8 +47,8 @@ def _in_process(name: str, folder: Path) -> dict[str, object]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SECONDS)
-def test_cpp_and_python_do_the_same(name, compiled, play, tmp_path):
-    """The digest is of every tick; in process time is cut otherwise: .5 % of what has moved."""
+def test_cpp_and_python_programs_run_identically(name, compiled, play, tmp_path):
+    """The digest covers every tick; in process the ticks are split differently: 0.5 % of the motion."""
     cpp = play(f"{name}.toml", SECONDS[name], str(compiled(name)))
     wired = play(f"{name}.toml", SECONDS[name], sys.executable, str(PROGRAMS / f"{name}.py"))
     assert cpp["digest"] == wired["digest"]
@@ -63,7 +63,7 @@ def test_cpp_and_python_do_the_same(name, compiled, play, tmp_path):
 
 
 def _jdk_17() -> str:
-    """The folder of libraries that a JVM loads; skips without JDK 17, which has these foreign functions."""
+    """Return the folder of libraries for a JVM; skip without JDK 17, which has these foreign functions."""
     found = shutil.which("javac") and subprocess.run(["javac", "-version"], capture_output=True, text=True, check=False)
     if not found or not (found.stdout + found.stderr).startswith("javac 17"):
         pytest.skip("needs JDK 17, whose foreign functions stand for WPILib's Java")
@@ -73,13 +73,13 @@ def _jdk_17() -> str:
     return str(Path(native.submodule_search_locations[0]).parent)
 
 
-def test_the_java_example_is_described_as_the_one_in_cpp():
-    """Its robot is the same."""
+def test_the_java_example_has_the_robot_file_of_the_cpp_example():
+    """Both examples describe one robot."""
     assert (TANK.parent / "java_tank" / "simcore.toml").read_text() == (TANK / "simcore.toml").read_text()
 
 
 @pytest.mark.slow
-def test_a_jvm_does_the_same(compiled, play, tmp_path):
+def test_a_program_on_a_jvm_runs_identically(compiled, play, tmp_path):
     native = _jdk_17()
     module = ("--add-modules", "jdk.incubator.foreign")
     subprocess.run(["javac", *module, "-d", str(tmp_path), str(PROGRAMS / "HalTank.java")], check=True)

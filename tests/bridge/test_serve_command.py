@@ -24,8 +24,8 @@ TANK = [sys.executable, str(PROGRAMS / "tank.py")]
 
 
 @pytest.mark.slow
-def test_a_cpp_robot_takes_in_shoots_and_scores(compiled, serve, tmp_path):
-    """The auto is chosen on the program's dashboard; a fuel counts a point while the hub is active."""
+def test_a_cpp_robot_takes_fuel_in_shoots_and_scores(compiled, serve, tmp_path):
+    """The auto is chosen on the program's dashboard; a fuel scores one point while the hub is active."""
     status, out, err = serve(
         "shooter.toml", "--auto", "depot", "--seconds", "20", "--json", "--expect", "score.blue >= 8 and taken_in > 5",
         command=[str(compiled("shooter"))],
@@ -41,19 +41,19 @@ def test_a_cpp_robot_takes_in_shoots_and_scores(compiled, serve, tmp_path):
     assert "Robot program starting" in (tmp_path / "out" / "depot.txt").read_text()
 
 
-def test_what_is_not_as_expected_is_status_1(serve):
+def test_a_failed_expectation_gives_status_1(serve):
     status, out, err = serve("tank.toml", "--seconds", "1", "--expect", "distance_m > 50", command=TANK)
     assert status == 1, err
     assert "not as expected: distance_m > 50 (distance_m is " in out
 
 
-def test_an_auto_that_is_not_there_is_named(compiled, serve):
+def test_an_unknown_auto_is_named(compiled, serve):
     status, _, err = serve("shooter.toml", "--auto", "depott", command=[str(compiled("shooter"))])
     assert status == 1
     assert "no auto named 'depott'. Did you mean 'depot'?" in err
 
 
-def test_a_program_that_fails_leaves_page_and_log(serve, tmp_path):
+def test_a_program_that_fails_still_leaves_page_and_log(serve, tmp_path):
     command = [sys.executable, str(PROGRAMS / "mishaps.py"), "divides by zero"]
     status, _, err = serve("tank.toml", "--seconds", "5", command=command)
     assert status == 1
@@ -62,7 +62,7 @@ def test_a_program_that_fails_leaves_page_and_log(serve, tmp_path):
     assert b"the robot program has ended at" in (tmp_path / "out" / "auto.wpilog").read_bytes()
 
 
-def test_a_program_that_opens_nothing_is_told_what_is_missing(serve):
+def test_a_program_without_ports_is_refused_with_the_missing_port(serve):
     command = [sys.executable, str(PROGRAMS / "mishaps.py"), "opens nothing"]
     status, _, err = serve("tank.toml", "--seconds", "1", command=command)
     assert status == 1
@@ -78,7 +78,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("table", REFUSED)
 def test_devices_that_cannot_be_stepped_are_refused_by_name(table, tmp_path):
-    """Before the program starts, with what works."""
+    """Before the program starts, with the devices that work."""
     from simcore.bridge.served_robot import require_ports
 
     file = tmp_path / "robot.toml"
@@ -88,14 +88,14 @@ def test_devices_that_cannot_be_stepped_are_refused_by_name(table, tmp_path):
     assert "what works over the bridge: controllers PWM, Relay" in str(refused.value)
 
 
-def test_the_command_says_where_the_extension_is(serve):
+def test_the_command_prints_the_path_of_the_extension(serve):
     status, out, _ = serve("tank.toml", "--extension")
     assert status == 0 and Path(out.strip()).is_file()
 
 
 @pytest.mark.slow
 def test_a_sweep_runs_a_program_once_per_seed(compiled, tmp_path):
-    """Seeds give different runs because of the scatter; repeating a seed gives a bit-identical run."""
+    """Scatter makes runs of different seeds differ; a repeated seed gives a bit-identical run."""
     (tmp_path / "simcore.toml").write_text((TANK_FOLDER / "simcore.toml").read_text())
     words = ["--serve", "--seconds", "2", "--seeds", "2", "--csv", "-j", "1", "--", str(compiled("tank"))]
     rows = []

@@ -1,4 +1,4 @@
-"""Drivetrains: known values out of made logs, and two real robots, by the command that a user types."""
+"""Drivetrain fits: known values from made logs, and two real robots, by the user's command."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -41,8 +41,8 @@ def real_runs(path: Path, config: TankConfig | SwerveConfig) -> list[Run]:
     return assembled(open_log(path), volts_per_speed=gearing / kind.kv / config.wheel_radius, **needs)[0]
 
 
-def test_a_steady_drive_goes_as_fast_as_its_volts_say():
-    """v = (V - kS) share kv r / G where nothing accelerates."""
+def test_a_steady_drive_has_the_speed_of_its_voltage():
+    """v = (V - kS) share kv r / G without acceleration."""
     run = asked("fast-forward", seconds=6.0)
     way = drive(TANK, run).way[:, 0]
     speed = (way[-1] - way[-26]) / (run.times[-1] - run.times[-26])
@@ -51,8 +51,8 @@ def test_a_steady_drive_goes_as_fast_as_its_volts_say():
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_intervals_hold_known_values(seed):
-    """Intervals are those of 95 % at least; `scripts/calibrate_coverage.py` counts how often they hold."""
+def test_intervals_contain_the_known_values(seed):
+    """Intervals have a confidence of at least 95 %; `scripts/calibrate_coverage.py` counts how often they hold."""
     rng = np.random.default_rng(seed)
     ks, mass = rng.uniform(0.2, 1.0), rng.uniform(30.0, 65.0)
     found = fit_drive(TANK, driven(varied(TANK, ks=ks, mass=mass), noise=0.002, seed=seed))
@@ -62,14 +62,14 @@ def test_intervals_hold_known_values(seed):
     assert all(abs(one.error) < 0.01 for one in found.predictions)
 
 
-def test_a_robot_that_is_slower_than_its_datasheet_is_told_from_one_with_friction():
+def test_a_slower_motor_is_told_apart_from_friction():
     found = fit_drive(TANK, driven(replace(varied(TANK, ks=0.4, mass=45.0), free_speed_share=0.75)))
     assert found.estimates["free_speed_share"].value == pytest.approx(0.75, rel=0.01)
     assert found.estimates["ks"].value == pytest.approx(0.4, abs=0.02)
 
 
-def test_a_way_over_ground_gives_the_wheels_radius():
-    """The wheels have 0.0762 m in the log; the robot rolls on 0.073."""
+def test_a_distance_over_ground_gives_the_wheel_radius():
+    """The log assumes wheels of 0.0762 m; the robot rolls on 0.073 m."""
     built = replace(varied(TANK, ks=0.5, mass=50.0), wheel_radius=0.073)
     runs = []
     for run in map(asked, TESTS):
@@ -80,7 +80,7 @@ def test_a_way_over_ground_gives_the_wheels_radius():
     assert not any("wheel radius" in line for line in found.unknown)
 
 
-def test_ramps_alone_say_nothing_of_the_mass():
+def test_ramps_alone_leave_the_mass_unknown():
     found = fit_drive(TANK, driven(TANK, tests=TESTS[:2]))
     assert "mass" not in found.estimates and any(line.startswith("mass: its volts only ramp") for line in found.unknown)
     assert found.estimates["ks"].value == pytest.approx(TANK.friction_volts, abs=0.01)
@@ -91,7 +91,7 @@ def test_the_last_third_of_a_single_run_is_predicted():
     assert prediction.first > 0 and abs(prediction.error) < 0.01
 
 
-def test_the_battery_is_the_slope_of_voltage_over_current():
+def test_battery_resistance_is_the_slope_of_voltage_over_current():
     (run,) = driven(TANK, tests=TESTS[2:3], noise=1e-4)
     rng = np.random.default_rng(3)
     with_battery = replace(run, bus=12.6 - 0.024 * run.amps + rng.normal(0.0, 0.02, len(run.amps)))
@@ -100,7 +100,7 @@ def test_the_battery_is_the_slope_of_voltage_over_current():
     assert fit_battery([run]) is None
 
 
-def test_a_kit_chassis_by_the_command(tmp_path, capsys, monkeypatch):
+def test_the_command_fits_a_kit_chassis(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["calibrate", str(KIT)]) == 0
     said = capsys.readouterr().out
@@ -113,7 +113,7 @@ def test_a_kit_chassis_by_the_command(tmp_path, capsys, monkeypatch):
     assert "Real beside simulated" in page
 
 
-def test_team_114_by_the_command(tmp_path, capsys):
+def test_the_command_fits_the_robot_of_team_114(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SWERVE)
     out = tmp_path / "page.html"
     assert main(["calibrate", str(TEAM_114), "--project", str(tmp_path), "--out", str(out)]) == 0
@@ -129,14 +129,14 @@ def test_team_114_by_the_command(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("path", "config", "most"), [(KIT, TANK, 0.06), (TEAM_114, swerve(), 0.04)], ids=["kit", "114"]
 )
-def test_defaults_are_near_both_robots_without_a_fit(path, config, most):
+def test_defaults_are_near_both_real_robots_without_a_fit(path, config, most):
     for run in real_runs(path, config):
         ours, real = drive(config, run).way.mean(axis=1)[-1], run.way.mean(axis=1)[-1]
         assert ours == pytest.approx(real, rel=most), run.name
 
 
 def test_a_log_of_another_robot_is_refused(tmp_path, capsys):
-    """A gearing of 20 in place of 8.45 makes a robot 2.4 times as slow."""
+    """A gearing of 20 instead of 8.45 makes the robot 2.4 times slower."""
     (tmp_path / "simcore.toml").write_text('[drivetrain]\nkind = "tank"\ndrive_gearing = 20.0\n')
     path = tmp_path / "log.csv"
     path.write_text(csv_text(driven(TANK, tests=TESTS[2:])))

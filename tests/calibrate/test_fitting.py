@@ -11,13 +11,13 @@ X = np.linspace(0.0, 1.0, 40)
 
 
 def line(rng, runs=5, walk=0.0):
-    """Errors of a line with slope 2 and start 1: white ones of .1, and what a run is off by as a whole."""
+    """Return errors of a line with slope 2 and start 1: white noise of 0.1, and an offset for each run."""
     data = [1.0 + 2.0 * X + rng.normal(0.0, 0.1, len(X)) + walk * rng.normal() for _ in range(runs)]
     return lambda v: [v[0] * X + v[1] - y for y in data]
 
 
-def test_white_errors_give_the_textbook_interval():
-    """The variance of a slope is s^2 / sum (x - mean)^2; nothing makes the interval smaller than that."""
+def test_white_noise_gives_at_least_the_textbook_interval():
+    """The variance of a slope is s^2 / sum (x - mean)^2."""
     found = fit(line(np.random.default_rng(1)), LINE)
     sxx = 5 * float(np.sum((X - X.mean()) ** 2))
     assert found["slope"] == pytest.approx(2.0, abs=4.0 * 0.1 / sxx**0.5)
@@ -26,19 +26,19 @@ def test_white_errors_give_the_textbook_interval():
 
 
 @each("walk", [0.0, 0.3])
-def test_intervals_hold_the_truth_where_runs_differ_too(walk):
-    """Of 60 fits 95 % hold it; fewer than 51 do by chance in one of 1000 (binomial)."""
+def test_intervals_contain_the_truth_even_if_runs_differ(walk):
+    """95 % of 60 fits contain it; fewer than 51 would occur by chance once in 1000 (binomial)."""
     held = [fit(line(np.random.default_rng(seed), walk=walk), LINE).estimates["start"] for seed in range(60)]
     assert sum(one.low <= 1.0 <= one.high for one in held) >= 51
 
 
-def test_what_is_known_to_scatter_sets_a_least_interval():
-    """Of one value with an error of sigma the half of the interval is 1.96 sigma, times Student's factor."""
+def test_a_known_scatter_sets_a_minimum_interval():
+    """The half width for one value with an error of sigma is Student's t times sigma."""
     found = fit(lambda v: [np.full(9, v[0] - 3.0)], [Parameter("x", 1.0, 0.0, 9.0, 1.0)], noise=0.6)
     half = 0.5 * (found.estimates["x"].high - found.estimates["x"].low)
     assert found["x"] == pytest.approx(3.0, abs=1e-3) and half == pytest.approx(2.306 * 0.6 / 9**0.5, rel=1e-3)
 
 
-def test_an_estimate_maps_through_a_falling_function():
+def test_an_interval_maps_through_a_decreasing_function():
     assert Estimate(2.0, 1.0, 4.0).mapped(lambda x: 1.0 / x) == Estimate(0.5, 0.25, 1.0)
     assert Estimate(2.0, 1.0, 4.0).share == 0.75

@@ -1,4 +1,4 @@
-"""Flywheels, arms and elevators: known values out of made logs, and by the command."""
+"""Fits of flywheels, arms and elevators: known values from made logs, and by the command."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ LIFT = ElevatorConfig(
 
 
 def made(config, truth, *, origin=0.0, volts=(1.0, 0.0), noise=1e-3):
-    """Runs of a mechanism with values; `volts` scale SysId's and hold its weight."""
+    """Return runs of a mechanism with known values; `volts` scales SysId's voltages and adds the holding voltage."""
     rng, runs = np.random.default_rng(1), []
     for test in TESTS:
         run = asked(test, 1, seconds=4.0 if "slow" in test else 1.0)
@@ -34,21 +34,21 @@ def made(config, truth, *, origin=0.0, volts=(1.0, 0.0), noise=1e-3):
     return runs
 
 
-def test_a_flywheel_gives_friction_and_inertia():
+def test_a_flywheel_fit_gives_friction_and_inertia():
     found = fit_mechanism(WHEEL, made(WHEEL, {"friction_volts": 0.3, "inertia": 0.4}))
     for key, want in (("friction_volts", 0.3), ("inertia", 0.004 * math.exp(0.4))):
         assert found.estimates[key].low <= want <= found.estimates[key].high and found.estimates[key].share < 0.05
     assert all(abs(one.error) < 0.01 for one in found.predictions)
 
 
-def test_an_arm_gives_the_torque_of_its_weight_as_mass():
+def test_an_arm_fit_gives_its_weight_torque_as_a_mass():
     truth = {"friction_volts": 0.35, "inertia": -0.3, "weight_torque": 12.0}
     found = fit_mechanism(ARM, made(ARM, truth, origin=0.2, volts=(0.5, 0.8)))
     mass = found.estimates["mass"]
     assert mass.low <= 12.0 / (9.80665 * 0.4) <= mass.high and mass.share < 0.3
 
 
-def test_an_elevator_gives_what_it_lifts():
+def test_an_elevator_fit_gives_the_lifted_mass():
     found = fit_mechanism(LIFT, made(LIFT, {"friction_volts": 0.4, "inertia": 0.3}, origin=60.0, volts=(0.3, 0.9)))
     mass = found.estimates["mass"]
     assert mass.low <= 8.0 * math.exp(0.3) <= mass.high and mass.share < 0.3
@@ -65,7 +65,7 @@ inertia = 0.004
 """
 
 
-def test_the_command_writes_the_keys_of_a_mechanism(tmp_path, capsys):
+def test_the_command_prints_the_keys_of_a_mechanism(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(FILE)
     runs = made(WHEEL, {"friction_volts": 0.3, "inertia": 0.4})
     log = tmp_path / "log.json"

@@ -1,4 +1,4 @@
-"""Logs in the formats of SysId, DataLogManager, AdvantageKit, URCL and CSV give the runs that made them."""
+"""Logs in the formats of SysId, DataLogManager, AdvantageKit, URCL and CSV give back the runs behind them."""
 
 import math
 from pathlib import Path
@@ -48,8 +48,8 @@ def write(folder: Path, kind: str, runs) -> Path:
 
 
 @each("kind", ["csv", "json", "sysid", "advantagekit", "urcl"])
-def test_a_log_gives_the_runs_that_made_it(kind, runs, tmp_path):
-    """Ways at the ends are exact; floats of URCL hold 24 bits of some 250 turns of the rotor."""
+def test_a_log_gives_back_its_runs(kind, runs, tmp_path):
+    """Final positions are exact; URCL's floats resolve 24 bits of some 250 rotor turns."""
     found, _ = runs_of(write(tmp_path, kind, runs))
     assert [run.name for run in found][:1] != [] and len(found) == len(runs)
     for run, made in zip(found, runs, strict=True):
@@ -57,20 +57,20 @@ def test_a_log_gives_the_runs_that_made_it(kind, runs, tmp_path):
         assert np.abs(run.volts).max() == pytest.approx(np.abs(made.volts).max(), abs=0.01)
 
 
-def test_battery_and_total_current_are_those_of_the_log(runs, tmp_path):
-    """Between two stamps values go straight, where amperes have jumped within 20 ms."""
+def test_battery_voltage_and_total_current_are_read_from_the_log(runs, tmp_path):
+    """Values are interpolated linearly between timestamps, while the current jumps within 20 ms."""
     found, _ = runs_of(write(tmp_path, "advantagekit", runs))
     battery = fit_battery(found)
     assert battery is not None and battery.value == pytest.approx(0.02, rel=1e-3)
     assert quantity_of("URCL/left/InputVoltage") == ("bus", "left") and quantity_of("SupplyCurrentAmps")[0] == "total"
 
 
-def test_a_swerve_takes_the_mean_of_its_modules(runs, tmp_path):
+def test_a_swerve_log_gives_the_mean_of_its_modules(runs, tmp_path):
     found, _ = runs_of(write(tmp_path, "csv", runs), sided=False)
     assert found[0].way.shape[1] == 1 and found[0].way[-1, 0] == pytest.approx(runs[0].way[-1].mean(), abs=1e-5)
 
 
-def test_sparks_are_told_apart_by_their_ids(runs, tmp_path):
+def test_sparks_are_assigned_to_sides_by_their_ids(runs, tmp_path):
     path = tmp_path / "log.wpilog"
     urcl_log(path, runs, (7, 9), turn=TURN / TANK.gearing)
     with pytest.raises(
@@ -87,8 +87,8 @@ def test_sparks_are_told_apart_by_their_ids(runs, tmp_path):
     assert len(runs_of(path, said=said)[0]) == 4
 
 
-def test_a_status_frame_reads_as_revs_table_says(tmp_path):
-    """Output in 1 / 32444, volts in 30 / 4095, amperes in 150 / 4095: half a step of each."""
+def test_a_status_frame_is_decoded_by_revs_table(tmp_path):
+    """Steps are 1 / 32444 of output, 30 / 4095 V and 150 / 4095 A; the errors are half a step."""
     path = tmp_path / "log.wpilog"
     urcl_log(path, driven(TANK, tests=("fast-backward",)), (1, 3), turn=1.0)
     signals = dict(urcl_signals(read_log(path)))
@@ -102,7 +102,7 @@ def test_a_status_frame_reads_as_revs_table_says(tmp_path):
 
 @each("kind", ["2020", "turns of another wheel"])
 def test_older_files_of_sysid_are_read(kind, runs, tmp_path):
-    """In 2020 a row had ten numbers; units per turn that differ by 2 % from the wheel's are said, and not taken."""
+    """In 2020 a row had ten numbers; units per turn that differ by 2 % from the wheel's are noted and not used."""
     text = sysid_json(runs, per_turn=TURN)
     path = tmp_path / "log.json"
     if kind == "2020":
@@ -118,7 +118,7 @@ def test_older_files_of_sysid_are_read(kind, runs, tmp_path):
         assert f"a turn is {1.02 * TURN:.4f} m by the log" in notes[0]
 
 
-def test_units_are_guessed_where_the_log_names_none(runs, tmp_path):
+def test_units_are_guessed_if_the_log_names_none(runs, tmp_path):
     path, inches = tmp_path / "log.csv", [type(run)(run.name, run.times, run.volts, run.way / 0.0254) for run in runs]
     path.write_text(csv_text(inches, head="test,t,left volts,right volts,left position,right position,x"))
     found, notes = runs_of(path)
@@ -140,7 +140,7 @@ BROKEN = {
 
 
 @each("case", [*BROKEN])
-def test_what_cannot_be_is_one_sentence(case, runs, tmp_path):
+def test_an_implausible_log_is_refused_in_one_sentence(case, runs, tmp_path):
     path, some = tmp_path / "log.csv", runs[2:]
     if case == "standing":
         some = [type(run)(run.name, run.times, run.volts, 0.0 * run.way) for run in some]
@@ -172,14 +172,14 @@ def test_what_cannot_be_is_one_sentence(case, runs, tmp_path):
         ("missing.csv", None, "cannot read the log"),
     ],
 )
-def test_a_file_that_is_no_log_is_named(name, text, said, tmp_path):
+def test_a_file_that_is_not_a_log_is_named(name, text, said, tmp_path):
     if text is not None:
         (tmp_path / name).write_text(text)
     with pytest.raises(LogError, match=said):
         open_log(tmp_path / name)
 
 
-def test_a_gyro_that_counts_clockwise_is_noted(runs, tmp_path):
+def test_a_clockwise_gyro_is_noted(runs, tmp_path):
     turning = [type(r)(r.name, r.times, r.volts * [0.8, 1.0], r.way * [0.8, 1.0], yaw=-r.way[:, 1]) for r in runs]
     path = tmp_path / "log.csv"
     path.write_text(csv_text(turning))

@@ -1,4 +1,4 @@
-"""Shots that were measured, against the parabola and by the command."""
+"""Fits of measured shots, against the parabola and by the command."""
 
 import math
 from dataclasses import replace
@@ -21,7 +21,10 @@ TASK = ShotTask(AIRLESS, replace(ROBOT, shooters=(SHOOTER,)))
 
 
 def parabola(distance: float, efficiency: float) -> Shot:
-    """A shot through the middle of the goal: v^2 = g d^2 / (2 cos^2 (d tan - h)), t = d / (v cos), w = v / (e R)."""
+    """Return a shot through the middle of the goal.
+
+    v^2 = g d^2 / (2 cos^2 (d tan - h)), t = d / (v cos), w = v / (e R).
+    """
     launch, angle = SHOOTER.launch, SHOOTER.elevation
     ahead = launch.pivot_x * math.cos(launch.heading) + launch.pivot_y * math.sin(launch.heading) + launch.forward
     far, up = distance - ahead, TASK.opening.middle[2] - launch.height
@@ -30,8 +33,8 @@ def parabola(distance: float, efficiency: float) -> Shot:
     return Shot(distance=distance, rps=rps, time=far / (speed * math.cos(angle)), result="hit")
 
 
-def test_shots_on_the_parabola_give_their_efficiency():
-    """Flights are looked at every 5 ms, straight between: g (5 ms)^2 / 8 of height, far below 1 mm."""
+def test_shots_on_a_parabola_give_their_exit_efficiency():
+    """Flights have points every 5 ms with straight lines between: g (5 ms)^2 / 8 of height, far below 1 mm."""
     found = fit_shots(TASK, [parabola(d, 0.42) for d in (2.0, 3.0, 4.0, 5.0)])
     assert found.estimates["exit_efficiency"].value == pytest.approx(0.42, rel=2e-3)
     assert all(abs(beyond) < 0.02 and abs(t - shot.time) < 0.01 for shot, beyond, t in found.rows)
@@ -40,8 +43,8 @@ def test_shots_on_the_parabola_give_their_efficiency():
     assert any(line.startswith("spin") for line in found.unknown)
 
 
-def test_shots_that_fall_short_bound_it_from_above():
-    """With the wheels of a hit at .42 and no outcome but short, it is at most that."""
+def test_shots_that_fall_short_bound_the_efficiency_from_above():
+    """At the wheel speed of a hit with 0.42, shots that all fall short bound it to at most 0.42."""
     short = [replace(parabola(d, 0.42), time=None, result="short") for d in (3.0, 4.0)]
     assert fit_shots(TASK, short).estimates["exit_efficiency"].value < 0.42 * 1.002
 
@@ -57,13 +60,13 @@ def test_shots_that_fall_short_bound_it_from_above():
         ("distance=2,rps=38,result=maybe", "result must be hit, miss, short or long, got 'maybe'"),
     ],
 )
-def test_a_shot_that_cannot_be_is_named(text, said):
+def test_an_invalid_shot_is_refused(text, said):
     with pytest.raises(ConfigError) as error:
         Shot.parse(text)
     assert said in str(error.value)
 
 
-def test_what_shots_cannot_say_is_refused():
+def test_shots_that_determine_no_efficiency_are_refused():
     with pytest.raises(ConfigError, match="a miss says nothing unless it is short or long"):
         fit_shots(TASK, [Shot(distance=3.0, rps=40.0, result="miss")])
     with pytest.raises(ConfigError, match=r"the shooter has a hood: add elevation_deg=<of the shot> or hood_deg="):
@@ -72,7 +75,7 @@ def test_what_shots_cannot_say_is_refused():
         fit_shots(TASK, [Shot(distance=3.0, rps=40.0, elevation_deg=5.0)])
 
 
-def test_the_command_writes_the_key_and_takes_a_table(tmp_path, capsys):
+def test_the_command_prints_the_key_and_accepts_a_table(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING)
     args = ["calibrate", "--project", str(tmp_path), "--out", str(tmp_path / "page.html")]
     assert main([*args, "--shot", "distance=2.8,rps=38", "--shot", "distance=4,rps=43,time=1.2"]) == 0

@@ -1,4 +1,4 @@
-"""What the pages say works: Python blocks run as printed, tables of simcore.toml are read, links lead somewhere."""
+"""Statements of the pages hold: Python code runs as printed, TOML tables are read, links work."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ def blocks():
 
 
 def anchor(heading: str) -> str:
-    """As GitHub makes it: lower case, punctuation dropped, blanks to dashes."""
+    """Return a heading's anchor as GitHub makes it: lower case, no punctuation, dashes for spaces."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
 @pytest.mark.parametrize(("page", "line", "source"), list(blocks()))
-def test_a_python_block_runs_as_printed(page, line, source, tmp_path, monkeypatch):
-    """In an empty folder, because some write files; failures show the line of the page."""
+def test_python_code_on_a_page_runs_as_printed(page, line, source, tmp_path, monkeypatch):
+    """In an empty folder, as some code writes files; a failure shows the line of the page."""
     monkeypatch.chdir(tmp_path)
     code = compile("\n" * line + source, str(page), "exec")
     exec(code, {"__name__": "docs"})
 
 
-def test_every_toml_block_is_understood(tmp_path):
-    """But for a pyproject.toml, each is a whole simcore.toml, or tables that one may have."""
+def test_toml_code_on_a_page_is_read_without_an_error(tmp_path):
+    """Except for a pyproject.toml, each block is a whole simcore.toml or some tables of one."""
     file = tmp_path / "simcore.toml"
     count = 0
     for text in (block for page in TEXT.values() for block in TOML.findall(page) if "[project" not in block):
         file.write_text(text, encoding="utf-8")
-        read_settings(file)  # raises a sentence that quotes the table
+        read_settings(file)  # raises an error that quotes the table
         count += 1
     assert count >= 4
 
 
-def test_links_lead_somewhere():
+def test_all_links_have_a_target():
     anchors = {page.resolve(): {anchor(heading) for heading in HEADING.findall(text)} for page, text in TEXT.items()}
     broken = []
     for page, text in TEXT.items():
@@ -65,7 +65,7 @@ def test_links_lead_somewhere():
     assert broken == []
 
 
-def test_pages_that_the_code_names_are_there():
+def test_pages_named_in_the_code_exist():
     """In messages, docstrings and comments."""
     missing = set()
     for folder in ("simcore", "games", "scripts", "examples", "tests"):
@@ -76,8 +76,8 @@ def test_pages_that_the_code_names_are_there():
     assert missing == set()
 
 
-def test_ci_names_files_that_are_there_and_runs_the_commands_of_the_readme():
-    """A stage that names a file that has gone ends before its first test."""
+def test_ci_names_existing_files_and_runs_the_commands_of_the_readme():
+    """A stage that names a missing file would fail before its first test."""
     stages, readme = ((ROOT / name).read_text(encoding="utf-8") for name in (".ci/run", "README.md"))
     folders = "|".join(path.name for path in ROOT.iterdir() if path.is_dir())
     named = re.findall(rf"(?<![\w./$-])((?:{folders})/[\w./-]*\w)", stages)
@@ -86,14 +86,14 @@ def test_ci_names_files_that_are_there_and_runs_the_commands_of_the_readme():
         assert command in stages and readme.count(command) >= 2, f"{command}: in .ci/run, and for two kinds of shells"
 
 
-def test_pre_commit_runs_the_lint_of_ci():
+def test_pre_commit_runs_the_same_lint_as_ci():
     lint = (ROOT / ".ci/run").read_text(encoding="utf-8").partition('stage "lint and types"')[2].partition("stage")[0]
     hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
     commands = [line for line in lint.splitlines() if line.startswith("python -m ") and "pip" not in line]
     assert len(commands) == 3 and re.findall(r"entry: (.+)", hooks) == commands
 
 
-def test_every_page_is_in_the_navigation_and_reached_from_the_index():
+def test_every_page_is_in_the_navigation_and_linked_from_the_index():
     pages = {page.name for page in PAGES if page.parent == ROOT / "docs"} - {"index.md"}
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     assert set(re.findall(r"^ +- [^#\n]*: (\w+\.md)$", nav, re.MULTILINE)) - {"index.md"} == pages

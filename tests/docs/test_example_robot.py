@@ -1,4 +1,4 @@
-"""The page that describes a robot shows what is in the files of the example, and what `simcore check` says of it."""
+"""The page about a robot file shows the files of the example and the output of `simcore check`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ PROJECT = ROOT / "examples" / "reefscape_robot"
 
 
 @pytest.mark.parametrize(("language", "count"), [("toml", 4), ("py", 1)])
-def test_the_blocks_of_the_example_are_in_its_files(language, count):
-    """The others are of a shooter and of ports, which it does not have."""
+def test_code_of_the_example_on_the_page_is_in_its_files(language, count):
+    """The other blocks are about a shooter and ports, which the example does not have."""
     blocks = re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     files = [path.read_text(encoding="utf-8") for path in PROJECT.rglob(f"*.{language}")]
     assert len([block for block in blocks if any(block in text for text in files)]) == count
 
 
-def test_the_table_of_the_page_is_what_check_prints(whole, tmp_path, monkeypatch, capsys):
+def test_the_table_on_the_page_is_printed_by_check(whole, tmp_path, monkeypatch, capsys):
     if not whole:
         pytest.skip("starts a robot program: with --whole")
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
@@ -42,7 +42,7 @@ def test_the_table_of_the_page_is_what_check_prints(whole, tmp_path, monkeypatch
     assert [" ".join(row.split()) for row in rows] == said[said.index(" ".join(rows[0].split())) :][: len(rows)]
 
 
-def test_the_models_of_the_game_fit_its_parts():
+def test_the_models_of_the_game_fit_the_parts_of_the_example():
     settings = read_settings(PROJECT / "simcore.toml")
     assert settings is not None
     described = settings.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0))).components

@@ -1,4 +1,4 @@
-"""Figures on the pages are those of the code: each phrase is written anew from the number that it states."""
+"""Figures on the pages are those of the code: each phrase is rebuilt from its number."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def text(page: str) -> str:
-    """The page, each run of blanks and line ends as one blank."""
+    """Return the text of a page with single spaces."""
     return " ".join((ROOT / page).read_text(encoding="utf-8").split())
 
 
@@ -41,7 +41,7 @@ def says(page: str, *phrases: str) -> None:
     assert missing == [], page
 
 
-def test_battery_and_motors():
+def test_the_pages_state_the_figures_of_battery_and_motors():
     battery = BatteryConfig()
     levels = f"Below {battery.brownout_voltage} V"
     says(
@@ -64,7 +64,7 @@ def test_battery_and_motors():
     says("docs/troubleshooting.md", f"Mass counts too: {mass:g} kg, unless you say otherwise")
 
 
-def test_pieces():
+def test_the_pages_state_the_figures_of_pieces():
     says("docs/physics.md", f"slower than {balls._QUIET_SPEED} m/s for {piece_manager._SLEEPY} s")
     says("docs/physics.md", f"with up to {kinds._MOST_PARTS} parts", f"thinner than {1e3 * kinds._THINNEST:g} mm")
     says(
@@ -83,12 +83,12 @@ def test_pieces():
 
 
 def default(config: type, name: str) -> float:
-    """Default of a field of a config."""
+    """Return the default of a config field."""
     (value,) = (field.default for field in dataclasses.fields(config) if field.name == name)
     return value
 
 
-def test_robot_tests_and_autos():
+def test_the_pages_state_the_figures_of_robot_tests_and_autos():
     says("docs/autos.md", f"more than {starts._APART[0]} m or {math.degrees(starts._APART[1]):g} degrees apart")
     pytest.importorskip("wpilib")
     from simcore.robotcode.sim import auto_start, pytest_plugin
@@ -106,12 +106,12 @@ def test_robot_tests_and_autos():
         says("docs/testing.md", f"`{name} = {seconds}`")
 
 
-def test_logs():
+def test_the_pages_state_the_figures_of_logs():
     period = inspect.signature(WpilogSink).parameters["bulk_period"].default
     says("docs/telemetry.md", f"long arrays (over 64 poses) every {period:g} s")
 
 
-def test_levels_of_players():
+def test_the_page_of_whole_matches_states_the_skills_of_players():
     for level, skill in enumerate(SKILLS, start=1):
         cells = (
             *(f"{level}", f"{skill.speed}", f"{skill.collecting_speed}", f"{math.degrees(skill.aim):.1f} deg"),
@@ -130,7 +130,7 @@ UNITS = {
 }
 
 
-def test_every_spread_and_its_default():
+def test_the_page_of_scatter_states_every_spread_and_its_default():
     rows = re.findall(
         r"^\| `(\w+)` \| (?:±|0-)?([\d.]+) ?([^ ,|]+)", (ROOT / "docs/scatter.md").read_text("utf-8"), re.M
     )
@@ -139,7 +139,7 @@ def test_every_spread_and_its_default():
     assert told == {name: pytest.approx(value) for name, value in spreads.items()}
 
 
-def test_reefscape():
+def test_the_page_of_reefscape_states_its_figures():
     page = "docs/reefscape.md"
     coral, algae = (supply.kind for supply in REEFSCAPE.pieces)
     counts = [supply.count for supply in REEFSCAPE.pieces]
@@ -162,16 +162,16 @@ def test_reefscape():
     says(page, f"AndyMark's, is {1e3 * narrower:.0f} mm narrower")
 
 
-def test_the_line_for_2027_is_the_one_that_is_tested():
-    """The packages of the page are those that the workflow installs from 2027's releases."""
+def test_the_packages_for_2027_on_the_page_are_the_tested_ones():
+    """The workflow installs the packages named on the page from the 2027 releases."""
     section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
     workflow = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8").partition("  season_2027:")[2]
     named, tested = (set(re.findall(r'"([\w-]+>=[^"]+)"', text)) for text in (section, workflow))
     assert "wpilib>=2027.0.0a7,<2028" in named and named <= tested
 
 
-def test_engines():
-    """The table of the page, from the markers of the package's dependencies."""
+def test_the_table_of_engines_agrees_with_the_dependencies():
+    """From the markers of the package's dependencies."""
     from packaging.markers import Marker
 
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8").partition("dependencies = [")[2].partition("\n]")[0]
@@ -204,6 +204,6 @@ def test_engines():
                 assert got == wanted if wanted is not None else got and "pybullet-arm64" not in got, (name, version)
 
 
-def test_the_default_game():
+def test_the_default_game_is_the_newest():
     says("docs/telemetry.md", "Of REBUILT")
     assert max((REBUILT, REEFSCAPE), key=lambda game: game.year) is REBUILT

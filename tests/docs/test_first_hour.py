@@ -1,4 +1,4 @@
-"""What the first hour promises is what a newcomer gets: its figures, its files, its keys."""
+"""The page "first hour" agrees with its example: figures, files and keys."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ PAGE = (ROOT / "docs" / "first_hour.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("engine", ["", "mujoco"])
-def test_the_first_run_prints_what_the_page_shows_and_leaves_its_files(engine, whole, tmp_path, monkeypatch, capsys):
-    """To the last digit, with --whole on either engine."""
+def test_the_first_run_prints_what_the_page_shows_and_writes_its_files(engine, whole, tmp_path, monkeypatch, capsys):
+    """To the last digit, on both engines with --whole."""
     if engine:
         if not whole:
             pytest.skip("the same on the other engine: with --whole")
@@ -29,7 +29,7 @@ def test_the_first_run_prints_what_the_page_shows_and_leaves_its_files(engine, w
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(files)
 
 
-def test_keys_of_the_page_are_those_of_the_example():
+def test_the_keys_on_the_page_are_those_of_the_example():
     keyboard = json.loads((ROOT / "examples/rebuilt_robot/simgui-ds.json").read_text())["keyboardJoysticks"][0]
     names = {44: "comma", 46: "period", 47: "slash"}
     axes = [axis[key] for axis in keyboard["axisConfig"] for key in ("decKey", "incKey") if key in axis]

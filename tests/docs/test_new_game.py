@@ -1,4 +1,4 @@
-"""The walk through a new game: the package that the command writes has the files of the page, and plays."""
+"""Walk through a new game: the written package has the files of the page, and plays."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ def folder(tmp_path, monkeypatch):
         del sys.modules[name]
 
 
-def test_the_page_names_every_file_in_the_order_in_which_they_are_written(folder):
+def test_the_page_names_every_file_in_the_order_of_writing(folder):
     written = [path.relative_to(folder).as_posix() for path in write_game("discs", year=2030, folder=folder)]
     assert written[:3] == ["README.md", "pyproject.toml", "discs/__init__.py"]
     rows = re.findall(r"^\| `([\w/]+\.py)` \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert [row if "/" in row else f"discs/{row}" for row in rows] == written[3:]
 
 
-def test_the_game_that_was_written_plays_and_scores(folder):
+def test_the_written_game_plays_and_scores(folder):
     write_game("discs", year=2030, folder=folder)
-    importlib.invalidate_caches()  # the folder is younger than what Python remembers of it
+    importlib.invalidate_caches()  # the folder is newer than Python's import caches
     game = importlib.import_module("discs").DISCS
-    assert sum(supply.count for supply in game.pieces) == 42  # as the page says
+    assert sum(supply.count for supply in game.pieces) == 42  # as stated on the page
     run = play_auto(game, seconds=4.0)
     run.match.close()
     assert run.report.score.blue > 0
     check_conserved(game, "collect", seconds=1.0)
 
 
-def test_a_new_game_does_not_make_itself_the_default(folder, capsys):
-    """The newest installed game is played where none is named: that stays simcore's own."""
+def test_a_new_game_does_not_become_the_default(folder, capsys):
+    """The newest installed game is the default, which must stay simcore's own."""
     newest = max(game.year for game in installed_games().values())
     assert main(["new-game", "discs", "--folder", str(folder)]) == 0
     importlib.invalidate_caches()
@@ -56,8 +56,8 @@ def test_a_new_game_does_not_make_itself_the_default(folder, capsys):
     assert game.year < newest and f"Its year is {game.year}" in capsys.readouterr().out
 
 
-def test_the_table_of_events_names_what_they_have():
-    """Each word of a row, as an attribute of the event and of its place."""
+def test_the_table_of_events_names_existing_attributes():
+    """Each word of a row is an attribute of the event or of its place."""
     rows = dict(re.findall(r"^\| `event` of ([^|]+?) \| (.+) \|$", PAGE.read_text(encoding="utf-8"), re.M))
     assert rows.keys() == {"`scored`", "`placed`, `removed`"}
     place = RestingPlace(name="a", zone=BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))

@@ -1,4 +1,4 @@
-"""docs/real_robots.md says what simcore's errors against real robots are now."""
+"""docs/real_robots.md states simcore's current errors against real robots."""
 
 import re
 import runpy
@@ -7,8 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_page_and_its_figure_are_those_that_the_script_makes():
-    """`scripts/write_real_robots.py` brings them up to date."""
+def test_the_page_of_real_robots_and_its_figure_are_up_to_date():
+    """`scripts/write_real_robots.py` updates them."""
     script = runpy.run_path(str(ROOT / "scripts" / "write_real_robots.py"))
     found = script["rows"]()
     assert script["text"](found) == script["PAGE"].read_text(encoding="utf-8")

@@ -40,7 +40,7 @@ TEXT = {page.name: page.read_text(encoding="utf-8") for page in PAGES}
 
 
 def commands(pattern: str) -> list[tuple[str, list[str]]]:
-    """Page and words of each command line, in code blocks and in the text."""
+    """Return page and words of each command line, in code blocks and in the text."""
     found = []
     for name, text in TEXT.items():
         for match in re.finditer(rf"(?:^    |`)({pattern}[^`\n#|]*)", text, re.MULTILINE):
@@ -48,7 +48,7 @@ def commands(pattern: str) -> list[tuple[str, list[str]]]:
     return found
 
 
-def test_commands_are_understood():
+def test_commands_on_the_pages_are_valid():
     for page, words in commands("simcore [a-z]"):
         assert words[1] in cli.COMMANDS, f"{page}: {' '.join(words)}"
     for page, words in commands("python scripts/"):
@@ -64,20 +64,20 @@ def test_commands_are_understood():
             pytest.fail(f"{page}: {' '.join(words)}")
 
 
-def test_the_table_of_commands_has_all_of_them():
-    """With what each does in the words of `simcore --help`."""
+def test_the_table_of_commands_is_complete():
+    """With the text of each command in `simcore --help`."""
     rows = dict(re.findall(r"^\| `simcore ([\w-]+)[^`]*` \| (.+?) \|$", TEXT["CONTRIBUTING.md"], re.MULTILINE))
     assert set(rows) == set(cli.COMMANDS)
 
 
 def test_command_lines_can_be_pasted_on_windows():
-    """There `#` is no comment (cmd) and `&&` joins nothing (PowerShell 5)."""
+    """`#` starts no comment in cmd, and `&&` joins no commands in PowerShell 5."""
     for page in ("README.md", "first_hour.md", "testing.md", "install.md", "autos.md", "which_robots.md"):
         lines = re.findall(r"^    ((?:python|simcore|git|cd|mkdir) .*)$", TEXT[page], re.MULTILINE)
         assert lines and [line for line in lines if " #" in line or "&&" in line] == [], page
 
 
-def test_extras_are_those_of_the_package():
+def test_extras_on_the_pages_are_those_of_the_package():
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     table = project.partition("[project.optional-dependencies]\n")[2].partition("\n[")[0]
     extras = set(re.findall(r"^(\w+) = \[", table, re.MULTILINE))
@@ -106,11 +106,11 @@ DOTTED = re.compile(r"`((?:simcore|games)(?:\.[A-Za-z_]\w*)+)`")
 SUFFIXES = ("toml", "whl", "games", "models", "wpilog")  # `simcore.toml`, `simcore.games`: no modules
 FILE = re.compile(r"`((?:simcore|games|scripts|tests|models|examples|docs)/[\w./-]+)`")
 LATER = ("games/mygame", "games/discs", "tests/test_")
-"""What is not there before somebody makes it."""
+"""Files that the reader makes."""
 
 
 def exists(dotted: str) -> bool:
-    """Whether a dotted path is a module, or a name in one; True where its extra is not installed."""
+    """Return whether a dotted path is a module or a name in one; True if its extra is not installed."""
     words = dotted.split(".")
     for count in range(len(words), 0, -1):
         name = ".".join(words[:count])
@@ -129,7 +129,7 @@ def exists(dotted: str) -> bool:
     return False
 
 
-def test_modules_files_and_errors_exist():
+def test_modules_files_and_errors_on_the_pages_exist():
     dotted = {name for text in TEXT.values() for name in DOTTED.findall(text)}
     for text in TEXT.values():
         for block in re.findall(r"^```py\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
@@ -146,7 +146,7 @@ def test_modules_files_and_errors_exist():
 
 
 def described(page: str, part: str) -> set[str]:
-    """Names in the first column of the tables of a part of a page, between two headings."""
+    """Return names in the first column of the tables under a heading of a page."""
     text = TEXT[page].partition(f"## {part}\n")[2].partition("\n## ")[0]
     return {name for row in re.findall(r"^\| (`[^|]+) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)", row)}
 
@@ -162,7 +162,7 @@ def test_every_field_and_hook_is_described():
 @pytest.mark.parametrize(
     ("row", "event"), [("`event` of `scored`", ScoreEvent), ("`event` of `placed`, `removed`", PlaceEvent)]
 )
-def test_what_a_hook_gets_is_what_the_page_says(row, event):
+def test_the_page_names_the_fields_of_each_event(row, event):
     told = re.search(rf"^\| {re.escape(row)} \| (.+) \|$", TEXT["new_game.md"], re.MULTILINE)[1]
     names = re.findall(r"`(\w+)`", re.sub(r"\(.*?\)", "", told))
     assert set(names) == {field.name for field in fields(event)}
@@ -173,7 +173,7 @@ def test_what_a_hook_gets_is_what_the_page_says(row, event):
 
 @pytest.fixture(scope="module")
 def published():
-    """Keys of a match with two robots and a camera, and of one that climbs and has lights, spelled as the page has."""
+    """Return keys of a match with two robots and a camera, and of one with a climber and lights, as on the page."""
     rebuilt, bare = MemorySink(), MemorySink()
     sees = replace(rebuilt_robot(), cameras=(CameraConfig(name="<name>"),))
     robots = (RobotEntry(config=sees), RobotEntry(alliance="red"))
@@ -220,7 +220,7 @@ def published():
 
 
 def general(key: str) -> str:
-    """The key with the kind of piece, the mechanism, the alliance, the period and the robot of REBUILT left open."""
+    """Return a key with piece kind, mechanism, alliance, period and robot of REBUILT replaced by placeholders."""
     key = re.sub(r"^(Sim/(?:Score|Match)/)(?:Red|Blue)(?=/|Hub|Outpost)", r"\1<Alliance>", key)
     key = re.sub(r"(/hubScore/)\w+(Count|Points)$", r"\1<period>\2", key)
     key = re.sub(r"^(Sim/Match/\w+TowerRobot)\d$", r"\1<n>", key)
@@ -232,7 +232,7 @@ def general(key: str) -> str:
     return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|InFlightIds|Held|HeldIds)/)Fuel$", r"\1<Type>", key)
 
 
-def test_every_published_key_is_described_with_its_type_and_every_described_key_is_published(published):
+def test_the_page_describes_every_published_key_with_its_type_and_no_other(published):
     page = TEXT["telemetry.md"].partition("## Keys of every game")[2]
     rows = re.findall(r"^\| `([^`]+)` \| ([\w\[\]]+) \|", page, re.MULTILINE)
     described = dict(rows)
@@ -243,8 +243,8 @@ def test_every_published_key_is_described_with_its_type_and_every_described_key_
     assert described == {general(key): kind for key, kind in published.items() if not key.startswith("Sim/Robots/")}
 
 
-def test_the_tables_of_keys_are_made_of_the_channels():
-    """If they are not: python scripts/write_telemetry_keys.py."""
+def test_the_tables_of_keys_are_generated_from_the_channels():
+    """If this fails: python scripts/write_telemetry_keys.py."""
     spec = importlib.util.spec_from_file_location("page", ROOT / "scripts" / "write_telemetry_keys.py")
     page = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(page)

@@ -1,4 +1,4 @@
-"""The pages as a site that needs no network, in which students find what they type; and messages that are quoted."""
+"""The pages as a site that works offline and finds what students type, and messages quoted on the pages."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ TROUBLES = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def said() -> str:
-    """The sources, strings that are written in pieces put together."""
+    """Return the sources, with strings in several pieces joined."""
     text = "\n".join(
         path.read_text("utf-8") for folder in ("simcore", "games") for path in (ROOT / folder).rglob("*.py")
     )
     return re.sub(r"\s+", " ", re.sub(r'"\s+f?"', "", text))
 
 
-def test_messages_that_troubleshooting_quotes_are_said_by_the_code(said):
+def test_messages_quoted_in_troubleshooting_are_in_the_code(said):
     quotes = re.findall(r"^### .*?`(?:\w+Error: )?([^`]+)`", TROUBLES, re.MULTILINE)
     others = (
         *("GLFW Error", "address already in use", "TypeError", "isBrownedOut", "robotInit", "--no-isolation"),
@@ -38,23 +38,23 @@ def test_messages_that_troubleshooting_quotes_are_said_by_the_code(said):
 
 
 @pytest.mark.parametrize("page", ["connect.md", "testing.md"])
-def test_messages_in_the_tables_of_what_does_not_work_are_said_by_the_code(page, said):
+def test_messages_quoted_in_tables_of_problems_are_in_the_code(page, said):
     table = (ROOT / "docs" / page).read_text(encoding="utf-8").partition("## When it does not work")[2]
     rows = re.findall(r"^\| (`[^|]+) \|", table, re.MULTILINE)
-    others = ("fixture 'sim'", "subprocess exited")  # of pytest and pyfrc
+    others = ("fixture 'sim'", "subprocess exited")  # from pytest and pyfrc
     quotes = [quote for row in rows for quote in re.findall(r"`([^`]+)`", row) if " " in quote]
     assert [quote for quote in quotes if not quote.startswith(others) and not is_said(quote, said)] == []
     assert len(quotes) > 6
 
 
 def is_said(quote: str, said: str) -> bool:
-    """Whether three words of it in a row are in the sources, or all if it has fewer; values stand between them."""
+    """Return whether three successive words of a quote (or all of fewer words) are in the sources."""
     words = quote.replace("...", " ").split()
     runs = [" ".join(words[i : i + 3]) for i in range(max(1, len(words) - 2))]
     return any(run in said for run in runs)
 
 
-def test_every_row_of_the_java_documents_has_its_answer():
+def test_every_problem_from_the_java_documents_has_an_answer():
     rows = TROUBLES.partition("## Coming from the Java simulator")[2].partition("\n## ")[0]
     for words in ("does not move", "through the floor", "tunnel", "ClassNotFoundException", "slow", "Encoder", "LFS"):
         assert re.search(rf"^\| [^|]*{words}[^|]*\| \[[^\]]+\]\(#[\w-]+\)", rows, re.MULTILINE), words
@@ -77,18 +77,18 @@ TYPED = (
         "windows",
     ),
 )
-"""What students type into the search."""
+"""Words that students type into the search."""
 
 
 def not_found(index: dict) -> list[str]:
-    """Those of which no section has all words."""
+    """Return typed words that no section contains in full."""
     sections = [f"{entry['title']} {entry['text']}".lower() for entry in index["docs"]]
     return [typed for typed in TYPED if not any(all(w in text for w in typed.split()) for text in sections)]
 
 
 @pytest.mark.skipif(importlib.util.find_spec("material") is None, reason='needs the extra: pip install -e ".[docs]"')
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path):
-    build = subprocess.run(  # never with --quiet: what is not said is not counted either
+    build = subprocess.run(  # never with --quiet, which also suppresses counting
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")],
         cwd=ROOT,
         capture_output=True,

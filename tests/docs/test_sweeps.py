@@ -1,4 +1,4 @@
-"""Every command of the page on sweeps does what the page says, on one seed and a short auto."""
+"""Every command on the page about sweeps does what the page says, with one seed and a short auto."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simcore.sweep.run_store import RunStore
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^    simcore ((?!compare).+)$", PAGE, re.MULTILINE)
 SHORT = ["--seeds", "1", "--seconds", "0.5", "-j", "1"]
-"""The last of an option counts."""
+"""Options that shorten a run; the last value of an option counts."""
 
 
 def short(command: str) -> list[str]:
@@ -24,7 +24,7 @@ def short(command: str) -> list[str]:
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if "--project" not in c])
-def test_a_worked_question_leaves_what_the_page_shows(command, tmp_path, monkeypatch, capsys):
+def test_a_worked_question_leaves_the_files_that_the_page_shows(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(short(command)) == 0
     out = tmp_path / re.search(r"--out (\S+)", command)[1]

@@ -1,7 +1,7 @@
-"""CHARGED UP (2023): cones over poles, cubes on shelves, links of three, and charge stations that tip.
+"""CHARGED UP (2023): cones on poles, cubes on shelves, links of three nodes, and charge stations that tip.
 
-It is a whole game with a claw in one file, built from public parts of simcore only. Sizes and points are those of the
-2023 game manual; estimates are marked and not printed there.
+The file is a whole game with a claw, built from public parts of simcore only. Sizes and points come from the 2023 game
+manual; estimates are marked and not in the manual.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ CONE = GamePieceConfig(
     friction=0.6,
     restitution=0.2,
 )
-CUBE = GamePieceConfig(  # inflated: it gives way by some millimeters under its neighbor; stiffness is an estimate
+CUBE = GamePieceConfig(  # inflated: the cube yields by some millimeters to its neighbor; stiffness is an estimate
     name="Cube", shape=Box((inches(9.5),) * 3), mass=0.071, friction=0.7, restitution=0.4, stiffness=1500.0
 )
 
@@ -70,17 +70,17 @@ CUBE = GamePieceConfig(  # inflated: it gives way by some millimeters under its 
 
 GRID_DEPTH = inches(54.25)
 COLUMNS = tuple(inches(20.19 + 22.0 * number) for number in range(9))
-"""Y of each column of nodes; the middle one of three is for cubes [m]."""
+"""y of each column of nodes; the middle one of three is for cubes [m]."""
 POLES = {"Mid": (GRID_DEPTH - inches(22.75), inches(34.0)), "Top": (GRID_DEPTH - inches(39.75), inches(46.0))}
-"""X and height of each pole [m]."""
+"""x and height of each pole [m]."""
 SHELVES = {"Mid": inches(23.5), "Top": inches(35.5)}
 """Height of each shelf, around the x of the poles [m]."""
 POLE_RADIUS, SHELF = 0.012, (0.43, 0.45)  # estimates: thin enough for the cone above; depth and width
 STATION = (3.9, 2.748)
 """Center of a charge station [m]; x is an estimate."""
 HALF, WIDE, PLATE, LEVEL, RAMP = 0.6, inches(97.25), 0.04, inches(9.125), 0.6
-"""Half its length, width, thickness, height when level, and length of each ramp [m]."""
-RISE = 0.04  # of the platform's center of mass over the hinge; estimate
+"""Half length, half width, thickness, height when level, and length of each ramp of a charge station [m]."""
+RISE = 0.04  # height of the platform's center of mass above the hinge; estimate
 LEVEL_WITHIN = degrees(2.5)
 
 
@@ -97,7 +97,7 @@ def _grid() -> Iterator[FieldElement]:
 
 
 def _station() -> Iterator[FieldElement]:
-    """Return ramps up to the level platform, and supports for the tipped platform."""
+    """Return the ramps up to the level platform, and supports for the tipped platform."""
     (x, y), gap = STATION, 0.02
     right, left, top = y - 0.5 * WIDE, y + 0.5 * WIDE, LEVEL - 0.015
     near, far = HALF + gap, HALF + gap + RAMP
@@ -113,7 +113,7 @@ def _platforms() -> Iterator[HangingConfig]:
         yield HangingConfig(
             name=f"{alliance}_station",
             shape=Box((2.0 * HALF, WIDE, PLATE)),
-            mass=60.0,  # estimate, as spring and damping
+            mass=60.0,  # estimate, like spring and damping
             pivot=(x, y, z),
             drop=-RISE,
             hinge="y",
@@ -137,7 +137,7 @@ FIELD = FieldDefinition(
 
 
 def _places() -> Iterator[RestingPlace]:
-    """Return the nodes: 27 of each alliance, by row; a level is a row, in the order of its columns."""
+    """Return the 27 nodes of each alliance, row by row; a level is a row, in the order of its columns."""
     for alliance, row, (number, y) in product(ALLIANCES, ("Low", "Mid", "Top"), enumerate(COLUMNS)):
         half = inches(11.0)
         if row == "Low":
@@ -164,7 +164,7 @@ def _places() -> Iterator[RestingPlace]:
 
 
 def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Place four pieces on the marks of each half, randomly cones or cubes; the others wait at the substations."""
+    """Place four pieces on the marks of each half, cones or cubes at random; the rest wait at the substations."""
     marks = [(inches(278.0), inches(36.19 + 48.0 * number)) for number in range(4)]
     found, used = [], {CONE.name: 0, CUBE.name: 0}
     is_cone = rng.random(4) < 0.5
@@ -179,13 +179,13 @@ def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Sta
 # --- rules ------------------------------------------------------------------------------------------------------------
 
 NODE_POINTS = {"Low": (3, 2), "Mid": (4, 3), "Top": (6, 5)}
-"""Points of a node in auto and after it."""
+"""Points of a node in auto and in teleop."""
 LINK, STATION_POINTS = 5, {"auto": (8, 12), "teleop": (6, 10)}
-"""Points for docked and engaged."""
+"""Points for a docked and for an engaged robot."""
 
 
 def links(row: Sequence[int]) -> int:
-    """Return triples of adjacent full nodes, none counted twice."""
+    """Return triples of adjacent filled nodes; no node is in two triples."""
     found = run = 0
     for count in row:
         run = run + 1 if count else 0
@@ -195,7 +195,7 @@ def links(row: Sequence[int]) -> int:
 
 
 class ChargedUpRules(Rules):
-    """Rules: nodes count while pieces stay, links follow from them, stations are judged as auto and match end."""
+    """Rules: nodes count while pieces stay, links follow from nodes, and stations are judged as auto and match end."""
 
     def start(self) -> None:
         self.worth_of: dict[int, tuple[Alliance, int]] = {}
@@ -238,7 +238,7 @@ class ChargedUpRules(Rules):
             self.links[alliance] = now
 
     def _judge_stations(self, phase: str) -> None:
-        """Judge docked robots, which touch their station and nothing below; a level station is engaged."""
+        """Judge robots that touch their station and nothing below: docked, or engaged on a level station."""
         match = self.match
         for body in match.hanging:
             alliance = body.config.alliance
@@ -260,7 +260,7 @@ class ChargedUpRules(Rules):
 # --- robot ------------------------------------------------------------------------------------------------------------
 
 ARM, SHOULDER = 1.05, 0.55
-"""Length of the arm, and height of its joint [m]."""
+"""Length of the arm, and height of the arm joint [m]."""
 
 
 def charged_up_robot() -> RobotConfig:
@@ -291,12 +291,12 @@ _SETTINGS = ScriptSettings(acceleration=3.0)
 
 
 def angle_for(height: float) -> float:
-    """Return the angle of the arm [rad] for a height of the claw [m]."""
+    """Return the angle of the arm [rad] that brings the claw to a height [m]."""
     return math.asin((height - SHOULDER) / ARM)
 
 
 def put_on_pole(robot: ScriptedRobot, row: str, column: int) -> Steps:
-    """Bring the claw over a pole, and release."""
+    """Bring the claw over a pole and release the cone."""
     (x, height), y = POLES[row], COLUMNS[column]
     over = angle_for(height + 0.16)
     robot.set_volts("claw", 6.0)  # takes the preload
@@ -315,14 +315,14 @@ def put_on_pole(robot: ScriptedRobot, row: str, column: int) -> Steps:
 
 
 def cone(robot: ScriptedRobot) -> Steps:
-    """Put the preloaded cone on a pole of the middle row, and back off."""
+    """Put the preloaded cone on a pole of the middle row and back off."""
     yield from put_on_pole(robot, "Mid", 3)
     yield from robot.drive_to(2.2, COLUMNS[3], math.pi, speed=1.0)
     robot.set_position("arm", degrees(80.0))
 
 
 def balance(robot: ScriptedRobot) -> Steps:
-    """Drive onto the charge station, which tips, and stop where it is level."""
+    """Drive onto the charge station, which tips, and stop where the platform is level."""
     robot.set_position("arm", degrees(80.0))
     x, y = STATION
     yield from robot.drive_to(x, y, 0.0, speed=1.2, tolerance=0.01, timeout=8.0)

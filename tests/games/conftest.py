@@ -1,4 +1,4 @@
-"""Fixtures that play each auto once for many tests."""
+"""Fixtures that play each auto once and share the run between tests."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from simcore.match.game import Game
 
 @pytest.fixture(autouse=True)
 def _engine(engine_name):
-    """Select the engine of this test's worlds."""
+    """Build the worlds of each test on the selected engine."""
 
 
 @pytest.fixture(params=GAMES)
 def game(request) -> Game:
-    """Return every game in turn."""
+    """Return each game in turn."""
     return GAMES[request.param]
 
 
 class Runs(dict):
-    """Runs of an auto by alliance, each played at its first use."""
+    """Runs of an auto by alliance, each played when first used."""
 
     def __init__(self, name: str, auto: str) -> None:
         super().__init__()
@@ -40,7 +40,7 @@ class Runs(dict):
 
 @pytest.fixture(scope="session", params=AUTOS, ids="-".join)
 def runs(request, engine_name) -> Iterator[Runs]:
-    """Return the runs of one auto after the other: tests are sorted by it, so that each is played only once."""
+    """Yield the runs of one auto after the other; tests are sorted by auto, so each auto is played only once."""
     if request.param in LONG and not request.config.getoption("--whole"):
         pytest.skip("sampled: --whole plays it")
     made = Runs(*request.param)
@@ -50,5 +50,5 @@ def runs(request, engine_name) -> Iterator[Runs]:
 
 @pytest.fixture
 def run(runs) -> Played:
-    """Return the run of an auto for blue."""
+    """Return the blue run of an auto."""
     return runs["blue"]

@@ -1,6 +1,6 @@
-"""CRATES, a fictional second game: a small mirrored field of boxes, with crates to place and balls to shoot.
+"""CRATES, a fictional second game: a small mirrored field with boxes, crates to place and balls to shoot.
 
-It uses public parts of simcore only, so that laws of every game can be tested on more than one.
+The game uses public parts of simcore only, so that laws of every game can be tested on more than one.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ FIELD = FieldDefinition(size=SIZE, symmetry=SYMMETRY, elements=tuple(_elements()
 
 
 def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Place four balls and two crates on either side by hand; four balls wait with the human player."""
+    """Place four balls and two crates by hand on each side; four balls wait with the human player."""
     balls = np.array([(4.6, y, 0.11) for y in (2.4, 2.7, 3.0, 3.3)])
     crates = np.array([(3.6, 5.0, 0.12), (5.0, 5.2, 0.12)])
     some = [StagedPieces(kind=BALL.name, off_field=4)]
@@ -95,7 +95,7 @@ def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Sta
 
 
 class CratesRules(Rules):
-    """Rules: balls count double in auto; one of the two kinds, chosen at random, is worth a point more."""
+    """Rules: balls count double in auto, and one of the two kinds, drawn at random, is worth one point more."""
 
     def start(self) -> None:
         self.bonus = BALL.name if self.match.rules_rng.random() < 0.5 else CRATE.name
@@ -144,12 +144,12 @@ class CratesRules(Rules):
 
 
 def gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
-    """Return a gearbox with Krakens."""
+    """Return a gearbox with Kraken X60 motors."""
     return GearboxConfig(motor=motor("Kraken X60"), motors=motors, gearing=gearing, stator_current_limit=limit)
 
 
 def crates_robot() -> RobotConfig:
-    """Build a robot of 45 kg with arm and claw in front, intake at the back and a shooter with a fixed hood."""
+    """Build a robot of 45 kg with arm and claw in front, an intake at the back and a shooter with a fixed hood."""
     module = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=60.0, steer_stator_limit=40.0)
     mechanisms: dict[str, MechanismConfig] = {
         "arm": ArmConfig(
@@ -160,7 +160,7 @@ def crates_robot() -> RobotConfig:
         "wheels": FlywheelConfig(gearbox=gearbox(1.5, motors=2), inertia=0.01),
         "feeder": RollerConfig(gearbox=gearbox(4.0), inertia=0.002, radius=0.025),
     }  # fmt: skip
-    # a parallel linkage: what the claw holds stays level
+    # a parallel linkage keeps the piece in the claw level
     arm = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.45))
     claw = Joint(mechanism="arm", axis=(0.0, 1.0, 0.0), origin=(ARM, 0.0, 0.0))
     behind = IntakeZone(x_min=-0.55, x_max=-0.36, y_min=-0.30, y_max=0.30, z_max=0.25)
@@ -208,7 +208,7 @@ def crate(robot: ScriptedRobot) -> Steps:
 
 
 def balls(robot: ScriptedRobot) -> Steps:
-    """Shoot the held pieces, take in the balls of the own side and shoot them."""
+    """Shoot the preloads, take in the balls of the robot's own side and shoot them."""
     yield from robot.shoot_until_empty(SLOT, timeout=3.0)
     robot.intake(True)
     yield from robot.collect_in((3.5, 2.0), (5.0, 3.7), aside=0.6, timeout=3.5, yaw=math.pi)

@@ -1,4 +1,4 @@
-"""Dashboard: a NetworkTables client that only knows the topics, and its server."""
+"""Dashboard for tests: a NetworkTables client that uses only topics, and its server."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def free_port() -> int:
 
 
 def start_client(client, name: str, port: int) -> None:
-    """Start a client that looks for a server on this computer, with the names of either season."""
+    """Start a client for a server on this computer, with the names of either season."""
     of_2026 = hasattr(client, "startClient4")
     (client.startClient4 if of_2026 else client.start_client)(name)
     (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
 
 
 class Dashboard:
-    """Dashboard as a context manager; values published before `connect` are from an earlier simulation."""
+    """Dashboard as a context manager; values published before `connect` count as left by an earlier simulation."""
 
     def __init__(self) -> None:
         pytest.importorskip("ntcore")

@@ -1,4 +1,4 @@
-"""Robots placed at a time of the match that drive for a moment and may commit a foul."""
+"""Short trials in which robots drive from given poses at a given match time and may commit a foul."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from simcore.world.symmetry import Pose
 
 
 def flipped(game: Game, alliance: str, pose: Pose) -> Pose:
-    """Return a pose written for blue as one of an alliance."""
+    """Return the pose for an alliance that corresponds to a pose written for blue."""
     return pose if alliance == "blue" else game.field.symmetry.flip_pose(*pose)
 
 
 def begin(match: Match, time: float) -> None:
-    """Set the clock of an auto that has just begun to a time [s]."""
+    """Start auto and set the match clock to a time [s]."""
     match.start_mode("auto")
     show_time(match, time)
 
 
 def told(match: Match) -> list[tuple[str, str, int]]:
-    """Return fouls by rule, alliance that commits them and points."""
+    """Return rule, committing alliance and points of each foul."""
     return [(foul.rule, foul.alliance, foul.points) for foul in match.tracker.fouls]
 
 
 def foul_trials(game: Game, *, far: Sequence[Pose]) -> Iterator[Callable[..., Match]]:
-    """Return `play(poses, time, ...)`: a match in which robots drive from poses for a while, from a clock time on.
+    """Yield `play(poses, time, ...)`, which plays a match with robots driving from `poses` at a clock time [s].
 
-    Robots are of the alliances blue, red, blue, and are far away if they have no pose; with `side="red"` alliances
-    and places are swapped. Used by a fixture.
+    Robots 0, 1 and 2 are blue, red and blue, and stand far away without a pose; `side="red"` swaps alliances and
+    places. For use by a fixture.
     """
     matches: dict[tuple[str, int], Match] = {}
 

@@ -1,4 +1,4 @@
-"""Games on which the laws of every game are tested."""
+"""Games and autos for tests of laws that hold in every game."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from simcore.pieces.pool import PieceStatus
 GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
 LONG = {("reefscape", "station_cycle"), ("reefscape", "algae"), ("reefscape", "climb")}
-"""Autos that only `--whole` plays: another of their game represents them."""
+"""Autos that only `--whole` plays; another auto of the same game stands for them otherwise."""
 
 
 @dataclass
 class Played:
-    """Run with observations at each tick."""
+    """Run of an auto with observations at each tick."""
 
     run: AutoRun
     auto: Auto
     lost: list[int] = field(default_factory=list)
     """Ticks at which the count of pieces was wrong."""
     sunk: float = 1.0
-    """Smallest height of a center relative to that of a piece that lies flat [m]."""
+    """Smallest height of a piece's center above the height at which it lies flat [m]."""
     poses: list[tuple[float, ...]] = field(default_factory=list)
-    """Position and quaternion of the robot."""
+    """Position and quaternion of the robot at each tick."""
     roll_pitch: list[tuple[float, float]] = field(default_factory=list)
     held: list[int] = field(default_factory=list)
     touched: int = 0
     """Tick at which a piece first woke or was taken."""
     ghosts: float = 0.0
-    """Largest distance of a sleeper's body from its reported place, at the end [m]."""
+    """Largest distance of a sleeping body from its reported place, at the end [m]."""
 
 
 def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings) -> Played:
@@ -59,9 +59,9 @@ def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings
 
     seen.run = play_auto(GAMES[game], auto, alliance=alliance, seed=seed, on_tick=look, **settings)
     match = seen.run.match
-    rows = np.array(match.pieces._pool.rows)  # of an engine; balls have none
+    rows = np.array(match.pieces._pool.rows)  # engine rows; balls have none
     asleep = np.nonzero((match.pieces.state.status == PieceStatus.ASLEEP) & (rows >= 0))[0]
     bodies = match.world.engine.centers(match.pieces._pool.rows_of(asleep))
     seen.ghosts = float(np.abs(bodies - match.pieces.state.pos[asleep]).max(initial=0.0))
-    match.close()  # what is asked of it afterwards the engine need not know
+    match.close()  # later queries must not need the engine
     return seen

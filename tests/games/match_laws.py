@@ -1,4 +1,4 @@
-"""Matches of scripted players, and laws that hold at every tick of every match."""
+"""Matches of scripted players, and laws that hold at every tick."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simcore.pieces.pool import PieceStatus
 
 
 def require_one_owner(match):
-    """Check the laws: pieces are conserved, robots and pieces agree on holders, and the record is of this run."""
+    """Check that pieces are conserved, robots and pieces agree on holders, and the record belongs to this run."""
     state = match.pieces.state
     assert match.count.is_conserved
     for robot in match.robots:
@@ -33,7 +33,7 @@ def show_time(match: Match, time: float) -> None:
 
 
 def match_of(game, sides, *, at=0.0, seed=1, options=()):
-    """Return a match with its players, whose clock shows a time [s]."""
+    """Return a match with its players and the match clock at a time [s]."""
     seats = lineup(game, **sides)
     match = Match(game, robots=entries(game, seats), seed=seed, options=options)
     show_time(match, at)

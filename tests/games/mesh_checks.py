@@ -1,4 +1,4 @@
-"""Geometry of a field's elements: their corners, and whether a box is free of them."""
+"""Geometry of field elements: corners, and free space in a box."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def span(field, name):
 
 
 def is_free(field, low, high):
-    """Return whether no element overlaps an axis-aligned box: linear programming finds no point within both."""
+    """Return whether an axis-aligned box overlaps no element, by linear programming."""
     walls = np.vstack([np.column_stack([np.eye(3), np.array(high)]), np.column_stack([-np.eye(3), -np.array(low)])])
     for element in field.elements:
         corners = points(element)

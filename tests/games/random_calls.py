@@ -1,6 +1,6 @@
-"""Random public calls with typical mistakes: each raises a simcore error, or does no harm.
+"""Random public calls with typical mistakes: each must raise a simcore error or do no harm.
 
-`python tests/games/random_calls.py FIRST COUNT` makes the sequences of some seeds, and prints violations.
+`python tests/games/random_calls.py FIRST COUNT` plays COUNT seeds from FIRST on and prints violations.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _COMMANDS = re.compile(
     "(set_(?!mass|requests)|reset|coast|stage|spawn|release|hold|launch|score$|set_aside|push|spare|put_down|place_|start_"
     "|human_action|take_over|carry_to|apply_forces|refuse)"
 )
-"""Commands of users; other methods are queries, or the loop calls them with computed values."""
+"""Commands for users; the other methods are queries, or the loop calls them with computed values."""
 
 
 def a_match(seed: int) -> Match:
@@ -53,7 +53,7 @@ def a_match(seed: int) -> Match:
 
 
 def targets(match: Match) -> list:
-    """Return all public objects whose methods are called, by owner and name, so that a reset gives new ones."""
+    """Return the objects and method names to call; collected again for each call, as a reset makes new objects."""
     owners = [match, match.control, match.pieces, *match.robots]
     for robot in match.robots:
         owners += [robot.drive, robot.odometry, robot.gyro, robot.chassis, *robot.mechanisms.values()]
@@ -66,7 +66,7 @@ def targets(match: Match) -> list:
 
 
 def arguments(rng, function) -> tuple[list, dict]:
-    """Return mistakes for all required arguments, and for some optional ones."""
+    """Draw mistakes for all required arguments and for some optional ones."""
     given, named = [], {}
     for parameter in inspect.signature(function).parameters.values():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -82,7 +82,7 @@ def arguments(rng, function) -> tuple[list, dict]:
 
 
 def play(seed: int, calls: int = 150) -> Counter:
-    """Make a sequence of calls with ticks in between; return violations by kind and count."""
+    """Play random calls with ticks in between; return violations and their counts."""
     rng, wrong = np.random.default_rng(seed), Counter()
     with a_match(seed) as match:
         last = ""

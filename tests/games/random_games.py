@@ -1,6 +1,6 @@
-"""Random games: robots of any build, carried, reset and driven, pieces released anywhere, and the laws at every tick.
+"""Random games: robots of any build that are carried, reset and driven, pieces released anywhere, laws at every tick.
 
-`python tests/games/random_games.py FIRST COUNT [engine]` plays the seeds from FIRST on and prints broken laws.
+`python tests/games/random_games.py FIRST COUNT [engine]` plays COUNT seeds from FIRST on and prints broken laws.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ from simcore.world.rotation import rotate
 from simcore.world.shapes import mass_properties
 
 G = 9.80665
-_SETTLES = 10  # ticks after people have put something somewhere, in which it may still give way
-_WINDOW = 8  # ticks; bumpers and foam give back within 0.1 s what they took
-_PUSH = 3.0  # of its weight that a robot pushes with at most, with all its tires against a wall and a hit on top
-_SLACK = 0.02  # [m]; a robot may be put so deep into something
+_SETTLES = 10  # ticks after an action by people, in which pieces and robots may still yield
+_WINDOW = 8  # ticks; bumpers and foam return their energy within 0.1 s
+_PUSH = 3.0  # largest push of a robot over its weight, with all tires against a wall and a hit on top
+_SLACK = 0.02  # [m]; a robot may be placed this deep in something
 _JOULES = 0.3  # [J]; see `Watch.require_energy`
 
 
 class Broken(AssertionError):
-    """Error: a law does not hold."""
+    """Error: a law is broken."""
 
 
 class Watch:
-    """Check of a match at every tick."""
+    """Check of all laws at every tick of a match."""
 
     def __init__(self, match: Match) -> None:
         self.match = match
@@ -53,7 +53,7 @@ class Watch:
         self.forget()
 
     def forget(self) -> None:
-        """Allow for settling where people have placed something."""
+        """Allow time for settling after people have placed something."""
         self.since = 0
         self.driven = True
         self.energies: list[float] = []
@@ -90,7 +90,7 @@ class Watch:
             self.fail("not finite")
 
     def require_batteries(self) -> None:
-        """Check that regeneration raises the voltage over the open one only by current times resistance."""
+        """Check that regeneration raises the voltage above open circuit by at most current times resistance."""
         for robot in self.match.robots:
             battery, record = robot.battery, robot.battery.records
             most = open_voltage(record, 0) + max(0.0, -battery.current) * (
@@ -100,7 +100,7 @@ class Watch:
                 self.fail(f"battery of robot {robot.number} has {battery.voltage:.2f} V, at most {most:.2f}")
 
     def require_room(self) -> None:
-        """Check that pieces overlap the field only as deep as their foam yields, and robots as their bumpers do."""
+        """Check that pieces overlap the field no deeper than foam yields, and robots no deeper than bumpers yield."""
         match, pieces = self.match, self.match.pieces
         state, balls = pieces.state, pieces._balls
         fastest = max((r.chassis.speed for r in match.robots), default=0.0)
@@ -111,7 +111,7 @@ class Watch:
         ]
         fast = max(self.flights)
         deep = {slot: pieces._depth_now(slot) for slot in pieces.awake.tolist()}
-        if self.since < _SETTLES:  # what was put into something takes its time, or is wedged in there
+        if self.since < _SETTLES:  # an overlap from placing takes time to resolve, or the piece is wedged
             self.inside |= {slot for slot, depth in deep.items() if depth > 0.1 * pieces.radius[slot]}
             return
         self.inside -= {slot for slot in self.inside if deep.get(slot, 1.0) < 0.02}
@@ -143,7 +143,7 @@ class Watch:
             for other in match.robots[: robot.number]:
                 deep = _overlap(robot, other)
                 mass = 1.0 / (1.0 / robot.chassis.distribution.mass + 1.0 / other.chassis.distribution.mass)
-                corner = 0.5 * BUMPER_STIFFNESS * 0.1  # two bumpers in a row, over the shortest side
+                corner = 0.5 * BUMPER_STIFFNESS * 0.1  # two bumpers in series, over the shortest side
                 most = _SLACK + 2.0 * max(self.speeds) * math.sqrt(mass / corner) + push / corner
                 if deep > most:
                     self.fail(
@@ -152,7 +152,7 @@ class Watch:
                     )
 
     def energy(self) -> float:
-        """Return the energy of everything on the field, with wheels, without that of mechanisms [J]."""
+        """Return the energy of everything on the field, including wheels but not mechanisms [J]."""
         match, pieces = self.match, self.match.pieces
         state, balls = pieces.state, pieces._balls
         here = pieces.on_field()
@@ -175,7 +175,7 @@ class Watch:
             total += m * G * z + 0.5 * m * float(np.array(c.vel) @ np.array(c.vel)) + 0.5 * float(inertia @ spin**2)
             shafts = robot.drive.shafts
             total += 0.5 * float(shafts["model"]["inertia"] @ shafts["speed"] ** 2)
-            if robot.config.moving_masses:  # whose height is the robot's, and their motion that of mechanisms
+            if robot.config.moving_masses:  # their height is in the robot's, their motion in the mechanisms
                 total += sum(0.5 * one.inertia * one.velocity**2 for one in robot.mechanisms.values())
         for body in match.hanging:
             m, (vel, rate) = body.config.mass, np.array(match.world.engine.velocity(body.row))
@@ -186,10 +186,10 @@ class Watch:
         return total
 
     def require_energy(self) -> None:
-        """Check that 0.16 s after the last driving energy stays within these, with allowance for energy in springs.
+        """Check that energy does not rise from 0.16 s after the last driving on, with allowance for springs.
 
-        Tolerance: an engine's step of 5 ms has its gravity half a step early, g^2 h / 2 a second and kilogram: for
-        400 kg that fall 0.3 J in a tick.
+        Tolerance: an engine step of 5 ms applies gravity half a step early, g^2 h / 2 per second and kilogram: 0.3 J a
+        tick for 400 kg in free fall.
         """
         here = self.match.pieces.is_on_field
         if self.driven or not np.array_equal(here, self.here):
@@ -204,7 +204,7 @@ class Watch:
 
 
 def _deepest(foam, push, energy):
-    """Return the largest depth of a ball that is pressed with a force [N], or hit with an energy [J]."""
+    """Return the largest compression of a ball under a push [N] or by a hit of an energy [J] (m)."""
     depth, stored = 0.0, 0.0
     while True:
         force = foam_force(depth, *foam)
@@ -215,7 +215,7 @@ def _deepest(foam, push, energy):
 
 
 def _overlap(one, other):
-    """Return the depth of two robots' bumpers in each other [m]; 0 where they do not overlap in height."""
+    """Return the overlap of two robots' bumpers [m]; 0 if their heights do not overlap."""
     a, b = one.chassis, other.chassis
     low = max(a.pos[2] + a.config.clearance, b.pos[2] + b.config.clearance)
     if low >= min(a.pos[2] + a.config.bumper_top, b.pos[2] + b.config.bumper_top):
@@ -240,7 +240,7 @@ def _up(chassis):
 
 
 def random_robot(rng) -> RobotConfig:
-    """Return a robot of any valid build."""
+    """Draw a robot of any valid build."""
     while True:
         try:
             return _random_robot(rng)
@@ -284,11 +284,11 @@ def _random_robot(rng):
     )
 
 
-# --- what people do -------------------------------------------------------------------------------------------------
+# --- actions of people ------------------------------------------------------------------------------------------------
 
 
 def somewhere(match, rng):
-    """Return a pose anywhere, next to a robot, or next to the elements in the middle of the field."""
+    """Draw a pose anywhere, next to a robot, or next to the elements in the middle of the field."""
     length, width = match.game.field.size
     x, y = rng.uniform(0.3, length - 0.3), rng.uniform(0.3, width - 0.3)
     choice = rng.integers(4)
@@ -301,7 +301,7 @@ def somewhere(match, rng):
 
 
 def drive(match, rng, share=1.0):
-    """Command volts of any size."""
+    """Command voltages of any size."""
     robot = match.robots[rng.integers(len(match.robots))]
     drivetrain = robot.drive
     volts = rng.uniform(-12.0, 12.0) * np.ones(len(robot.config.drivetrain.positions))
@@ -340,7 +340,7 @@ def carry(match, rng):
 
 
 def release(match, rng):
-    """Release some pieces anywhere, also inside of elements, and throw them."""
+    """Release some pieces anywhere, even inside elements, and throw them."""
     pieces = match.pieces
     free = np.nonzero(np.isin(pieces.state.status, (PieceStatus.STAGED, PieceStatus.SCORED, *ON_FIELD)))[0]
     slots = rng.choice(free, size=min(len(free), int(rng.integers(1, 6))), replace=False)
@@ -364,7 +364,7 @@ def field(match, rng):
 
 
 def play(seed: int, engine: str = "bullet", seconds: float = 6.0, tell=None):
-    """Play a random game; return its digest and the robots' poses at its end."""
+    """Play a random game; return its digest and the final poses of the robots."""
     rng = np.random.default_rng(seed)
     game = (REBUILT, REEFSCAPE)[seed % 2]
     while True:

@@ -1,4 +1,4 @@
-"""Consistency of every figure of a run on page, `--json`, log, console and score sheet: match, comparison, sweep.
+"""Figures of a run agree on page, `--json`, log, console and score sheet: match, comparison and sweep.
 
 Figures of an auto, of a failed test and of robot code are in `test_run_figures.py`.
 """
@@ -34,7 +34,7 @@ PLAYERS = {
     "rebuilt": ("collector:3,defender:2,shuttle:2", "collector:3,collector:2,shuttle:3"),
     "reefscape": ("scorer:3,defender:2,parker:2", "scorer:3,scorer:2,algae:3"),
 }
-"""Players of red and of blue."""
+"""Players of red and blue, by game."""
 SECONDS = 6.0
 
 
@@ -76,12 +76,12 @@ def told(request, tmp_path_factory) -> Told:
 
 
 def cells(console: str, name: str) -> list[str]:
-    """Return the cells of a named row on the console."""
+    """Return the cells of a named row of the console report."""
     (row,) = (line for line in console.splitlines() if re.match(rf"\W*{re.escape(name)}\s+│", line))
     return [cell.strip() for cell in row.strip("│ ").split("│")[1:]]
 
 
-def test_the_score_sheet_is_the_same_everywhere(told):
+def test_every_output_has_the_same_score_sheet(told):
     data, end, page = told.data, told.end, told.page
     assert {key: end.integers[f"Sim/Score/{key}"] for key in data["breakdown"]} == data["breakdown"]
     assert data["score"] == {name: end.integers[f"Sim/Score/{name.title()}"] for name in ("red", "blue", "total")}
@@ -98,7 +98,7 @@ def test_the_score_sheet_is_the_same_everywhere(told):
     assert sheet == {}, "nothing that the game does not count"
 
 
-def test_points_and_fouls_are_the_same_everywhere(told):
+def test_every_output_has_the_same_points_and_fouls(told):
     data, page = told.data, told.page
     score, fouls = data["score"], data["fouls"]
     for side in ("blue", "red"):
@@ -116,7 +116,7 @@ def test_points_and_fouls_are_the_same_everywhere(told):
     assert {key: values[f"Sim/Match/{key}"] for key in state} == state
 
 
-def test_shots_and_pieces_are_the_same_everywhere(told):
+def test_every_output_has_the_same_shots_and_pieces(told):
     data, page, end = told.data, told.page, told.end
     shots, results = data["shots"], [shot["result"] for shot in page.meta["shots"]]
     hits, passes = data["hits"], results.count("pass")
@@ -149,7 +149,7 @@ def test_shots_and_pieces_are_the_same_everywhere(told):
     )
 
 
-def test_robots_are_the_same_everywhere(told):
+def test_every_output_has_the_same_figures_of_each_robot(told):
     data, page, end = told.data, told.page, told.end
     assert page.facts["driven, robot 0"] == f"{data['distance_m']:.1f} m" == cells(told.console, "way driven")[0]
     lowest = f"{data['min_battery_v']:.2f} V"
@@ -164,8 +164,8 @@ def test_robots_are_the_same_everywhere(told):
         assert pose[:2] == pytest.approx(end.poses[f"{prefix}/Robot/Pose3d"][:2], abs=6e-4)
 
 
-def test_the_page_made_from_the_log_equals_the_page_of_the_run(told):
-    """Equal word for word, except for computing times."""
+def test_a_page_made_from_the_log_equals_the_page_of_the_run(told):
+    """Equal word for word, except for computation times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
     for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):
@@ -196,7 +196,7 @@ def blocks_of(page: Path) -> list[dict[str, Any]]:
     return blocks
 
 
-def test_a_comparison_reports_one_difference_on_console_and_both_pages(tmp_path, monkeypatch, capsys):
+def test_console_and_both_pages_of_a_comparison_report_the_same_difference(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["compare", "depot", "tour", "--game", "rebuilt", "--seeds", "2", "--seconds", "4", "-j", "1"]
     assert cli.main(words) == 0
@@ -228,7 +228,7 @@ def test_a_comparison_reports_one_difference_on_console_and_both_pages(tmp_path,
         assert len(shots) == int(row["shots"]) == end.integers["Sim/Shots"]
 
 
-def test_a_sweep_reports_the_same_on_console_page_table_and_per_run(tmp_path, monkeypatch, capsys):
+def test_console_page_table_and_single_runs_of_a_sweep_report_the_same(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "rebuilt", "--seeds", "2", "--seconds", "3", "-j", "1", "--success", "score >= 1", "--out", "s"]
     assert cli.main(words) == 0

@@ -1,4 +1,4 @@
-"""Warning about a robot that begins an auto elsewhere than its program believes, also in scripted matches."""
+"""Warning about a robot that starts elsewhere than its program believes, in scripted matches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simcore import Match
         ((0.0, 0.0, -0.3), "0.00 m and 17 deg apart"),
     ],
 )
-def test_one_warning_names_both_places(caplog, believed, words):
+def test_a_single_warning_names_the_believed_and_the_true_place(caplog, believed, words):
     with Match(REBUILT, seed=1) as match:
         robot = match.robots[0]
         if believed is not None:

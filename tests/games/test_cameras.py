@@ -1,4 +1,4 @@
-"""Visibility from cameras on the field of REBUILT: cases worked out from numbers of the manual and the tags."""
+"""Visibility from cameras on the field of REBUILT: cases worked out from dimensions in the manual and tag positions."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def with_cameras(*cameras: CameraConfig) -> RobotConfig:
 
 
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
-    """Return a camera over the robot's center, so that robot and lens have the same x and y."""
+    """Return a camera at the robot's center, so that robot and lens have the same x and y."""
     mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
     return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, bias=CameraBias.none(), **more)
 
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
-    """Return the tags in the camera's first frames, with the robot at a place of the field."""
+    """Return the tags in the first frames of a camera on a robot at a place of the field."""
     robots = [RobotEntry(start=(x, y, math.radians(yaw_deg)), preload=0, config=with_cameras(camera))]
     robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
@@ -43,16 +43,19 @@ def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=
             match.pieces.release(slots, np.array(fuel))
         for _ in range(4):
             match.tick()
-            if len(fuel):  # keep it where it was put: what is asked is whether it covers the tag
+            if len(fuel):  # hold the fuel in place: the test is about the line of sight
                 match.pieces.release(slots, np.array(fuel))
         frame = match.cameras.camera("eye").last
         assert frame is not None
         return {tag.id for tag in frame.tags}
 
 
-def test_tags_on_the_near_face_are_visible_and_those_behind_the_hub_are_not():
-    """From 1.5 m before the blue hub: 25 and 26 are ahead. Tag 4 on the red hub faces us, 8.8 m away and 14 px wide,
-    but the line to it enters the blue hub's box (1.2 m high) at a height of 0.57 m. Tags 19 and 20 look away."""
+def test_tags_on_the_near_face_are_visible_and_tags_behind_the_hub_are_not():
+    """From 1.5 m in front of the blue hub, tags 25 and 26 are visible and tags 19 and 20 face away.
+
+    Tag 4 on the red hub faces the camera, 8.8 m away and 14 px wide, but its line of sight crosses the blue hub's box
+    (1.2 m high) at a height of 0.57 m.
+    """
     camera = at_lens(0.5, pitch_deg=-15.0)
     found = seen(camera, 2.5, 4.0345)
     assert {25, 26} <= found
@@ -63,17 +66,22 @@ def test_tags_on_the_near_face_are_visible_and_those_behind_the_hub_are_not():
     assert 4 in in_picture  # only the hub hides it
 
 
-def test_a_tag_beyond_the_trench_is_visible_below_its_arm_and_hidden_behind_it():
-    """Tag 1, before the red trench, is 0.972 m high at its upper corners; the blue arm's lower edge is at 0.565 m,
-    1.3 of 8.6 m away. From 0.3 m the upper line passes there at 0.40 m, from 0.5 m at 0.571 m."""
+def test_a_tag_beyond_the_trench_is_visible_only_below_the_trench_arm():
+    """Tag 1, in front of the red trench, has its upper corners at 0.972 m, 8.6 m away.
+
+    The lower edge of the blue arm is at 0.565 m, 1.3 m away. The upper line of sight passes there at 0.40 m from an eye
+    at 0.3 m, and at 0.571 m from an eye at 0.5 m.
+    """
     assert 1 in seen(at_lens(0.3), 3.3, 7.425)
     assert 1 not in seen(at_lens(0.5), 3.3, 7.425)
 
 
 @pytest.mark.parametrize(("inside_deg", "expected"), [(0.2, True), (-0.2, False)])
-def test_a_tag_counts_while_all_corners_are_inside_the_picture(inside_deg, expected):
-    """1.5 m before tag 26, at its height: the outer edge is atan(0.0826 / 1.5) beside its middle; the picture ends at
-    41 degrees."""
+def test_a_tag_counts_only_if_all_corners_are_inside_the_picture(inside_deg, expected):
+    """From 1.5 m in front of tag 26, at its height.
+
+    The outer edge of the tag is atan(0.0826 / 1.5) from its middle, and the picture ends at 41 degrees.
+    """
     edge = math.degrees(math.atan(0.5 * 0.1651 / 1.5))
     yaw = 41.0 - edge - inside_deg
     for sign in (1.0, -1.0):
@@ -83,9 +91,11 @@ def test_a_tag_counts_while_all_corners_are_inside_the_picture(inside_deg, expec
 @pytest.mark.parametrize(
     ("angle_deg", "distance", "expected"), [(60.0, 4.8, True), (60.0, 5.4, False), (0.0, 5.4, True), (77.0, 1.5, False)]
 )
-def test_an_oblique_tag_has_a_shorter_range(angle_deg, distance, expected):
-    """At 60 degrees its upper edge has half its length: 12 px at 736 x 0.1651 x cos 60 / 12 = 5.06 m, not at 10.1 m.
-    Beyond 75 degrees it is not read at all."""
+def test_an_oblique_tag_has_a_shorter_detection_range(angle_deg, distance, expected):
+    """At 60 degrees the upper edge has half its length: 12 px at 5.06 m instead of 10.1 m.
+
+    736 x 0.1651 x cos 60 / 12 = 5.06. Beyond 75 degrees no tag is detected.
+    """
     layout, lens = official_layout("2026-welded"), limelight_type("LL4")
     row = layout.id_list.index(26)
     x, y, z = layout.centers[row].tolist()
@@ -97,8 +107,11 @@ def test_an_oblique_tag_has_a_shorter_range(angle_deg, distance, expected):
 
 
 def test_a_robot_in_front_hides_a_tag():
-    """Tag 13 in the red wall is 0.635 m high at its top. A robot of 0.5 m, 1.4 of 3.1 m away, covers the line from an
-    eye at 0.3 m, which passes there at 0.45 m; from 1.2 m lines pass over the robot at 0.78 m at least."""
+    """A robot 0.5 m high, 1.4 m away, covers the line of sight from 0.3 m to a tag 3.1 m away.
+
+    Tag 13 in the red wall is 0.635 m high at the top, so the line passes the robot at 0.45 m; from 1.2 m it passes at
+    0.78 m or more.
+    """
     other = ((14.8, 7.403, 0.0),)
     assert 13 in seen(at_lens(0.3), 13.4, 7.403)
     assert 13 not in seen(at_lens(0.3), 13.4, 7.403, others=other)
@@ -107,8 +120,10 @@ def test_a_robot_in_front_hides_a_tag():
 
 @pytest.mark.parametrize(("aside", "expected"), [(0.0, False), (0.1, False), (0.2, True)])
 def test_fuel_in_the_line_of_sight_hides_a_tag(aside, expected):
-    """A fuel (radius 0.075 m) halfway to tag 26: the tag is half as large there, 0.041 m to its edge, so it is free
-    when the fuel is more than 0.116 m aside."""
+    """A fuel of 0.075 m radius halfway to tag 26 leaves the tag free if it is more than 0.116 m to the side.
+
+    Halfway, the tag's image is half as large: 0.041 m from its middle to its edge.
+    """
     middle = (0.5 * (2.5 + 4.0219), 4.0346 + aside, 0.5 * (0.5 + 1.124))
     assert (26 in seen(at_lens(0.5, pitch_deg=-15.0), 2.5, 4.0346, fuel=[middle])) is expected
 
@@ -138,8 +153,8 @@ def piece_frame(fuel, camera=None, others=(), is_off=False):
         return frame, [match.pieces.on_field().tolist().index(s) for s in slots.tolist()]
 
 
-def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
-    """A fuel at (1.5, -0.4) and an eye 0.5 m high that looks 20 degrees down."""
+def test_a_fuel_has_the_angles_and_area_of_the_pinhole_model():
+    """A fuel at (1.5, -0.4) and an eye 0.5 m high, pitched 20 degrees down."""
     frame, _ = piece_frame([(8.5, 1.6, 0.075)])
     (piece,) = frame.pieces
     c, s = math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
@@ -153,9 +168,8 @@ def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
     assert piece.class_name == "fuel"
 
 
-def test_the_nearest_piece_is_first_and_hides_those_behind_it():
-    """The eye is higher than the fuel, so it sees one above the other. It sees neither one beyond the far plane nor one
-    behind the robot."""
+def test_the_nearest_piece_is_first_and_pieces_out_of_range_are_not_seen():
+    """The eye is above the fuel, so fuel in a row is visible; fuel beyond the far plane or behind the robot is not."""
     frame, _ = piece_frame(
         [(9.0, 2.0, 0.075), (8.2, 2.0, 0.075), (8.2, 1.9, 0.075), (10.6, 2.0, 0.075), (6.0, 2.0, 0.075)]
     )
@@ -165,7 +179,7 @@ def test_the_nearest_piece_is_first_and_hides_those_behind_it():
     assert frame.primary_piece is frame.pieces[0]
 
 
-def test_a_piece_is_hidden_by_another_and_by_a_robot():
+def test_a_piece_is_hidden_by_another_piece_and_by_a_robot():
     low = CameraConfig(
         name="eye",
         type=limelight_type("LL3"),
@@ -173,7 +187,7 @@ def test_a_piece_is_hidden_by_another_and_by_a_robot():
         pipelines=(PiecePipeline(near=0.5, far=4.0, box_noise=0.0),),
     )
     row = [(8.0, 2.0, 0.075), (9.0, 2.0, 0.075)]
-    assert len(piece_frame(row, low)[0].pieces) == 1  # at its own height the first covers the second
+    assert len(piece_frame(row, low)[0].pieces) == 1  # from the height of the fuel, the first one covers the second
     assert len(piece_frame([(8.0, 1.7, 0.075), (9.0, 2.0, 0.075)], low)[0].pieces) == 2
     assert len(piece_frame([(9.4, 2.0, 0.075)], low, others=((8.3, 2.0, 0.0),))[0].pieces) == 0
 
@@ -203,8 +217,8 @@ def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
     assert none[0] == first[0]
 
 
-def test_the_bias_follows_the_seed_and_tags_are_misplaced_alike_for_all_cameras():
-    """Tags moved by 50 mm x N(0, 1) and no other error: two cameras agree on a wrong place."""
+def test_the_bias_follows_the_seed_and_all_cameras_see_the_same_tag_errors():
+    """Tags are moved by 50 mm x N(0, 1) and there is no other error: both cameras report the same wrong place."""
     bias = replace(CameraBias.none(), tag_position=0.05)
     eyes = [replace(at_lens(0.5, pitch_deg=-15.0), name=name, bias=bias) for name in ("a", "b")]
     places = {}
@@ -232,7 +246,7 @@ def test_invalid_cameras_and_layouts_are_refused_at_construction(cameras, tags, 
 
 
 def test_cameras_work_on_a_field_without_tags():
-    """They see pieces, but no tag."""
+    """Cameras detect pieces there, but no tag."""
     from games.rebuilt import REBUILT
     from simcore import Match
     from simcore.vision.camera import PiecePipeline, TagPipeline
@@ -249,7 +263,7 @@ def test_cameras_work_on_a_field_without_tags():
         assert late.last is not None and late.last.pipeline_kind == "pieces"
 
 
-def test_telemetry_shows_the_view_and_the_detections_of_a_camera():
+def test_telemetry_has_the_view_and_the_detections_of_a_camera():
     from simcore.telemetry.sinks import MemorySink
 
     sink = MemorySink()

@@ -1,4 +1,4 @@
-"""CHARGED UP from public parts: cones on poles, cubes on shelves, links, docked and engaged stations."""
+"""CHARGED UP, built from public parts: cones on poles, cubes on shelves, links, docked and engaged robots."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simcore.match.runner import play_auto
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
 @pytest.mark.parametrize(("auto", "points"), [("cone", 4), ("balance", 12)])
-def test_its_autos_score_and_red_is_blue_mirrored(auto, points, alliance):
+def test_the_autos_score_the_same_for_red_and_blue(auto, points, alliance):
     run = play_auto(CHARGED_UP, auto, alliance=alliance, seconds=15.1)
     with run.match as match:
         assert getattr(run.report.score, alliance) == run.report.score.total == points
@@ -26,7 +26,7 @@ def test_its_autos_score_and_red_is_blue_mirrored(auto, points, alliance):
             assert angles[0] < LEVEL_WITHIN and match.robots[0].chassis.pos[2] == pytest.approx(0.23, abs=0.02)
 
 
-def test_a_robot_off_the_middle_is_docked_on_a_tipped_platform():
+def test_a_robot_off_the_middle_is_docked_on_the_tipped_platform():
     with Match(CHARGED_UP, robots=[RobotEntry(start=(2.0, STATION[1], 0.0), preload=0)], seed=1) as match:
         (robot,), blue = match.robots, match.hanging[0]
         robot.carry_to((STATION[0] + 0.1, STATION[1], 0.0))
@@ -40,7 +40,7 @@ def place(match, kind, column, row):
     match.pieces.release(match.pieces.spare(kind.name, 1), np.array([[x, COLUMNS[column], top]]))
 
 
-def test_a_link_counts_with_its_third_piece_and_ends_when_one_falls():
+def test_a_link_counts_from_its_third_piece_until_one_falls():
     clock = MatchClock([Phase("teleop", 20.0)])
     with Match(replace(CHARGED_UP, clock=clock), robots=[RobotEntry(preload=0)], seed=1) as match:
         for kind, column in ((CONE, 0), (CUBE, 1), (CONE, 2), (CUBE, 4)):

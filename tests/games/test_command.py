@@ -1,4 +1,4 @@
-"""Command `python -m games.rebuilt` with valid and invalid input."""
+"""The command `python -m games.rebuilt` with valid and invalid input."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def main(words: list[str]) -> int:
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """Run in an empty folder: default outputs go to `out/`."""
+    """Change to an empty folder, where default outputs go to `out/`."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -69,7 +69,7 @@ def refused(capsys, *arguments: str) -> str:
 # --- good input ---------------------------------------------------------------------------------------------------
 
 
-def test_json_is_one_object_alone_on_stdout_with_the_promised_keys(here):
+def test_json_output_is_a_single_object_on_stdout_with_the_documented_keys(here):
     run = subprocess.run(
         command("--seconds", "0.5", "--json"), cwd=here, env=environment(), capture_output=True, text=True, timeout=60
     )
@@ -94,7 +94,7 @@ def test_the_readable_report_names_score_fuel_and_outputs(here, capsys):
         assert word in said
 
 
-def test_the_list_names_all_autos_and_roles_and_runs_nothing(here, capsys):
+def test_the_list_names_all_autos_and_roles_without_a_run(here, capsys):
     assert main(["--list"]) == 0
     said = capsys.readouterr().out
     autos, roles = ["depot", "neutral", "tour", "drive"], ["collector", "shuttle", "defender", "climber", "idle"]
@@ -102,7 +102,7 @@ def test_the_list_names_all_autos_and_roles_and_runs_nothing(here, capsys):
     assert list(here.iterdir()) == []
 
 
-def test_outputs_go_to_the_given_paths_and_folders_are_created(here, capsys):
+def test_outputs_go_to_the_given_paths_in_new_folders(here, capsys):
     assert main(["--seconds", "0.1", "--json", "--log", "a/b/run.wpilog", "--page", "c/run.html"]) == 0
     outputs = json.loads(capsys.readouterr().out)["outputs"]
     assert [Path(outputs[k]) for k in ("log", "page")] == [Path("a/b/run.wpilog"), Path("c/run.html")]
@@ -143,7 +143,7 @@ def test_a_missing_or_broken_mesh_is_named(here, capsys, content):
 
 
 @pytest.mark.parametrize(("what", "name"), [("--log", "run.x"), ("--page", "run.html")])
-def test_an_output_that_is_a_folder_or_below_a_file_is_refused_before_the_run(here, capsys, what, name):
+def test_an_output_path_that_cannot_be_written_is_refused_before_the_run(here, capsys, what, name):
     (here / f"folder.{name}").mkdir()
     (here / "file").write_text("keep me")
     for path in (f"folder.{name}", f"file/{name}"):
@@ -152,7 +152,7 @@ def test_an_output_that_is_a_folder_or_below_a_file_is_refused_before_the_run(he
     assert (here / "file").read_text() == "keep me"
 
 
-def test_bad_input_through_the_shell_gives_status_1_and_no_traceback(here):
+def test_bad_input_in_the_shell_gives_status_1_and_no_traceback(here):
     run = subprocess.run(
         command("--auto", "center"), cwd=here, env=environment(), capture_output=True, text=True, timeout=60
     )
@@ -165,7 +165,7 @@ def test_bad_input_through_the_shell_gives_status_1_and_no_traceback(here):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a child on Windows")
 @pytest.mark.parametrize("as_json", [False, True])
-def test_ctrl_c_ends_cleanly_with_the_report_and_a_readable_log(here, as_json):
+def test_ctrl_c_ends_a_run_with_its_report_and_a_readable_log(here, as_json):
     run = subprocess.Popen(
         command("--seconds", "1600", *(["--json"] if as_json else [])),
         cwd=here, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -211,8 +211,8 @@ def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
 
 
 @pytest.mark.realtime
-def test_live_runs_at_wall_clock_pace_and_responds_to_a_dashboard(here, capsys):
-    """A client that has only subscribed sees the match time advance; its button resets the field."""
+def test_a_live_run_keeps_wall_clock_pace_and_obeys_a_dashboard(here, capsys):
+    """A client that only subscribes sees the match time advance; its button resets the field."""
     from dashboard import free_port, start_client
 
     ntcore = season.ntcore

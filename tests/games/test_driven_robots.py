@@ -19,7 +19,7 @@ def driven(game, alliance, start):
 
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
-def test_fuel_is_shot_while_the_button_is_held(alliance):
+def test_a_robot_shoots_fuel_while_the_button_is_held(alliance):
     match, wants = driven(REBUILT, alliance, (2.5, 5.6, 0.0))
     with match:
         wants.update(ahead=0.3, action=0)
@@ -33,7 +33,7 @@ def test_fuel_is_shot_while_the_button_is_held(alliance):
         assert len(match.record.shots) == shots == match.record.hits and len(match.robots[0].held) == 8 - shots > 2
 
 
-def test_coral_goes_on_the_nearest_branch_and_the_arm_tucks_when_the_button_is_released():
+def test_a_robot_places_coral_on_the_nearest_branch_and_stows_when_the_button_is_released():
     match, wants = driven(REEFSCAPE, "red", (6.6, 5.6, -2.1))
     with match:
         arm, elevator = (match.robots[0].mechanisms[name] for name in ("arm", "elevator"))
@@ -49,7 +49,7 @@ def test_coral_goes_on_the_nearest_branch_and_the_arm_tucks_when_the_button_is_r
         assert not match.robots[0].held
 
 
-def test_algae_are_taken_off_the_reef_and_brought_to_the_processor():
+def test_a_robot_takes_algae_off_the_reef_and_brings_it_to_the_processor():
     match, wants = driven(REEFSCAPE, "blue", (7.2, 4.0, 3.14159))
     with match:
         wants.update(action=3)

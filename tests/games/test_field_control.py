@@ -1,4 +1,4 @@
-"""Actions of people on the field, by Python and NetworkTables: in order, before a tick, without losing pieces."""
+"""Actions of people on the field by Python and NetworkTables: in order, before a tick, without loss of pieces."""
 
 from __future__ import annotations
 
@@ -31,34 +31,34 @@ def last(match: Match) -> tuple[bool, str]:
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_a_field_reset_restores_the_start_and_the_robot_stays(name):
-    """After four seconds of an auto every piece is back where the seed puts it, and the score is zero."""
+def test_a_field_reset_restores_pieces_score_and_start_place(name):
+    """Four seconds into an auto, a reset returns every piece to its seeded place and sets the score to zero."""
     game = GAMES[name]
     auto = next(iter(game.autos))
     with Match(game, seed=4) as match:
-        match.control.start_auto(auto)  # which may begin with other preloads
+        match.control.start_auto(auto)  # the auto may begin with other preloads
         match.tick()
         begin, places = match.count, match.pieces.state.pos[match.pieces.on_field()].copy()
         match.play(4.0)
         assert match.pieces.awake.size or match.record.taken_in or match.record.shots or match.count.placed
         match.set_controller(0, None)
-        match.control.place_at_start()  # away from pieces: its intake may still run
+        match.control.place_at_start()  # away from pieces, as the intake may still run
         match.control.reset_field()
         match.tick()
         assert last(match)[0], last(match)
         assert match.count == begin and match.score.total == 0 and not match.record.shots
         x, y, _ = match.start_pose(0)
         now = match.pieces.state.pos[match.pieces.on_field()]
-        away = np.hypot(*(places[:, :2] - (x, y)).T) > 1.5  # the robot's place is not free
+        away = np.hypot(*(places[:, :2] - (x, y)).T) > 1.5  # the robot now occupies this place
         assert np.abs(now[away] - places[away]).max() < 0.03
         assert math.dist(match.robots[0].chassis.pose[:2], (x, y)) < 0.1
         match.play(0.5)
         assert match.count.is_conserved and match.pieces.recovered == 0
 
 
-def test_spawned_pieces_are_staged_lie_free_and_run_out():
+def test_pieces_can_be_spawned_until_none_is_left():
     with Match.bare(pieces=[PieceSupply(BALL, 6)]) as match:
-        match.control.spawn("Ball", [(2.0, 2.0), (6.0, 4.0), (6.0, 4.0), (6.0, 4.0)])  # the first one under the robot
+        match.control.spawn("Ball", [(2.0, 2.0), (6.0, 4.0), (6.0, 4.0), (6.0, 4.0)])  # the first is below the robot
         match.tick()
         assert last(match)[0] and match.count.staged == match.count.on_field == 4
         lie = match.pieces.state.pos[match.pieces.on_field()]
@@ -73,7 +73,7 @@ def test_spawned_pieces_are_staged_lie_free_and_run_out():
         assert said[0].startswith("2 of the game's 6 Ball are neither on the field nor in a robot, got 3")
         assert said[1].startswith("no game piece type named 'Bell'. Did you mean 'Ball'?")
         assert said[2] == "a piece at (30, 3) m would lie outside of the field of 16 x 8 m"
-        # on MuJoCo a piece that is put on the carpet sinks by 0.02 mm
+        # on MuJoCo a piece placed on the carpet sinks by 0.02 mm
         assert np.abs(match.pieces.state.pos - before).max() < 1e-4 and match.count.staged == 4
         match.pieces.score(match.pieces.on_field()[:1])
         match.control.spawn("Ball", [(3.0, 3.0)] * 2)
@@ -88,7 +88,7 @@ def test_spawned_pieces_are_staged_lie_free_and_run_out():
 
 
 def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
-    """Commands of one tick run in order; a refused one changes nothing and names a free place."""
+    """Commands of a tick run in order; a refused command changes nothing and names a free place."""
     game = GAMES["rebuilt"]
     heard = []
     with Match(game, seed=1) as match, caplog.at_level(logging.INFO, "simcore.match.field_control"):
@@ -113,7 +113,7 @@ def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
         inside = (np.abs(c * x + s * y) < 0.4) & (np.abs(c * y - s * x) < 0.4)
         assert len(x) == 448 and not inside.any()
         match.play(0.5)
-        assert math.dist(chassis.pose[:2], goal[:2]) < 0.02  # nothing pushes it away
+        assert math.dist(chassis.pose[:2], goal[:2]) < 0.02  # nothing pushes the robot away
         match.control.place_at_start()
         match.tick()
         assert chassis.pose == pytest.approx(start, abs=1e-3) and heard[-1] == (0, None)
@@ -122,7 +122,7 @@ def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
 
 
 def test_a_dashboard_controls_the_field_over_networktables():
-    """Buttons, numbers, a chooser, a Pose2d; retained values are not commands."""
+    """Buttons, numbers, a chooser and a Pose2d; retained values are no commands."""
     folder = "/Sim/Control/"
     with Dashboard() as board, Match(GAMES["rebuilt"], seed=2) as match:
         client = board.client
@@ -134,7 +134,7 @@ def test_a_dashboard_controls_the_field_over_networktables():
         count = client.get_integer_topic(folder + "Count").subscribe(-1)
 
         def done(number: int) -> str:
-            """Play until so many commands are done and the dashboard has received the results."""
+            """Play until this many commands are done and the dashboard has received the results."""
             board.until(match, lambda: count.get() == number)
             assert match.control.count == number
             return str(status.get())
@@ -145,7 +145,7 @@ def test_a_dashboard_controls_the_field_over_networktables():
         button = client.get_boolean_topic(folder + "PlaceRobot").get_entry(False)
         button.set(True)
         assert done(1) == "1 done: robot 0 stands at (6.50, 6.00) m, 0 deg"
-        board.until(match, lambda: not button.get())  # it is let go of
+        board.until(match, lambda: not button.get())  # the button is released
         pose = client.get_raw_topic(folder + "RobotPose").publish("struct:Pose2d")
         pose.set(struct.pack("<3d", 3.0, 2.5, 1.0))
         assert done(2) == "2 done: robot 0 stands at (3.00, 2.50) m, 57 deg"
@@ -189,8 +189,8 @@ def test_an_auto_for_the_games_own_robot_is_refused_for_another_robot(name):
         assert match.entries == (entry,) and match.field_resets == 0
 
 
-def test_an_auto_that_cannot_continue_ends_and_the_match_continues():
-    """Its mechanisms have the names and types of the game's own robot, but it shoots another way."""
+def test_an_auto_that_raises_ends_and_the_match_continues():
+    """The match reports the error as the result of the auto."""
 
     def fail(robot, time):
         raise IndexError("list index out of range")

@@ -1,4 +1,4 @@
-"""Robots described in simcore.toml on the field of REBUILT: one with a claw on an arm, one that climbs."""
+"""Robots described in simcore.toml on the field of REBUILT: a claw on an arm, and a climber."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ on = "climb"
 
 @pytest.fixture
 def played(tmp_path):
-    """Return a match with the robot of a file's text; close it afterwards."""
+    """Yield a function that returns a match with the robot of a file's text; close the matches afterwards."""
     matches = []
 
     def play(text: str) -> Match:
@@ -120,7 +120,7 @@ def test_a_claw_on_an_arm_on_an_elevator_takes_lifts_and_releases_a_piece(played
 
 
 def test_a_climber_lifts_the_robot_onto_a_rung_of_the_tower(played):
-    """Between the uprights, with the middle of its hook 0.054 m above the low rung (0.6858 m): it rises by the rest."""
+    """The hook starts 0.054 m above the low rung (0.6858 m), so the robot rises by its travel less that distance."""
     match = played(CLIMBER)
     robot = match.robots[0]
     (climber,) = robot.climbers
@@ -142,13 +142,13 @@ def test_a_climber_lifts_the_robot_onto_a_rung_of_the_tower(played):
         ("[autos.a]\nstart = [2.0, -1.0, 0]", r"^simcore.toml \[autos.'a'\]: the robot starts outside of the field"),
     ],
 )
-def test_invalid_starts_are_refused_with_table_and_key(played, text, said):
+def test_an_invalid_start_in_a_file_is_refused_with_table_and_key(played, text, said):
     with pytest.raises(ConfigError, match=said):
         played(text)
 
 
-def test_a_storage_hands_over_only_at_the_place_in_the_file(played):
-    """With the arm upright and the lift down; the arm starts 10 degrees under the horizontal."""
+def test_a_storage_hands_over_a_piece_only_at_the_place_in_the_file(played):
+    """The place is reached with the arm upright and the lift down; the arm starts 10 degrees below the horizontal."""
     match = played(CLAW + "handover = [0.2, 0.0, 0.5]")
     robot = match.robots[0]
     robot.mechanisms["grip"].set_volts(4.0)

@@ -1,4 +1,4 @@
-"""Laws of scripted autos of every game: conserved pieces, limits of robots, and red equal to blue."""
+"""Laws of scripted autos in every game: conserved pieces, limits of robots, and equal results for red and blue."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from game_table import GAMES
 from simcore.pieces.pool import PieceStatus
 
 
-def test_pieces_are_conserved_at_every_tick(run):
+def test_an_auto_conserves_pieces_at_every_tick(run):
     assert run.lost == []
 
 
-def test_tracker_pieces_and_shots_agree(run):
+def test_an_auto_has_consistent_counts_of_pieces_shots_and_scores(run):
     match, report = run.run.match, run.run.report
     assert report.pieces.scored == sum(match.tracker.pieces.values()) == len(match.tracker.events)
     assert report.score.blue == match.tracker.totals["blue"] > 0 or report.auto == "tour"
@@ -28,24 +28,24 @@ def test_tracker_pieces_and_shots_agree(run):
     assert report.ticks == round(report.sim_seconds / 0.02) == len(run.poses)
 
 
-def test_no_piece_sinks_below_the_carpet(run):
+def test_no_piece_of_an_auto_sinks_below_the_carpet(run):
     rest = min(kind.rest_height for kind in run.run.match.pieces.types)
     assert run.sunk > -rest, "a robot that rolls over it squeezes it for a moment; its middle stays above the carpet"
 
 
-def test_no_piece_leaves_the_field_or_has_to_be_brought_back(run):
+def test_no_piece_of_an_auto_leaves_the_field(run):
     assert run.run.match.pieces.recovered == 0
 
 
 def test_a_sleeping_piece_lies_at_its_reported_place(run):
-    """A sleeper that the engine woke by touch once fell through the floor, unseen, after its chunk fell quiet.
+    """A sleeping piece that the engine woke once fell through the floor unseen.
 
-    Sleepers are looked at every 2 s, and a heap that the engine pushes apart creeps by up to 4 mm a second.
+    Sleeping pieces are checked every 2 s, and a heap under pressure creeps by up to 4 mm/s.
     """
     assert run.ghosts < 0.010
 
 
-def test_the_robot_stays_upright_and_inside_the_field(run):
+def test_a_robot_in_auto_stays_upright_and_inside_the_field(run):
     poses, tilt = np.array(run.poses), np.array(run.roll_pitch)
     assert poses[:, 2].min() > -0.01, "it does not sink"
     assert math.degrees(np.abs(tilt).max()) < 30.0
@@ -56,7 +56,7 @@ def test_the_robot_stays_upright_and_inside_the_field(run):
     assert poses[:, 1].min() > half - 0.02 and poses[:, 1].max() < width - half + 0.02
 
 
-def test_the_battery_sags_but_never_browns_out_for_good(run):
+def test_the_battery_sags_in_auto_but_does_not_brown_out(run):
     assert 6.3 < run.run.report.min_battery_v < 12.5
 
 
@@ -69,21 +69,21 @@ def test_untouched_pieces_lie_where_they_were_staged(run):
     assert (nearest < 1e-3).sum() >= 0.2 * len(run.run.pieces_at_start)
 
 
-# --- red is blue under the field's symmetry -------------------------------------------------------------------------
+# --- red and blue under the field's symmetry --------------------------------------------------------------------------
 
 
-def test_a_red_robot_scores_what_a_blue_one_does(runs):
+def test_a_red_robot_scores_as_much_as_a_blue_robot(runs):
     blue, red = runs["blue"].run.report, runs["red"].run.report
     assert red.score.blue == blue.score.red == 0
     assert red.shots == pytest.approx(blue.shots, abs=4 if runs.auto == "neutral" else 0)
     assert red.score.red == pytest.approx(blue.score.blue, abs=4 if runs.auto == "neutral" else 0)
 
 
-def test_a_red_robot_drives_the_corresponding_path(runs):
-    """Equal until it meets a piece; a pushed heap amplifies any difference.
+def test_a_red_robot_drives_the_mirrored_path(runs):
+    """Equal until the robot meets a piece; a pushed heap amplifies any difference.
 
-    On a rotated field only rounding differs, and its effect on the engine's contacts of robot and carpet. On a mirrored
-    field the robot's left and right wheels also change places.
+    On a rotated field only rounding differs, in the engine's contacts of robot and carpet. On a mirrored field the
+    robot's left and right wheels also change places.
     """
     blue, red = runs["blue"], runs["red"]
     symmetry = GAMES[runs.name].field.symmetry
@@ -97,14 +97,14 @@ def test_a_red_robot_drives_the_corresponding_path(runs):
     assert apart[-1] < 0.1, "both end at one place"
 
 
-def test_the_red_match_is_staged_as_the_blue_one_flipped(runs):
+def test_pieces_of_a_red_match_are_staged_at_the_mirrored_places(runs):
     blue, red = (runs[alliance].run.pieces_at_start for alliance in ("blue", "red"))
     flipped = GAMES[runs.name].field.symmetry.flip_points(red)
     assert flipped == pytest.approx(blue, abs=1e-9)
 
 
-def test_a_red_shot_flies_as_the_corresponding_blue_one(runs):
-    """The first shot, before any contact: aim, muzzle, speed and spin are mirrored, so the flight is."""
+def test_a_red_shot_flies_along_the_mirrored_path(runs):
+    """The first shot, before any contact, has mirrored aim, muzzle, speed and spin."""
     shots = [runs[alliance].run.match.record.shots for alliance in ("blue", "red")]
     if not shots[0] or shots[0][0].time > 0.02 * (runs["blue"].touched or math.inf):
         pytest.skip("no shot before it meets a piece")

@@ -1,4 +1,4 @@
-"""Matches of every game: conserved pieces, no tunnelling, ticks in parts, several robots."""
+"""Matches of every game: conserved pieces, no tunnelling, split ticks, several robots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simcore.world.shapes import outline_points
 
 
 def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Return name, normals and offsets of the faces of all elements: inside is normals @ p + offsets < 0."""
+    """Yield name, normals and offsets of the faces of each element: inside means normals @ p + offsets < 0."""
     for element in match.field.elements:
         planes = ConvexHull(outline_points(element.shape) + element.position).equations
         yield element.name, planes[:, :3], planes[:, 3]
@@ -26,10 +26,10 @@ def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 # --- pieces ---------------------------------------------------------------------------------------------------------
 
 
-def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whole):
-    """As many robots as there are starts, all playing an auto, with every option that returns pieces.
+def test_a_match_with_every_option_conserves_pieces_through_resets(game, whole):
+    """A robot at each start plays an auto, with every option that returns pieces.
 
-    Short matches unless `--whole`.
+    Matches are short unless `--whole` is given.
     """
     autos = list(game.autos.values())
     places = game.starts[: min(len(game.starts), game.robots // 2)]
@@ -54,8 +54,8 @@ def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whol
 
 
 @pytest.mark.parametrize(("name", "speed"), [(name, speed) for name in GAMES for speed in (10.0, 25.0)])
-def test_nothing_tunnels(name, speed):
-    """Every piece of the field is launched along the carpet at once; none is ever inside of a wall, or beyond one."""
+def test_no_piece_tunnels_through_an_element(name, speed):
+    """Every third piece on the field is launched along the carpet at once; none enters or passes a wall."""
     game = GAMES[name]
     with Match(game, robots=(RobotEntry(preload=0),), seed=2) as match:
         slots = match.pieces.on_field()[::3]
@@ -78,13 +78,13 @@ def test_nothing_tunnels(name, speed):
             assert match.count.is_conserved
 
 
-# --- a tick in parts ------------------------------------------------------------------------------------------------
+# --- split ticks ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("name", "auto", "seconds"), [("rebuilt", "depot", 4.0), ("crates", "crate", 10.0), ("crates", "balls", 10.0)]
 )
-def test_an_auto_in_four_parts_scores_the_same(name, auto, seconds):
+def test_an_auto_with_ticks_in_four_parts_scores_the_same(name, auto, seconds):
     scores = []
     chosen = GAMES[name].auto(auto)
     for parts in (1, 4):
@@ -99,8 +99,8 @@ def test_an_auto_in_four_parts_scores_the_same(name, auto, seconds):
 # --- robots ---------------------------------------------------------------------------------------------------------
 
 
-def test_two_robots_play_their_autos_in_one_match_as_each_does_alone(game):
-    """Blue and red at opposite ends: each scores for its own alliance as one alone does."""
+def test_two_robots_play_their_autos_together_as_each_does_alone(game):
+    """Blue and red play at opposite ends, and each scores for its alliance as many points as a robot alone."""
     auto = game.auto()
     entries = [RobotEntry(alliance=a, start=auto.start, preload=auto.preload) for a in ("blue", "red")]
     alone = play(game.name, auto.name).run.report
@@ -114,20 +114,20 @@ def test_two_robots_play_their_autos_in_one_match_as_each_does_alone(game):
         assert {shot.robot for shot in match.record.shots} <= {0, 1}
 
 
-def test_a_gyros_noise_does_not_depend_on_other_robots(game):
+def test_gyro_noise_does_not_depend_on_other_robots(game):
     starts = game.starts[:2]
     noise = []
     for count in (1, 2):
         with Match(game, robots=[RobotEntry(start=start, preload=0) for start in starts[:count]]) as match:
             match.play(1.0)
             noise.append([robot.gyro.rates.tolist() for robot in match.robots])
-    # The engine's arithmetic differs by 1e-8 when there is more in its world; the noise is some 1e-3.
+    # More bodies in the world change the engine's arithmetic by 1e-8; the noise is some 1e-3.
     assert np.array(noise[1][:1]) == pytest.approx(np.array(noise[0]), abs=1e-6)
     assert np.abs(np.diff(noise[1], axis=0)).max() > 1e-4, "each robot has its own"
 
 
-def test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading(game: Game):
-    """As when a team carries the robot: the gyro continues from its reading."""
+def test_set_alliance_moves_a_robot_to_the_other_side_and_keeps_its_gyro_reading(game: Game):
+    """The gyro continues from its reading, as when a team carries the robot."""
     with Match(game, robots=(RobotEntry(preload=0),), seed=1) as match:
         robot = match.robots[0]
         match.play(0.4, controllers=[lambda robot, time: robot.drive.set_chassis_speeds(0.5, 0.0, 0.5)])
@@ -150,7 +150,7 @@ def test_a_robot_without_commands_stays_at_rest(game):
         assert len(match.pieces.awake) == 0 and match.score.total == 0
 
 
-def test_errors_of_robot_code_pass_through_unchanged(game):
+def test_errors_in_robot_code_propagate_unchanged(game):
     error = RuntimeError("our bug")
 
     def code(robot, now):

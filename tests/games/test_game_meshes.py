@@ -1,4 +1,4 @@
-"""Committed fields: as the scripts generate them, closed, symmetric, and with published dimensions."""
+"""Committed field meshes: equal to the scripts' output, closed, symmetric, with the published dimensions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ both = pytest.mark.parametrize("name", FIELDS)
 
 
 @both
-def test_the_committed_file_is_what_the_script_generates(name):
+def test_the_committed_field_is_the_output_of_its_script(name):
     spec = importlib.util.spec_from_file_location("generate", ROOT / "scripts" / f"generate_{name}_field.py")
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
@@ -38,7 +38,7 @@ def test_the_committed_file_is_what_the_script_generates(name):
 
 
 @both
-def test_every_group_is_one_closed_convex_body_and_they_are_few(name):
+def test_every_group_is_a_closed_convex_body_and_faces_are_few(name):
     groups = read_obj(ROOT / "models" / name / "field_collision.obj")
     assert all(isinstance(element.shape, Box | Hull) for element in FIELDS[name].elements)
     assert len(FIELDS[name].elements) == len(groups)
@@ -49,7 +49,7 @@ def test_every_group_is_one_closed_convex_body_and_they_are_few(name):
 
 
 @both
-def test_red_is_blue_turned_by_180_degrees(name):
+def test_red_elements_are_blue_elements_turned_by_180_degrees(name):
     size = {"rebuilt": REBUILT, "reefscape": REEFSCAPE}[name].field.size
     for element in FIELDS[name].elements:
         sides = ("left", "right") if element.name.startswith("guardrail") else ("blue", "red")
@@ -73,7 +73,7 @@ PRINTED = {
         *(("blue_bump_right", "size", axis, inches(n), 2e-6) for axis, n in enumerate((44.4, 73.0, 6.513))),
         ("blue_tower_upright_right", "high", 2, inches(72.1), 1e-6),
         *(("blue_tower_upright_right", "size", axis, inches(n), 2e-6) for axis, n in enumerate((3.5, 1.5))),
-        ("blue_tower_upright_right", "middle", 0, 1.06204, 3e-3),  # MapleSim
+        ("blue_tower_upright_right", "middle", 0, 1.06204, 3e-3),  # source: MapleSim
         *(
             (f"blue_tower_rung_{at}", "middle", 2, inches(n), 1e-6)
             for at, n in (("low", 27), ("mid", 45), ("high", 63))
@@ -81,7 +81,7 @@ PRINTED = {
         *(("blue_tower_base", "size", axis, inches(n), 2e-6) for axis, n in enumerate((45.18, 39.0, 0.25))),
         ("blue_depot_barrier_front", "high", 0, inches(27), 2e-6),
         ("blue_depot_barrier_front", "high", 2, inches(1.125), 2e-6),
-        ("blue_depot_barrier_right", "low", 1, 5.429, 2e-3),  # the Java simulator's mesh
+        ("blue_depot_barrier_right", "low", 1, 5.429, 2e-3),  # source: mesh of the Java simulator
     ],
     "reefscape": [
         ("blue_alliance_wall", "high", 0, 0.0, 1e-6),
@@ -99,7 +99,7 @@ PRINTED = {
 
 
 @both
-def test_elements_have_the_sizes_and_places_that_are_printed(name):
+def test_elements_have_the_printed_sizes_and_places(name):
     wrong = []
     for element, corner, axis, printed, within in PRINTED[name]:
         low, high = span(FIELDS[name], element)
@@ -112,8 +112,8 @@ def test_elements_have_the_sizes_and_places_that_are_printed(name):
 # --- REBUILT ----------------------------------------------------------------------------------------------------------
 
 
-def test_funnel_rim_and_throat():
-    """Seen along the normal of each wedge: throat, rim and skirt at their distances and heights."""
+def test_the_hub_funnel_has_the_printed_throat_rim_and_skirt():
+    """Section of each wedge along its normal: distances and heights of throat, rim and skirt."""
     center, throat, outer = (
         np.array([*rebuilt.HUB_CENTER, 0.0]),
         rebuilt.HUB_THROAT_APOTHEM,
@@ -130,7 +130,7 @@ def test_funnel_rim_and_throat():
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
 def test_the_path_of_a_ball_through_a_hub_is_free(alliance):
-    """The square within the throat from above the hub down to the base, where the scoring zone is."""
+    """The inner square from above the hub down to the base, where the scoring zone is."""
     field, half = FIELDS["rebuilt"], rebuilt.HUB_THROAT_CIRCUMRADIUS / 2
     cx, cy = rebuilt.HUB_CENTER if alliance == "blue" else REBUILT.field.symmetry.flip_point(*rebuilt.HUB_CENTER)
     assert is_free(field, (cx - half, cy - half, 1.2), (cx + half, cy + half, 3.0))
@@ -139,11 +139,11 @@ def test_the_path_of_a_ball_through_a_hub_is_free(alliance):
 
 @pytest.mark.parametrize("y", [0.0, rebuilt.FIELD_WIDTH - rebuilt.TRENCH_CLEAR_WIDTH])
 @pytest.mark.parametrize("x", [rebuilt.TRENCH_X, rebuilt.FIELD_LENGTH - rebuilt.TRENCH_X])
-def test_the_portal_of_each_trench_is_free_and_no_larger(x, y):
+def test_the_portal_of_each_trench_is_free_but_no_larger(x, y):
     field = FIELDS["rebuilt"]
     low, high = np.array([x - 1.0, y, 0.0]), np.array([x + 1.0, y + inches(50.34), inches(22.25)])
     assert is_free(field, low, np.subtract(high, (0.0, 2e-6, 2e-6)))
-    assert not is_free(field, low, np.add(high, (0.0, 0.0, 0.01)))  # the arm
+    assert not is_free(field, low, np.add(high, (0.0, 0.0, 0.01)))  # the trench arm
     assert not is_free(field, np.subtract(low, (0.0, 0.01, 0.0)), high)  # guardrail or leg
     assert not is_free(field, low, np.add(high, (0.0, 0.01, 0.0)))
 
@@ -152,8 +152,8 @@ def test_the_portal_of_each_trench_is_free_and_no_larger(x, y):
 
 
 @pytest.mark.parametrize(("level", "height"), [(2, 0.7966), (3, 1.1967), (4, 1.8288)])
-def test_branch_tips(level, height):
-    """In the table of 6328: 30.738 in out from the center and 6.469 in to both sides of each face's middle."""
+def test_branch_tips_are_at_the_published_places(level, height):
+    """Source: 6328's table, 30.738 in outward from the center and 6.469 in to both sides of the middle of each face."""
     ends = {number: np.array(branch_ends(number, level)) for number in range(12)}
     for number, yaw_deg in ((0, 180), (1, 180), (2, 240), (7, 0), (11, 120)):
         yaw, side = math.radians(yaw_deg), -1.0 if number % 2 == 0 else 1.0
@@ -163,11 +163,11 @@ def test_branch_tips(level, height):
     element = points(FIELDS["reefscape"].element(f"blue_reef_branch_l{level}_0_left"))
     ring = element[np.argsort(np.linalg.norm(element - ends[0][1], axis=1))[:8]]
     assert ring.mean(axis=0) == pytest.approx(ends[0][1], abs=1e-5)
-    assert np.linalg.norm(ring - ends[0][1], axis=1) == pytest.approx(0.02222, abs=2e-5)  # area of the round pipe
+    assert np.linalg.norm(ring - ends[0][1], axis=1) == pytest.approx(0.02222, abs=2e-5)  # same area as the round pipe
 
 
-def test_stations():
-    """Tag 12 is in the middle of the face; the opening is 76 x 7 in with its bottom at 37.5 in."""
+def test_a_station_has_the_printed_opening():
+    """Tag 12 is in the middle of the face; the opening is 76 x 7 in and begins at 37.5 in."""
     normal = np.array([math.cos(math.radians(54)), math.sin(math.radians(54)), 0.0])
     along, face = np.array([-normal[1], normal[0], 0.0]), np.array([0.851154, 0.65532, 0.0])
     parts = (FIELDS["reefscape"].element(f"blue_station_right_{name}") for name in ("lip", "roof"))
@@ -178,7 +178,7 @@ def test_stations():
     assert roof[roof @ normal > -1e-5][:, 2].min() == pytest.approx(inches(44.5), abs=1e-5)
 
 
-def test_the_processor_is_free_and_no_larger():
+def test_the_processor_opening_is_free_but_no_larger():
     field = FIELDS["reefscape"]
     low = (reefscape.PROCESSOR_X - inches(14), -0.3, inches(7))
     high = (reefscape.PROCESSOR_X + inches(14), 0.1, inches(27))
@@ -189,8 +189,8 @@ def test_the_processor_is_free_and_no_larger():
         assert not is_free(field, np.subtract(low, grow), high)
 
 
-def test_required_clearances_are_free():
-    """Starts, marks, the way under the barge between post and guardrail, and the insides of the nets."""
+def test_the_field_leaves_required_clearances_free():
+    """Staging marks, the passage under the barge between post and guardrail, and the insides of the nets."""
     field = FIELDS["reefscape"]
     assert is_free(field, (5.4, 0.0, 0.0), (12.1, 3.8, inches(62) - 1e-5))
     for x, y in mark_places():
@@ -199,8 +199,8 @@ def test_required_clearances_are_free():
         assert is_free(field, (8.4, y - 1.7, inches(76) + 1e-5), (9.1, y + 1.7, 4.0))
 
 
-def test_algae_fit_between_the_pipes_and_touch_four_of_them():
-    """Where they are staged: at the heights that teams measured, within 3 mm of two risers and two branches."""
+def test_staged_algae_fit_between_the_pipes_and_touch_four_of_them():
+    """At the heights that teams measured, each algae is within 3 mm of two risers and two branches."""
     places = reef_algae_places()
     assert sorted(places[:, 2].round(2)) == [0.91] * 3 + [1.31] * 3
     for face, place in enumerate(places):
@@ -208,7 +208,7 @@ def test_algae_fit_between_the_pipes_and_touch_four_of_them():
         for element in FIELDS["reefscape"].elements:
             if f"_{face}_" in element.name and element.name.startswith("blue_reef_"):
                 corners = points(element)[ConvexHull(points(element)).vertices]
-                weight = 1e3  # the nearest point of a convex body: weights of its corners that add up to one
+                weight = 1e3  # nearest point of a convex body: a convex combination of its corners
                 a = np.vstack([(corners - place).T, np.full(len(corners), weight)])
                 share = lsq_linear(a, np.array([0.0, 0.0, 0.0, weight]), bounds=(0.0, 1.0)).x
                 gaps.append(float(np.linalg.norm((corners - place).T @ share)) - reefscape.ALGAE_DIAMETER / 2)
@@ -220,7 +220,7 @@ def test_algae_fit_between_the_pipes_and_touch_four_of_them():
 
 
 def test_tags_of_2026_are_on_hubs_trenches_towers_and_outposts():
-    """Those of 2025 are in test_reefscape_tags.py."""
+    """Tags of 2025 are in test_reefscape_tags.py."""
     apriltag, dim = pytest.importorskip("robotpy_apriltag"), rebuilt
     layout = apriltag.AprilTagFieldLayout.loadField(apriltag.AprilTagField.k2026RebuiltWelded)
     assert (layout.getFieldLength(), layout.getFieldWidth()) == pytest.approx((dim.FIELD_LENGTH, dim.FIELD_WIDTH))

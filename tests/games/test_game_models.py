@@ -1,4 +1,4 @@
-"""Committed models of each game: as the scripts generate them, sound, about their own axles, and with layouts."""
+"""Committed models of each game: equal to the scripts' output, sound, about their own axles, and with layouts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def script(name):
 
 
 def shapes(path):
-    """Return every mesh of a GLB: name, bounds and color, independent of trimesh's order of vertices."""
+    """Return name, bounds, number of faces and color of every mesh in a GLB, independent of vertex order."""
     scene = trimesh.load_scene(path)
     return {
         name: (np.round(mesh.bounds, 4).tolist(), len(mesh.faces), mesh.visual.material.baseColorFactor.tolist())
@@ -36,7 +36,7 @@ def shapes(path):
 
 
 @both
-def test_the_committed_files_are_what_the_scripts_make_sound_and_small(game, tmp_path):
+def test_committed_models_are_the_output_of_the_scripts_sound_and_small(game, tmp_path):
     command = f"make_{game.name}_models"
     script(command).write_all(tmp_path)
     layouts = script("make_layout")
@@ -57,8 +57,8 @@ def test_the_committed_files_are_what_the_scripts_make_sound_and_small(game, tmp
 
 
 @both
-def test_each_part_is_drawn_about_its_own_origin(game):
-    """A wheel that turned about another place than its axle would wobble."""
+def test_each_part_model_has_its_axle_at_the_origin(game):
+    """A wheel that turned about any other place would wobble."""
     parts, components = load_models(game.models).robots[0].parts, game.robot().components
     assert len(parts) == len(components) == {"rebuilt": 16, "reefscape": 8}[game.name]
     for part, component in zip(parts, components, strict=True):
@@ -70,7 +70,7 @@ def test_each_part_is_drawn_about_its_own_origin(game):
 
 
 @both
-def test_red_robots_have_a_model_of_their_own(game):
+def test_red_robots_have_their_own_model(game):
     blue, red = load_models(game.models).robots
     assert red.name == blue.name + " (red)" and len(red.parts) == len(blue.parts)
     for robot, channel in ((blue, 2), (red, 0)):

@@ -1,4 +1,4 @@
-"""Every game on MuJoCo: an auto keeps the laws of a match, and repeats to the last bit."""
+"""Every game on MuJoCo: an auto obeys the laws of a match and repeats to the last bit."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ print(play_auto(GAMES[sys.argv[1]], seconds=float(sys.argv[2]), seed=3).report.d
 """
 
 
-def test_an_auto_keeps_the_laws_of_a_match(game):
+def test_an_auto_on_mujoco_obeys_the_laws_of_a_match(game):
     """No piece is lost, sinks, leaves the field or lies off its reported place; the robot drives and scores."""
     auto = next(iter(game.autos))
     seen = play(game.name, auto)
@@ -41,7 +41,7 @@ def test_an_auto_keeps_the_laws_of_a_match(game):
     assert np.array(seen.poses)[:, 2].min() > -0.01
 
 
-def test_the_same_seed_gives_the_same_match_in_another_process(game, whole):
+def test_the_same_seed_gives_the_same_match_on_mujoco_in_another_process(game, whole):
     if game.name not in ("rebuilt", "crates") and not whole:
         pytest.skip("sampled: --whole plays all games")
     run = play_auto(GAMES[game.name], seconds=SECONDS, seed=3)

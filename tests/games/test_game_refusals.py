@@ -1,4 +1,4 @@
-"""Refusals of invalid input before the first tick, with the problem and what would work; nothing is left open."""
+"""Invalid input is refused before the first tick, with the problem and what would work; nothing is left open."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from simcore.telemetry.sinks import MemorySink
 
 CRATES = GAMES["crates"]
 INSIDE = {"rebuilt": (4.6, 4.0, 0.0), "reefscape": (4.5, 4.0, 0.0), "crates": (0.3, 5.0, 0.0)}
-"""Start inside of an element: the hub, the reef, the dock."""
+"""Start inside an element: the hub, the reef, the dock."""
 
 
 def of_game(game):
-    """Return calls that are refused for every game, with error and message."""
+    """Yield calls that every game refuses, with error and message."""
     length, width = game.field.size
     start, auto = game.starts[0], next(iter(game.autos))
     small = replace(game.robot(), storage=replace(game.robot().storage, capacity=1))
@@ -75,7 +75,7 @@ def test_invalid_matches_are_refused_at_construction(game):
 
 
 def of_match(match):
-    """Return calls that a running match refuses, with error and message."""
+    """Yield calls that a running match refuses, with error and message."""
     yield from (
         (lambda: match.reset(seed=-1), ConfigError, "seed must be"),
         (lambda: match.reset(sinks=[5]), ConfigError, "sinks must be"),
@@ -102,8 +102,8 @@ def test_a_refused_call_leaves_the_match_unchanged(game):
         assert match.ticks == 2 and match.sinks == [sink]
 
 
-def test_a_red_robots_start_is_checked_where_it_stands(game):
-    """Its entry has the start as blue, so the message has both poses."""
+def test_the_start_of_a_red_robot_is_checked_on_the_red_side(game):
+    """The entry gives the start for blue, so the message has both poses."""
     x, y, _ = INSIDE[game.name]
     with pytest.raises(ConfigError) as caught:
         Match(game, robots=(RobotEntry(alliance="red", start=INSIDE[game.name]),))
@@ -135,7 +135,7 @@ def test_invalid_entries_and_games_are_refused(make, said):
         make()
 
 
-def test_an_error_in_a_script_propagates_and_leaves_nothing_open():
+def test_an_error_in_a_script_propagates_and_closes_everything():
     def script(robot):
         yield from robot.wait(0.1)
         raise RuntimeError("student bug")
@@ -150,7 +150,7 @@ def test_an_error_in_a_script_propagates_and_leaves_nothing_open():
         seen[0].world.step(0.02)
 
 
-def test_a_sink_that_fails_to_close_does_not_keep_others_open():
+def test_a_sink_that_fails_to_close_does_not_prevent_others_from_closing():
     class Full(MemorySink):
         def close(self):
             raise OSError("disk full")

@@ -1,4 +1,4 @@
-"""Repeatability for a seed: in another process, after other matches, after a reset; a second auto starts at zero."""
+"""A seed repeats a match: in another process, after other matches and after a reset; a second auto starts at zero."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
 SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
-"""Times until random numbers have had an effect [s]."""
+"""Time after which random numbers have had an effect [s]."""
 
 CODE = """
 import sys
@@ -58,12 +58,12 @@ def test_sinks_do_not_change_the_match(game, tmp_path):
 
 
 def test_queries_of_the_rules_change_nothing(game):
-    """Displays query the worth of pieces, the game message and counts; the match stays the same."""
+    """Displays query piece values, the game message and counts; the match stays the same."""
     check_questions(game, next(iter(game.autos)), seconds=1.0)
 
 
-def test_a_change_of_only_a_pieces_status_changes_the_digest(game):
-    """Status is part of the state: a piece in the robot differs from one with the human player."""
+def test_changing_only_the_status_of_a_piece_changes_the_digest(game):
+    """Status is part of the state: a piece in the robot differs from a piece with the human player."""
     digests = []
     for kept in (False, True):
         with Match(game, seed=1) as match:
@@ -84,7 +84,7 @@ def with_auto(game: Game, **settings) -> Match:
 
 
 def replay(match: Match, times: int, seconds: float) -> tuple[set[str], int]:
-    """Play and reset this often; return the digests, and the growth in objects after the first fifth."""
+    """Play and reset repeatedly; return the digests, and the growth in objects after the first fifth."""
     digests, start = set(), 0
     for number in range(times):
         match.reset()
@@ -98,7 +98,7 @@ def replay(match: Match, times: int, seconds: float) -> tuple[set[str], int]:
     return digests, len(gc.get_objects()) - start
 
 
-def test_a_match_that_is_reset_is_the_same_match(game, whole):
+def test_a_reset_match_repeats_exactly(game, whole):
     with with_auto(game, seed=5) as match:
         match.play(0.2)
         first = match.digest.hexdigest()
@@ -113,9 +113,9 @@ def test_a_match_that_is_reset_is_the_same_match(game, whole):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' figures of memory")
 def test_resets_leak_no_memory(game, whole):
-    """The engine's memory too, which Python does not see: 36 resets of one game, 300 of each with `--whole`.
+    """Includes the engine's memory, which Python does not track: 36 resets of one game, 300 of each with `--whole`.
 
-    PyBullet never frees the hulls of a moving shape of several: 9 KB each, 24 in a coral.
+    PyBullet never frees the hulls of a moving compound shape: 9 KB each, 24 in a coral.
     """
     if game.name != "crates" and not whole:
         pytest.skip("sampled: --whole plays all games")
@@ -134,8 +134,8 @@ def test_resets_leak_no_memory(game, whole):
         assert resident() - before < 8e6 + lost
 
 
-def test_a_second_auto_begins_at_zero(game):
-    """As in `robotpy sim`, where a driver enables auto again; pieces on the field stay where they are."""
+def test_a_second_auto_begins_with_time_and_score_at_zero(game):
+    """As in `robotpy sim`, where a driver enables auto again; pieces on the field stay in place."""
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)
@@ -153,7 +153,7 @@ def test_a_second_auto_begins_at_zero(game):
         assert match.count.is_conserved
 
 
-def test_the_end_hook_is_called_once(game):
+def test_the_end_hook_of_the_rules_is_called_once(game):
     ends = []
     with Match(game, robots=(RobotEntry(preload=0),)) as match:
         match.rules.end = lambda: ends.append(match.timer.time)  # type: ignore[method-assign]

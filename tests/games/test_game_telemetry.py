@@ -15,7 +15,7 @@ from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
-def test_a_log_read_back_shows_the_match(game, tmp_path):
+def test_a_log_read_back_equals_the_match(game, tmp_path):
     """Poses, ids, held pieces and the clock, at every tick."""
     truth = []
 
@@ -54,8 +54,8 @@ def test_a_log_read_back_shows_the_match(game, tmp_path):
     assert held_at_all > 0
 
 
-def test_the_clock_keys_are_consistent(game):
-    """Through the end of auto, the pause and into teleop."""
+def test_the_clock_keys_of_telemetry_are_consistent(game):
+    """Through the end of auto, the pause and the start of teleop."""
     sink = MemorySink()
     auto = game.clock.duration if not game.clock.phases else game.clock.phases[0].duration
     with Match(game, sinks=[sink]) as match:
@@ -75,8 +75,8 @@ def test_the_clock_keys_are_consistent(game):
 
 
 @pytest.mark.engines("bullet", "mujoco")
-def test_a_robot_at_rest_logs_nothing_but_the_clock(tmp_path):
-    """After driving and run-down: wheels, rollers and pose are at rest to the last bit."""
+def test_a_robot_at_rest_logs_only_the_clock(tmp_path):
+    """After driving and coasting down, wheels, rollers and pose are exactly at rest."""
 
     def drive_and_stop(robot, time):
         is_on = 0.0 < time < 0.4
@@ -94,5 +94,5 @@ def test_a_robot_at_rest_logs_nothing_but_the_clock(tmp_path):
     late = {key: int((column.times > 13.0).sum()) for key, column in read_log(path).columns.items()}
     assert {late.pop("Sim/Match/Time"), late.pop("Sim/Match/TimeLeft")} == {100}
     assert late.pop("Sim/Robot/EstimatedPose") < 40, "a gyro's noise, to 1 mrad"
-    late.pop("Sim/Warnings", None)  # at the end, of what fell short
-    assert sum(late.values()) <= 1, {key: count for key, count in late.items() if count}  # the period ends
+    late.pop("Sim/Warnings", None)  # shortfalls, logged at the end
+    assert sum(late.values()) <= 1, {key: count for key, count in late.items() if count}  # the end of the period

@@ -1,4 +1,4 @@
-"""Human players played by a person, by Python and NetworkTables, in both games, within the rules of the policy."""
+"""A person plays human players, by Python and NetworkTables, in both games, within the rules of the policy."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def to_teleop(match: Match) -> None:
     match.timer.start("teleop")
 
 
-def test_human_players_not_taken_over_play_on_and_refused_requests_take_over_none():
+def test_only_an_accepted_request_takes_over_a_human_player():
     def played(*commands) -> tuple[str, dict]:
         with outposts(seed=3) as match:
             for alliance, name in commands:
@@ -52,8 +52,8 @@ def test_human_players_not_taken_over_play_on_and_refused_requests_take_over_non
     assert changed != alone and stock == {"blue": 23, "red": both_throw["red"]}
 
 
-def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_wall():
-    """A robot that drives past or is full gets none; an alliance without robots throws all of its fuel."""
+def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_ones():
+    """A robot that drives past or is full gets no fuel; an alliance without robots throws all of its fuel."""
     start = (0.5, rebuilt.OUTPOST_Y, 0.0)
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(start=start, preload=0),), seed=3) as match:
         people, robot = match.rules.human_players, match.robots[0]
@@ -75,7 +75,7 @@ def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_w
         assert people.stock["blue"] == 8 and people.stock["red"] < 7
 
 
-def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
+def test_a_person_at_an_outpost_can_open_the_door_throw_and_push_fuel_out():
     with outposts(seed=6) as match:
         (text,) = said(match, ("blue", "OpenDoor"))
         assert text == "blue's human player: open the chute's door, 24 stood ready"
@@ -96,7 +96,7 @@ def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
         assert match.breakdown()["Blue/humanPlayerPoints"] == match.score.blue, "no robot has shot"
 
 
-def test_a_policy_resumes_when_handed_back_and_starts_every_new_run():
+def test_a_policy_resumes_when_handed_back_and_at_every_new_run():
     with outposts(seed=3) as match:
         match.play(1.0)
         first = match.digest.hexdigest()
@@ -117,7 +117,7 @@ def test_a_policy_resumes_when_handed_back_and_starts_every_new_run():
         assert match.digest.hexdigest() == first
 
 
-def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
+def test_a_person_can_feed_coral_at_any_time_and_throw_algae_only_in_teleop():
     x, y, yaw = station_faces("blue")["right"]
     start = (x + 3.0 * math.cos(yaw), y + 3.0 * math.sin(yaw), yaw)
     with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
@@ -144,13 +144,13 @@ def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
 
 
 def test_a_dashboard_plays_human_players_over_networktables():
-    """Pulses, manual mode and back, misspelled alliances, numbers instead of buttons."""
+    """Pulses, manual mode and back, misspelled alliances, and numbers instead of buttons."""
     folder = "/Sim/HumanPlayer/"
     with Dashboard() as board, outposts(seed=2) as match:
         client = board.client
         kept = client.get_boolean_topic(folder + "Red/OpenDoor").publish()
         kept.set(True)
-        wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first to publish it says what it is
+        wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first publisher sets the type
         wrong.set(1.0)
         board.connect(folder)
         topics = ControlTopics(match, board.server)
@@ -170,7 +170,7 @@ def test_a_dashboard_plays_human_players_over_networktables():
         assert match.control.count == 0 and not match.persons, "what was kept is no command"
         button.set(True)
         assert done(1).startswith("1 done: blue's human player: throw a fuel at the hub, ")
-        board.until(match, lambda: not button.get())  # it is let go of
+        board.until(match, lambda: not button.get())  # the button is released
         board.until(match, lambda: manual.get() and not match.persons["blue"])
         left = ready.get()
         button.set(True)

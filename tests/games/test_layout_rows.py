@@ -1,6 +1,6 @@
-"""Rows of AdvantageScope layouts: each finds its value, in logs and live, and nothing is drawn twice.
+"""Rows of AdvantageScope layouts: each key exists in logs and live, and nothing is drawn twice.
 
-The client here knows nothing but the layout: it reads topics, types and schemas as AdvantageScope does.
+The client here uses nothing but the layout; it reads topics, types and schemas as AdvantageScope does.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ TAKES = {
     "stripes": {"Number", "Boolean", "String"},
     "states": {"SwerveModuleState[]"},
 }
-"""Types that each kind of row may show. Source: `*Controller_Config.ts` of AdvantageScope."""
+"""Types that each kind of row accepts. Source: `*Controller_Config.ts` of AdvantageScope."""
 _NAMES = {"double": "Number", "int": "Number", "int64": "Number", "boolean": "Boolean", "string": "String"}
 _LISTS = ("sources", "leftSources", "rightSources", "discreteSources")
 
 
 @dataclass
 class Seen:
-    """Contents of a log or a server as a client sees them: types and last raw values by name."""
+    """Contents of a log or server as a client sees them: types and last raw values by name."""
 
     types: dict[str, str]
     values: dict[str, Any]
@@ -52,7 +52,7 @@ class Seen:
         return _NAMES.get(self.types[key], self.types[key].removeprefix("struct:"))
 
     def fields(self, name: str) -> list[str]:
-        """Return the doubles of a struct, by its schema and those of its parts."""
+        """Return the doubles of a struct by its schema, including nested structs."""
         found: list[str] = []
         for part in self.values[f"NT:/.schema/struct:{name}"].decode().split(";"):
             kind, field = part.split()
@@ -79,7 +79,7 @@ def of_log(path: Path) -> Seen:
 
 
 def of_server(instance: Any) -> Seen:
-    """Return all topics, whose names AdvantageScope writes behind `NT:`."""
+    """Return all topics, with the prefix `NT:` that AdvantageScope uses."""
     seen = Seen({}, {})
     for topic in instance.get_topics():
         name = f"NT:{topic.get_name()}"
@@ -89,7 +89,7 @@ def of_server(instance: Any) -> Seen:
 
 
 def tabs_of(layout: dict[str, Any]) -> Iterator[tuple[str, dict[str, list[dict[str, Any]]], list[str]]]:
-    """Return title, lists of sources and plain keys of each tab."""
+    """Yield title, lists of sources and plain keys of each tab."""
     (window,) = layout["hubs"]
     for tab in window["state"]["tabs"]["tabs"]:
         controller = tab["controller"]
@@ -100,7 +100,7 @@ def tabs_of(layout: dict[str, Any]) -> Iterator[tuple[str, dict[str, list[dict[s
 
 
 def require_bound(layout: dict[str, Any], seen: Seen) -> None:
-    """Check each row's key and type against those that the row takes; children follow a robot."""
+    """Check that each row has a key of an accepted type, and that components follow their robot."""
     for title, lists, plain in tabs_of(layout):
         assert len(set(plain)) == len(plain) and set(plain) <= seen.types.keys(), title
         assert all(seen.scope_type(key) in ("Number", "Boolean", "String") for key in plain)
@@ -118,7 +118,7 @@ def require_bound(layout: dict[str, Any], seen: Seen) -> None:
 
 
 def require_drawn_once(layout: dict[str, Any], seen: Seen) -> None:
-    """Check that no key is twice in a tab, and that each robot, ghost and piece has its own place."""
+    """Check that no key occurs twice in a tab, and that robots, ghosts and pieces are at distinct places."""
     for title, lists, _ in tabs_of(layout):
         keys = [row["logKey"] for rows in lists.values() for row in rows]
         assert len(set(keys)) == len(keys), title
@@ -134,13 +134,13 @@ def require_drawn_once(layout: dict[str, Any], seen: Seen) -> None:
 
 
 def apart(places: np.ndarray) -> float:
-    """Return the smallest distance between two places [m]; infinite for a single one."""
+    """Return the smallest distance between two places [m]; infinite for a single place."""
     distances = np.linalg.norm(places[:, None] - places[None], axis=2)
     return float((distances + 1e3 * np.eye(len(places))).min())
 
 
 def played(game: Any, robots: int, path: Path) -> tuple[Seen, Seen, Any]:
-    """Play until a piece flies, or for two seconds; return log, server and number of visible pieces at the end."""
+    """Play until a piece flies, or for some seconds; return log, server and the number of visible pieces at the end."""
     instance = season.ntcore.NetworkTableInstance.create()
     instance.start_local()
     memory = MemorySink()

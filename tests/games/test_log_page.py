@@ -1,4 +1,4 @@
-"""Page of a run from its log alone: equal to that of the run."""
+"""Page made from a log alone: equal to the page of the run."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ def depot(tmp_path_factory):
     return scene_of(run.match), recording, log, run.match.record.shots
 
 
-def test_numbers_poses_and_pieces_are_read_back(depot):
+def test_numbers_poses_and_pieces_of_a_log_are_read_back(depot):
     _, live, log, _ = depot
     back = recording_of(read_log(log))
     assert back.times == pytest.approx(live.times)
     for key in ("Sim/Debug/BatteryVoltage", "Sim/Score/Red", "Sim/Performance/AwakePieces"):
         assert back.series(key)[1] == pytest.approx(live.series(key)[1]), key
     assert back.poses("Sim/Robot/Pose3d")[1] == pytest.approx(live.poses("Sim/Robot/Pose3d")[1])
-    for time in (0.4, 4.8, 9.2):  # logs keep long arrays every 0.1 s, recordings every 0.04
+    for time in (0.4, 4.8, 9.2):  # logs keep long arrays every 0.1 s, recordings every 0.04 s
         key = "Sim/GamePieces/Fuel"
         assert back.array_at(key, time) == pytest.approx(live.array_at(key, time), abs=1e-5)
 
 
-def test_the_columns_of_a_log_are_what_its_snapshots_say(depot):
+def test_the_columns_of_a_log_agree_with_its_snapshots(depot):
     log = read_log(depot[2])
     back = recording_of(log)
     rows = [0, 1, 7, 200, len(back) - 1]
@@ -58,7 +58,7 @@ def test_the_columns_of_a_log_are_what_its_snapshots_say(depot):
                     assert getattr(snapshot, field)[key].tolist() == values.tolist(), key
 
 
-def test_shots_are_read_back_with_the_flights_of_the_engine(depot):
+def test_shots_of_a_log_are_read_back_with_their_flights(depot):
     scene, live, log, truth = depot
     back = recording_of(read_log(log))
     again = scene_of_log(back)
@@ -74,8 +74,8 @@ def test_shots_are_read_back_with_the_flights_of_the_engine(depot):
     assert again.goals == scene.goals
 
 
-def test_a_log_of_an_older_version_also_gives_a_page(depot, tmp_path):
-    """Without ids, results of shots, and the robot's pose estimate."""
+def test_a_log_of_an_older_version_still_gives_a_page(depot, tmp_path):
+    """Without ids, results of shots and the robot's pose estimate."""
     _, live, *_ = depot
     old = Recording()
     for snapshot in list(live.snapshots())[:50]:
@@ -87,9 +87,9 @@ def test_a_log_of_an_older_version_also_gives_a_page(depot, tmp_path):
     assert (page.pieces(0.5)[:, 3] > 0).sum() > 400 and not page.meta["tables"]
 
 
-def test_the_command_writes_the_page_next_to_the_log(depot, tmp_path, capsys):
+def test_the_view_command_writes_the_page_next_to_the_log(depot, tmp_path, capsys):
     log = tmp_path / "run.wpilog"
-    log.write_bytes(depot[2].read_bytes()[:300_000])  # its program was killed
+    log.write_bytes(depot[2].read_bytes()[:300_000])  # as if the program had been killed
     assert main(["view", "--no-browser", str(log)]) == 0
     assert {path.suffix for path in tmp_path.iterdir()} == {".wpilog", ".html"}
     said = capsys.readouterr().out
@@ -106,7 +106,7 @@ def test_logs_without_a_run_are_refused(tmp_path, capsys):
 
 
 def test_a_time_stamp_a_day_later_is_ignored(depot, tmp_path, capsys):
-    """A flipped byte must not make a run of a day: entries close in time are the run."""
+    """A flipped byte must not stretch the run to a day: only entries close in time belong to the run."""
     later = tmp_path / "later.wpilog"
     records = [struct.pack("<BBBQd", 0b0111_0000, entry, 8, 86_400_000_000, 1.0) for entry in range(1, 60)]
     later.write_bytes(depot[2].read_bytes() + b"".join(records))
@@ -114,7 +114,7 @@ def test_a_time_stamp_a_day_later_is_ignored(depot, tmp_path, capsys):
     assert "nothing was logged for over 60 s" in capsys.readouterr().err
 
 
-def test_a_full_disk_or_a_wrong_name_gives_one_message(depot, tmp_path, capsys):
+def test_a_page_that_cannot_be_written_gives_one_message(depot, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["view", "--no-browser", str(depot[2]), "--page", str(tmp_path / "file" / "x.html")]) == 1
     said = capsys.readouterr().err

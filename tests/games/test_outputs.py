@@ -1,4 +1,4 @@
-"""Outputs of a run: they exist, and no failure to write them stops the run."""
+"""Output files of a run: they exist, and no failure to write them stops the run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def outputs(capsys, *arguments: str) -> tuple[dict[str, str], str]:
 
 @pytest.fixture(scope="module")
 def depot():
-    """Return a closed auto with all recordings, and the positions of fuel at some instants."""
+    """Return a closed auto with its recording, and the positions of fuel at some times."""
     recording, truth = Recording(), {}
 
     def note(match):
@@ -48,14 +48,14 @@ def depot():
     return run, recording, truth
 
 
-def test_log_and_page_by_default(here, capsys):
+def test_a_run_writes_log_and_page_by_default(here, capsys):
     written, said = outputs(capsys)
     assert written == {kind: str(Path("out") / f"depot.{suffix}") for kind, suffix in
                        (("log", "wpilog"), ("page", "html"))}  # fmt: skip
     assert said == ""
 
 
-def test_the_recording_ends_where_the_run_ended(depot):
+def test_the_recording_ends_with_the_state_at_the_end_of_the_run(depot):
     run, recording, _ = depot
     _, rows = recording.poses("Sim/Robot/Pose3d")
     assert rows[:, :2] == pytest.approx(run.path[:, :2])
@@ -66,7 +66,7 @@ def test_the_recording_ends_where_the_run_ended(depot):
     assert battery.max() > 50.0 and (battery - drive).max() > 20.0, "mechanisms draw something too"
 
 
-def test_a_failed_test_leaves_evidence_of_a_closed_game(depot, tmp_path):
+def test_a_failed_test_leaves_a_page_even_of_a_closed_match(depot, tmp_path):
     run, recording, truth = depot
     left = save_failed_run(recording, tmp_path, name="test_x", scene=scene_of(run.match), note="assert 8 >= 20")
     assert left.problems == ()
@@ -98,7 +98,7 @@ def test_unwritable_default_files_give_one_message_and_the_run_continues(here, c
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
-def test_a_disk_full_at_the_end_costs_only_the_page(here, capsys):
+def test_a_full_disk_at_the_end_costs_only_the_page(here, capsys):
     Path("full.html").symlink_to("/dev/full")
     written, said = outputs(capsys, "--page", "full.html")
     assert set(written) == {"log"}
@@ -118,6 +118,6 @@ def test_a_disk_that_fills_up_ends_the_log_but_not_the_run(here, capsys, monkeyp
     assert said.err.count("\n") == 1 and said.err.endswith("The run goes on\n") and "No space left" in said.err
 
 
-def test_two_outputs_cannot_be_one_file(here, capsys):
+def test_two_outputs_cannot_share_a_file(here, capsys):
     assert main(["--page", "x.html", "--log", "x.html"]) == 1
     assert "log and page cannot be one file, got 'x.html' for both" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Game with placed pieces: they count, equally for red and blue."""
+"""Game with placed pieces: pieces count equally for red and blue."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLACES = tuple(
 
 
 def staging(rng, entries):
-    """Place one crate to fetch, and one that already lies turned on the dock."""
+    """Stage one crate to fetch, and one that already lies on its side on the dock."""
     lies = np.array([[0.25, 4.6, 0.5 + 0.18]])
     turned = np.array([[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]])
     return [
@@ -36,7 +36,7 @@ GAME = replace(CRATES, zones=(), places=PLACES, staging=staging, field=FIELD)
 
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
-def test_a_placed_crate_counts_in_addition_to_the_staged_one(alliance):
+def test_a_placed_crate_counts_in_addition_to_the_staged_crate(alliance):
     run = play_auto(GAME, "crate", alliance=alliance, seconds=10.0)
     with run.match as match:
         places = match.pieces.places

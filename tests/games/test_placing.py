@@ -1,4 +1,4 @@
-"""Placement of robots where they can stand, and ownership of pieces, for requests in any order."""
+"""Robots are placed only where they fit, and pieces keep one owner, for requests in any order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DEEPEST = 0.020  # [m]
 
 
 def ways_to_place(match):
-    """Return all calls that place the first robot exactly; only `reset` restarts its gyro."""
+    """Return all calls that place the first robot exactly; only `reset` restarts the gyro."""
     robot = match.robots[0]
 
     def by_command(pose):
@@ -47,7 +47,7 @@ def require_clear(match, pose):
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_a_placed_robot_overlaps_nothing_and_knows_its_pose(name, whole):
+def test_a_placed_robot_overlaps_nothing_and_reports_its_pose(name, whole):
     rng = np.random.default_rng(11)
     with Match(find_game(name), robots=(RobotEntry(), RobotEntry(alliance="red")), seed=1) as match:
         length, width = match.game.field.size
@@ -66,20 +66,20 @@ def test_a_placed_robot_overlaps_nothing_and_knows_its_pose(name, whole):
             placed += 1
             assert 0.0 <= pose[0] <= length and 0.0 <= pose[1] <= width
             require_clear(match, pose)
-            for found in (robot.chassis.pose, robot.odometry.pose):  # on an edge it turns a little as it settles
+            for found in (robot.chassis.pose, robot.odometry.pose):  # on an edge the robot turns a little as it settles
                 assert found[:2] == pytest.approx(pose[:2], abs=1e-4)
                 assert found[2] == pytest.approx(pose[2], abs=2e-3)
             assert robot.gyro.yaw == pytest.approx(pose[2] if way == robot.reset else before[1], abs=1e-9)
             soles, ground = robot.chassis.wheel_ground()
-            assert (soles[:, 2] > ground - 0.001).all(), pose  # no wheel in what it stands on
+            assert (soles[:, 2] > ground - 0.001).all(), pose  # no wheel is inside the ground
             last = match.record.robots[0].placements[-1]
             assert last.pose == robot.chassis.pose and last.reason == ("reset" if way == robot.reset else "carried")
         assert placed > 40 and match.record.robots[0].distance == 0.0
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_pieces_return_to_the_place_of_a_robot_carried_away(name):
-    """Also within a tick: only its last place is occupied."""
+def test_pieces_can_be_put_where_a_robot_stood_before_it_was_carried_away(name):
+    """Also within a tick: only the robot's last place is occupied."""
     kind = find_game(name).pieces[0].kind
     with Match(find_game(name)) as match:
         for x in (3.0, 6.0):
@@ -89,7 +89,7 @@ def test_pieces_return_to_the_place_of_a_robot_carried_away(name):
         assert match.pieces.state.pos[slots[0], :2] == pytest.approx((3.0, 5.8))
 
 
-def test_a_robot_stands_tilted_on_a_bump_and_stays_there():
+def test_a_robot_placed_on_a_bump_stands_tilted_and_stays_there():
     with Match(find_game("rebuilt")) as match:
         match.carry_to(0, (4.2, 2.5, 0.0))
         z, pitch = match.robots[0].chassis.pos[2], match.robots[0].chassis.roll_pitch_yaw[1]
@@ -99,7 +99,7 @@ def test_a_robot_stands_tilted_on_a_bump_and_stays_there():
 
 
 @pytest.mark.parametrize("place", [(0.21, 2.2, 0.0), (2.0, 0.22, 0.0), (4.44, 7.03, 0.0)])
-def test_a_place_in_a_wall_is_refused_and_a_free_one_suggested(place):
+def test_placing_a_robot_in_a_wall_is_refused_with_a_free_place(place):
     with Match(find_game("rebuilt")) as match:
         before = match.robots[0].chassis.pose
         for way in (lambda pose: match.carry_to(0, pose), match.robots[0].reset, match.robots[0].carry_to):
@@ -110,7 +110,7 @@ def test_a_place_in_a_wall_is_refused_and_a_free_one_suggested(place):
         assert match.robots[0].chassis.pose == before
 
 
-def test_a_human_player_throws_only_algae_that_it_still_has():
+def test_a_human_player_throws_only_algae_that_are_still_in_stock():
     with Match(find_game("reefscape"), seed=2) as match:
         algae = np.array([int(match.pieces.on_field("Algae")[0])])
         match.pieces.score(algae)
@@ -120,7 +120,7 @@ def test_a_human_player_throws_only_algae_that_it_still_has():
         assert match.rules.human_players.waiting_algae["red"] == 0
 
 
-def test_coral_put_down_by_people_is_taken_from_the_stations():
+def test_coral_put_down_by_people_comes_from_the_stations():
     with Match(find_game("reefscape")) as match:
         before = sum(match.rules.human_players.stock.values())
         match.pieces.put_down(match.pieces.spare("Coral", before), np.full((before, 2), 4.0))
@@ -132,7 +132,7 @@ PUT_ENGINES = pytest.mark.parametrize("engine", ["bullet", "mujoco"])
 
 
 @PUT_ENGINES
-def test_a_robot_that_changes_sides_stands_next_to_one_at_its_start(engine, caplog):
+def test_a_robot_that_changes_sides_stands_next_to_a_robot_at_its_start(engine, caplog):
     entries = [RobotEntry(start=(2.6, 5.3, 0.0), preload=0), RobotEntry(start=(2.0, 2.0, 0.0), preload=0)]
     with Match(find_game("rebuilt"), robots=entries, engine=engine) as match:
         taken = find_game("rebuilt").field.symmetry.flip_pose(2.6, 5.3, 0.0)
@@ -146,7 +146,7 @@ def test_a_robot_that_changes_sides_stands_next_to_one_at_its_start(engine, capl
 
 
 @PUT_ENGINES
-def test_all_robots_may_change_sides_at_once(engine, caplog):
+def test_all_robots_can_change_sides_at_once(engine, caplog):
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0), RobotEntry(alliance="red", preload=0)], engine=engine) as match:
         before = [robot.chassis.pose for robot in match.robots]
@@ -159,7 +159,7 @@ def test_all_robots_may_change_sides_at_once(engine, caplog):
 
 
 @PUT_ENGINES
-def test_no_robot_is_placed_at_a_cage_and_none_next_to_it_is_moved(engine):
+def test_a_robot_is_refused_at_a_cage_and_stays_where_it_is_accepted(engine):
     with Match(find_game("reefscape"), robots=[RobotEntry(start=(7.2, 2.0, 0.0), config=BARE)], engine=engine) as match:
         robot, taken = match.robots[0], 0
         for x in np.arange(8.0, 9.5, 0.25):
@@ -175,7 +175,7 @@ def test_no_robot_is_placed_at_a_cage_and_none_next_to_it_is_moved(engine):
 
 
 def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
-    """It drives at 4 m/s: in 20 ms by 80 mm."""
+    """The other robot drives at 4 m/s: 80 mm in 20 ms."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:
         driver, other = match.robots
@@ -191,7 +191,7 @@ def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
 
 
 def test_a_suggested_free_place_is_never_on_a_ramp():
-    """For a robot in REBUILT's hub, near the bump next to it, where no obstacle is."""
+    """Near the bump next to REBUILT's hub, where there is no obstacle, for a robot placed in the hub."""
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0)]) as match:
         pose = (HUB_CENTER[0], HUB_CENTER[1] + 0.9, 0.0)
@@ -199,8 +199,8 @@ def test_a_suggested_free_place_is_never_on_a_ramp():
         assert math.dist(pose[:2], (x, y)) > 0.2 and match.world.is_flat(x, y, 0.5 * math.hypot(0.8, 0.8))
 
 
-def test_no_robot_is_placed_where_the_corner_of_a_turning_one_will_be_in_the_next_tick():
-    """At 10 rad/s: 0.2 rad in 20 ms, and its side, of 0.4 m, reaches 0.4 (cos a + sin a) = 0.47 m."""
+def test_no_robot_is_placed_where_the_corner_of_a_turning_robot_will_be_in_the_next_tick():
+    """At 10 rad/s, 0.2 rad in 20 ms: a side at 0.4 m reaches 0.4 (cos a + sin a) = 0.47 m."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:
         driver, other = match.robots

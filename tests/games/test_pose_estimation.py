@@ -1,4 +1,4 @@
-"""WPILib's pose estimator on a scripted robot, fed by cameras over NetworkTables, in simulated time."""
+"""WPILib's pose estimator on a scripted robot with cameras over NetworkTables, in simulated time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-OFF = (0.4, -0.3)  # [m]; 0.5 m
+OFF = (0.4, -0.3)  # [m]; 0.5 m in all
 CAMERAS = (
     CameraConfig(
         name="limelight-two",
@@ -42,7 +42,7 @@ CAMERAS = (
 
 
 class LocalizingRobot:
-    """Robot code that drives by a script, sends its heading, and believes encoders, gyro and MegaTag 2."""
+    """Robot code that follows a script, publishes its heading, and fuses encoders, gyro and MegaTag 2."""
 
     def __init__(self, script, instance, *, sends_heading: bool) -> None:
         self._script = script
@@ -60,7 +60,7 @@ class LocalizingRobot:
         self.first_tag: float | None = None
 
     def close(self) -> None:
-        """Close the subscribers before the instance; collected later, they would close those of the next."""
+        """Close the topics before the instance; if collected later, they would close those of the next instance."""
         for topic in (*self._poses, *self._headings, *self._trust, *self._orientation):
             topic.close()
 
@@ -91,10 +91,10 @@ class LocalizingRobot:
                 if count < 1 or (count == 1 and distance > 5.0):
                     continue
                 taken = 1e-6 * frame.time - latency / 1000.0
-                # What the corners' noise does, and what 0.3 degrees of gyro error do.
+                # effect of corner noise, and of a gyro error of 0.3 degrees
                 sigmas = [math.hypot(sigma, 0.005 * distance) for sigma in trust.get()[6:8]]
                 self.estimator.addVisionMeasurement(Pose2d(x, y, Rotation2d.fromDegrees(yaw)), taken, (*sigmas, 1e6))
-                if count > 1 and self._sends_heading:  # with several tags MegaTag 1 knows the heading, too
+                if count > 1 and self._sends_heading:  # with several tags MegaTag 1 also gives the heading
                     turn = Rotation2d.fromDegrees(whole.value[5])
                     sigma = math.hypot(math.radians(trust.get()[5]), 0.01)
                     self.estimator.addVisionMeasurement(Pose2d(x, y, turn), taken, (1e6, 1e6, sigma))
@@ -108,7 +108,7 @@ class LocalizingRobot:
 
 def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float = 20.0) -> LocalizingRobot:
     auto = REBUILT.auto(auto_name)
-    gc.collect()  # what other tests left of destroyed instances would close topics of this one, which gets their number
+    gc.collect()  # destroyed instances of other tests would later close topics of this one, with their number
     instance = ntcore.NetworkTableInstance.create()
     instance.startLocal()
     entry = RobotEntry(start=auto.start, preload=auto.preload, config=replace(rebuilt_robot(), cameras=cameras))
@@ -121,14 +121,15 @@ def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float
 
 
 @pytest.mark.parametrize("auto", ["depot", "tour"])
-def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto, engine_name):
-    """Under 5 cm within 2 s of seeing tags while driving, and from then on, but for single ticks in which the wheels
-    slip on a barrier or a bump: no frame can tell of the last 20 to 60 ms. On MuJoCo fuel that is pinned at the depot
-    holds the robot for seconds, with wheels that slip.
+def test_a_pose_estimator_that_starts_half_a_meter_off_converges(auto, engine_name):
+    """The error falls below 5 cm within 2 s of driving with tags in view, and stays there.
+
+    Exceptions are ticks in which wheels slip on a barrier or bump, as frames are 20 to 60 ms late. On MuJoCo, fuel
+    pinned at the depot blocks the robot for seconds while its wheels slip.
     """
     code = play(auto, sends_heading=True)
     errors, times = np.array(code.errors), np.array(code.times)
-    slipped = np.convolve(np.array(code.slips) > 0.03, np.ones(6))[: len(times)] > 0.0  # now or within 0.1 s
+    slipped = np.convolve(np.array(code.slips) > 0.03, np.ones(6))[: len(times)] > 0.0  # now or 0.1 s ago
     if engine_name == "bullet":
         slipped[:] = False
     assert errors[0] == pytest.approx(0.5)
@@ -143,9 +144,10 @@ def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto,
     assert after.max() < 0.2
 
 
-def test_with_an_integral_heading_controller_odometry_errs_only_by_drift_and_slip():
-    """60 s of circles at 2 m/s while the heading swings by 57 degrees to both sides: odometry is the true path, with
-    each part rotated by the gyro's error, except for wheel slip.
+def test_odometry_under_integral_heading_control_errs_only_by_gyro_drift_and_wheel_slip():
+    """Circles at 2 m/s for 60 s while the heading swings by 57 degrees to both sides.
+
+    Odometry is the true path with each step rotated by the gyro error, apart from wheel slip.
     """
     controller = PIDController(4.0, 2.0, 0.1)
     missed, slid, way, ahead = [], [], [0j], [8.0 + 2.0j]

@@ -1,4 +1,4 @@
-"""Laws in random games with robots of any build, and random invalid calls between ticks."""
+"""Laws hold in random games with robots of any build, and with random invalid calls between ticks."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ BROKE = {
     92: "fuel was put into a robot that lay on it",
     16: "a robot that tipped onto its back gained energy as its other side landed",
 }
-"""Seeds that once broke a law."""
+"""Seeds that once broke a law, with the reason."""
 
 
 @pytest.mark.parametrize("seed", BROKE)
-def test_laws_hold_in_a_random_game_and_a_repeat_is_identical(seed, whole, engine_name):
+def test_all_laws_hold_in_a_random_game_and_a_repeat_is_identical(seed, whole, engine_name):
     first = random_games.play(seed, engine_name)
     if whole or seed == 7:
         assert random_games.play(seed, engine_name) == first
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_invalid_public_calls_are_refused_and_end_no_tick(seed, whole, engine_name):
+def test_invalid_public_calls_raise_errors_and_never_break_a_tick(seed, whole, engine_name):
     assert not random_calls.play(seed, calls=600 if whole else 100)

@@ -1,4 +1,4 @@
-"""Scripted autos on the field of REBUILT: scores, and limits for robots and fuel."""
+"""Scripted autos on the field of REBUILT: scores, and limits on robots and fuel."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ AUTOS = ["depot", "neutral", "tour"]
 
 @pytest.fixture(scope="module")
 def played(engine_name):
-    """Return runs by auto."""
+    """Return a run of each auto, by name."""
     return {auto: play("rebuilt", auto) for auto in AUTOS}
 
 
-def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
+def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two_fuel(played):
     report = played["depot"].run.report
     assert 20 <= report.score.blue <= 32
     assert report.pieces.staged == 504
@@ -35,7 +35,7 @@ def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
     assert report.sim_seconds == 20.0 and report.ticks == 1000
 
 
-def test_the_neutral_auto_returns_with_more_fuel_than_its_preload(played):
+def test_the_neutral_auto_scores_more_fuel_than_its_preload(played):
     one = played["neutral"]
     x = [pose[0] for pose in one.poses]
     assert max(x) > HUB_CENTER[0] + 2.0, "it was in the neutral zone"
@@ -53,7 +53,7 @@ def test_the_tour_climbs_the_bump_and_comes_down(played):
     assert abs(poses[-1, 2]) < 0.005, "and stands on the carpet at the end"
 
 
-def test_the_tour_passes_under_the_arm_of_the_trench(played):
+def test_the_tour_passes_under_the_trench_arm(played):
     one = played["tour"]
     poses = np.array(one.poses)
     config = one.run.match.robots[0].chassis.config

@@ -1,4 +1,4 @@
-"""Fouls and the tower in matches of REBUILT: positive and negative cases of each."""
+"""Fouls and tower levels in matches of REBUILT: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ AT_TOWER = (dim.TOWER_UPRIGHT_X + 0.5 * dim.TOWER_UPRIGHT_DEPTH + HALF + 0.01, d
 
 @pytest.fixture(scope="module")
 def play():
-    """Return `play`; robots 0 and 2 are blue, 1 is red."""
+    """Yield `play`; robots 0 and 2 are blue, robot 1 is red."""
     yield from foul_trials(REBUILT, far=((2.5, 1.5, 0.0), (14.0, 6.5, 0.0), (2.5, 6.5, 0.0)))
 
 
 def free_fuel(match):
-    """Return slots of fuel in no robot."""
+    """Return slots of fuel outside robots."""
     return match.pieces.on_field()
 
 
 def shoot(match, number, *, into="blue"):
-    """Let a robot launch a fuel that falls into a hub."""
+    """Launch a fuel from a robot so that it falls into a hub."""
     slot = int(free_fuel(match)[-1])
     match.pieces.hold(np.array([slot]), number)
     match.robots[number].storage.add([slot])
@@ -49,19 +49,19 @@ def shoot(match, number, *, into="blue"):
 @pytest.mark.parametrize(
     ("ahead", "fouls"), [(0.001, 1), (-0.001, 0)], ids=["a millimeter outside of the zone", "a millimeter inside"]
 )
-def test_g407_shooting_from_outside_of_the_zone_is_a_major_foul(play, side, ahead, fouls):
+def test_g407_shooting_from_outside_the_alliance_zone_is_a_major_foul(play, side, ahead, fouls):
     pose = (LINE + HALF + ahead, 7.43, 0.0)
     match = play({0: pose}, 60.0, act=lambda match: shoot(match, 0, into=side), side=side, seconds=0.8)
     assert told(match) == [("G407", side, 15)] * fouls
     assert match.tracker.pieces[f"{side.capitalize()}Hub"] == 1
 
 
-def test_g407_applies_only_to_the_own_hub(play):
+def test_g407_applies_only_to_the_robots_own_hub(play):
     match = play({0: (LINE + 1.0, 7.43, 0.0)}, 60.0, act=lambda match: shoot(match, 0, into="red"), seconds=0.8)
     assert told(match) == [] and match.tracker.pieces["RedHub"] == 1
 
 
-def test_g403_contact_in_auto_counts_across_the_center_line(play):
+def test_g403_contact_in_auto_is_a_foul_beyond_the_center_line(play):
     across = {1: (MIDDLE - HALF - 0.3, 1.0, math.pi), 0: (MIDDLE - 3 * HALF - 0.4, 1.0, 0.0)}
     assert told(play(across, 5.0, drive=PUSH)) == [("G403", "red", 15)]
     assert told(play(across, 60.0, drive=PUSH)) == [], "in teleop they may"
@@ -71,7 +71,7 @@ def test_g403_contact_in_auto_counts_across_the_center_line(play):
 
 
 @pytest.mark.parametrize("side", ["blue", "red"])
-def test_g420_contact_with_a_robot_at_its_tower_in_the_last_30_s_whoever_starts_it(play, side):
+def test_g420_contact_with_a_robot_at_its_tower_in_the_last_30_s_is_a_foul_whoever_starts_it(play, side):
     other = "red" if side == "blue" else "blue"
     poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + 0.1, AT_TOWER[1], math.pi)}
     drive = {0: (0.3, 0.0, 0.0), 1: (1.0, 0.0, 0.0)}
@@ -82,7 +82,7 @@ def test_g420_contact_with_a_robot_at_its_tower_in_the_last_30_s_whoever_starts_
 
 
 def test_g420_gives_level_3_to_a_robot_off_the_carpet_and_does_not_apply_to_partners(play, monkeypatch):
-    """30 points, whatever its final position."""
+    """The touched robot gets 30 points whatever its final position."""
     poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + 0.1, AT_TOWER[1], math.pi)}
     partners = {0: AT_TOWER, 2: poses[1]}
     drive = {0: (0.3, 0.0, 0.0), 1: (1.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0)}
@@ -93,8 +93,8 @@ def test_g420_gives_level_3_to_a_robot_off_the_carpet_and_does_not_apply_to_part
     assert match.rules.towers.awarded == {0} and match.rules.breakdown()["Blue/endGameTowerPoints"] == 30
 
 
-def test_g420_contact_through_fuel_is_contact(play):
-    """A fuel between two robots, the one at its tower."""
+def test_g420_contact_through_fuel_counts_as_contact(play):
+    """A fuel is between two robots, one of them at its tower."""
     gap = 2 * 0.075 - 0.01
 
     def between(match):
@@ -108,7 +108,7 @@ def test_g420_contact_through_fuel_is_contact(play):
 
 
 def test_g418_a_robot_held_against_a_wall_for_three_seconds_is_pinned(play):
-    """Attributed to the robot that pushes; a robot that does not try to move is not pinned."""
+    """The pushing robot gets the foul; a robot that does not try to move is not pinned."""
     poses = {0: (6.5, HALF + 0.02, 0.0), 1: (6.5, 3 * HALF + 0.06, -math.pi / 2)}
     drive = {0: (0.0, 2.0, 0.0), 1: (2.5, 0.0, 0.0)}
     match = play(poses, 60.0, drive=drive, seconds=3.6)
@@ -119,7 +119,7 @@ def test_g418_a_robot_held_against_a_wall_for_three_seconds_is_pinned(play):
     assert told(play(poses, 60.0, drive={1: (0.6, 0.0, 0.0)}, seconds=3.6)) == []
 
 
-def test_g419_two_robots_in_both_trenches_close_off_the_side(play):
+def test_g419_two_robots_in_both_trenches_commit_a_foul_every_three_seconds(play):
     trenches = {0: (dim.TRENCH_X, dim.TRENCH_LEFT_Y, 0.0), 2: (dim.TRENCH_X, dim.TRENCH_RIGHT_Y, 0.0)}
     assert told(play(trenches, 60.0, seconds=2.8)) == []
     match = play(trenches, 60.0, seconds=3.4)
@@ -130,7 +130,7 @@ def test_g419_two_robots_in_both_trenches_close_off_the_side(play):
     assert told(play(one, 60.0, seconds=3.4)) == []
 
 
-def test_g415_a_deployed_intake_reaches_into_an_opponent(play):
+def test_g415_a_deployed_intake_inside_an_opponent_is_a_foul(play):
     def reach(match):
         for _ in range(60):
             match.robots[0].mechanisms["intake_deploy"].set_volts(8.0)
@@ -146,8 +146,8 @@ def test_g415_a_deployed_intake_reaches_into_an_opponent(play):
     assert told(play(gap, 60.0, drive=PUSH)) == []
 
 
-def test_g408_a_robot_catches_and_keeps_fuel_out_of_a_hub(play):
-    """Held for more than a moment; a robot may keep fuel that has touched the carpet."""
+def test_g408_catching_and_keeping_fuel_out_of_a_hub_is_a_foul(play):
+    """The robot must hold the fuel for more than a moment; fuel that has touched the carpet may be kept."""
 
     def emerge(*, met=True, falls=False, held=0.8):
         def act(match):
@@ -178,7 +178,7 @@ def test_g408_a_robot_catches_and_keeps_fuel_out_of_a_hub(play):
     assert told(play(poses, 60.0, act=emerge(falls=True))) == [], "it fell off the robot first"
 
 
-def test_g405_the_first_fuel_shot_over_the_guardrail_is_minor_and_the_next_major(play):
+def test_g405_the_first_fuel_shot_over_the_guardrail_is_a_minor_foul_and_the_next_a_major_one(play):
     def over(match):
         for number in range(2):
             slot = int(free_fuel(match)[-1 - number])
@@ -193,17 +193,17 @@ def test_g405_the_first_fuel_shot_over_the_guardrail_is_minor_and_the_next_major
     assert told(match) == [("G405", "blue", 5), ("G405", "blue", 15)]
 
 
-def test_g405_counts_per_robot_and_only_fuel_that_touched_nothing():
+def test_g405_counts_per_robot_and_only_for_fuel_that_touched_nothing():
     with RebuiltSim(robots=[RobotEntry(preload=0), RobotEntry(preload=0)]) as match:
         fouls = match.rules.fouls
         for slot, (robot, untouched) in enumerate(((0, True), (1, True), (0, False), (1, True))):
             fouls._shots[slot] = robot, False
             fouls.left_field(slot, untouched=untouched)
-        fouls.left_field(8, untouched=True)  # nobody shot it
+        fouls.left_field(8, untouched=True)  # no robot shot it
         assert [foul[2] for foul in told(match)] == [5, 5, 15]
 
 
-def test_g419_starts_again_after_a_gap_and_ignores_moving_robots(play):
+def test_g419_the_three_seconds_restart_after_a_gap(play):
     trenches = {0: (dim.TRENCH_X, dim.TRENCH_LEFT_Y, 0.0), 2: (dim.TRENCH_X, dim.TRENCH_RIGHT_Y, 0.0)}
 
     def twice(match):
@@ -218,7 +218,7 @@ def test_g419_starts_again_after_a_gap_and_ignores_moving_robots(play):
 
 
 def test_g419_also_applies_to_bumps_with_robots_at_rest(play):
-    """Both bumps of a side; robots that drive through the trenches side by side at 0.6 m/s close nothing off."""
+    """Both bumps of a side; robots that drive side by side through the trenches at 0.6 m/s commit no foul."""
     bumps = {0: (dim.BUMP_X, dim.BUMP_LEFT_Y, 0.0), 2: (dim.BUMP_X, dim.BUMP_RIGHT_Y, 0.0)}
     assert told(play(bumps, 60.0, seconds=3.2)) == [("G419", "blue", 15)]
     before = dim.TRENCH_X - 0.5 * dim.TRENCH_DEPTH - HALF
@@ -228,7 +228,7 @@ def test_g419_also_applies_to_bumps_with_robots_at_rest(play):
 
 
 def test_fuel_at_rest_no_longer_belongs_to_its_shooter(play):
-    """G405 and G407 apply to the shooter; a robot that moves the fuel later has not shot it."""
+    """G405 and G407 apply to the shooter; a robot that moves the fuel later did not shoot it."""
 
     def rest(match):
         slot = int(free_fuel(match)[-1])
@@ -241,11 +241,11 @@ def test_fuel_at_rest_no_longer_belongs_to_its_shooter(play):
     assert told(play({}, 60.0, act=rest)) == []
 
 
-# --- fuel, tower and the sheet --------------------------------------------------------------------------------------
+# --- fuel, tower and score sheet --------------------------------------------------------------------------------------
 
 
 def drop(match, alliance, time):
-    """Let a fuel pass the throat of a hub at about a time of the match [s]; return its points."""
+    """Return the points of a fuel that passes the throat of a hub at a match time [s]."""
     begin(match, time)
     match.rules.hubs.count("blue", 5.0)
     match.rules.hubs.count("blue", 5.0)
@@ -262,13 +262,13 @@ def drop(match, alliance, time):
         ("... a tenth later it has not", "blue", 35.8, 0),
     ],
 )
-def test_hubs_count_as_their_sensors_see_the_fuel(sentence, alliance, time, points):
+def test_a_hub_counts_fuel_by_the_time_at_which_its_sensors_detect_it(sentence, alliance, time, points):
     with RebuiltSim() as match:
         assert drop(match, alliance, time) == points, sentence
 
 
-def test_a_human_players_throw_counts_in_auto():
-    """G402 allows fuel that human players enter in auto."""
+def test_fuel_thrown_by_a_human_player_counts_in_auto():
+    """G402 allows human players to enter fuel in auto."""
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(preload=0),), seed=2) as match:
         match.play(20.0)
         thrown = 24 - match.rules.human_players.stock["blue"]
@@ -279,7 +279,7 @@ def test_a_human_players_throw_counts_in_auto():
 
 def test_the_score_sheet_adds_up_and_gives_the_ranking_points():
     with RebuiltSim(robots=(RobotEntry(), RobotEntry(alliance="red"), RobotEntry())) as match:
-        match.rules.event = EventSettings(traversal=60)  # each threshold is met and no more
+        match.rules.event = EventSettings(traversal=60)  # each threshold is met exactly
         begin(match, 165.94)
         for alliance, count in (("red", 100), ("blue", 360)):
             for _ in range(count):
@@ -300,7 +300,7 @@ def test_the_score_sheet_adds_up_and_gives_the_ranking_points():
 
 
 @pytest.mark.parametrize("totals", [(7, 7), (8, 7)])
-def test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessment(totals):
+def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one_each(totals):
     with RebuiltSim() as match:
         match.tracker.add("blue", totals[0])
         match.tracker.add("red", totals[1])
@@ -311,7 +311,7 @@ def test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessmen
         assert (rows["Blue/rp"], rows["Red/rp"]) == ((1, 1) if totals == (7, 7) else (3, 0))
 
 
-def test_auto_only_counts_level_1():
+def test_in_auto_only_level_1_counts():
     """15 points, however high a robot is at 0:00."""
     with RebuiltSim(robots=(RobotEntry(preload=0),)) as match:
         begin(match, 19.99)
@@ -321,7 +321,7 @@ def test_auto_only_counts_level_1():
         assert match.rules.towers.points("blue") == (15, 0)
 
 
-def test_auto_counts_at_most_two_robots_on_level_1_and_no_carried_robot():
+def test_the_tower_counts_at_most_two_robots_in_auto_and_no_carried_robot():
     robots = tuple(RobotEntry(preload=0) for _ in range(3))
     with RebuiltSim(robots=robots) as match:
         towers = match.rules.towers
@@ -334,7 +334,7 @@ def test_auto_counts_at_most_two_robots_on_level_1_and_no_carried_robot():
         assert towers.points("blue") == (30, 20 + 30)
 
 
-def test_g414_a_partner_carried_off_the_carpet_loses_its_tower_points():
+def test_g414_a_robot_carried_by_its_partner_loses_its_tower_points():
     robots = (RobotEntry(preload=0), RobotEntry(preload=0))
     with RebuiltSim(robots=robots) as match:
         below, above = match.robots
@@ -345,8 +345,8 @@ def test_g414_a_partner_carried_off_the_carpet_loses_its_tower_points():
         assert match.rules.towers.carried == {1}
 
 
-def test_a_robot_on_the_tower_until_the_end_of_the_assessment_gets_its_level():
-    """A robot placed hanging at the height of the low rung falls 2.5 s after the match and has no level."""
+def test_a_robot_needs_its_tower_level_until_the_end_of_the_assessment():
+    """A robot that hangs at the low rung but falls 2.5 s after the match has no level."""
     with RebuiltSim(robots=(RobotEntry(start=AT_TOWER, preload=0),)) as match:
         levels = {True: 1, False: 0}
         hangs = True

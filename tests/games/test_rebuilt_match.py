@@ -1,4 +1,4 @@
-"""Match of REBUILT: fuel, human players, and fuel out of the hubs."""
+"""Match of REBUILT: fuel, human players, and fuel leaving the hubs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from simcore.units import inches
 # --- robots and fuel ----------------------------------------------------------------------------------------------
 
 
-def test_a_hub_lets_fuel_out_of_one_opening_and_at_most_ten_a_second():
+def test_a_hub_releases_fuel_through_one_opening_at_no_more_than_ten_a_second():
     rng = np.random.default_rng(1)
     out = np.array([hub_exit("blue", rng)[0] for _ in range(500)])
     assert np.abs(out[:, 1] - dim.HUB_CENTER[1]).max() < 0.5 * inches(35.6) - FUEL.bounding_radius + 1e-3
@@ -42,8 +42,8 @@ def test_a_hub_lets_fuel_out_of_one_opening_and_at_most_ten_a_second():
         assert left[-1] == 0 and max(a - b for a, b in zip(left, left[5:], strict=False)) <= 1
 
 
-def test_two_hundred_fuel_per_hub_are_counted_and_return_red_as_blue_rotated():
-    """With equal random numbers in both hubs red's exits are blue's, rotated, within 1 mm after a tick."""
+def test_two_hundred_fuel_per_hub_are_counted_and_returned_with_red_as_blue_rotated():
+    """With equal random numbers in both hubs, red's exits are blue's rotated, within 1 mm after a tick."""
     empty = replace(REBUILT, staging=lambda rng, entries: [], preload=0)
     with Match(empty, options=["hub_exits"], robots=(RobotEntry(preload=0, start=(1.0, 1.0, 0.0)),)) as match:
         pieces, ways = match.pieces, match.rules.ways
@@ -113,7 +113,7 @@ def test_a_human_player_takes_corral_fuel_and_opens_the_door_for_a_waiting_robot
         (Staging(neutral=10, depot=2, chute=1, robots=1), 8, 24, 14),
     ],
 )
-def test_counts_are_configurable_and_add_up(staging, preload, total, on_field):
+def test_staging_counts_are_configurable_and_add_up(staging, preload, total, on_field):
     with RebuiltSim(staging=staging, robots=(RobotEntry(preload=preload),)) as match:
         fuel = match.count
         assert (fuel.staged, fuel.on_field, fuel.held, fuel.off_field) == (total, on_field, preload, 2 * staging.chute)
@@ -123,7 +123,7 @@ def test_counts_are_configurable_and_add_up(staging, preload, total, on_field):
 
 
 def test_game_data_follows_an_auto_started_by_a_driver_station():
-    """Practice for a while, then a match: game data comes with teleop, from the auto fuel of this match alone."""
+    """Practice first, then a match: game data appears in teleop and depends on auto fuel of this match alone."""
     with RebuiltSim() as match:
         match.play(0.5)
         match.start_mode("auto")
@@ -133,6 +133,6 @@ def test_game_data_follows_an_auto_started_by_a_driver_station():
         match.play(0.1)
         match.start_mode("teleop")
         assert match.timer.time == pytest.approx(23.0)
-        assert match.rules.game_data() == "R"  # red scored more, so its hub is off first
+        assert match.rules.game_data() == "R"  # red scored more, so red's hub is inactive first
         match.start_mode("auto")
         assert match.rules.game_data() == ""

@@ -21,8 +21,8 @@ FOLDER = ROOT / "models" / "rebuilt" / "advantagescope"
 COMPONENTS = rebuilt_robot().components
 
 
-def test_the_field_is_where_the_dimensions_say():
-    """Through the same transforms as the view's: the model's red wall is at -x, so blue comes back to x = 0."""
+def test_the_field_model_agrees_with_the_dimensions():
+    """With the transforms of the view: the model's red wall is at -x, so blue is at x = 0."""
     field = load_models(FOLDER).field
     assert field.size == pytest.approx((dim.FIELD_LENGTH, dim.FIELD_WIDTH), abs=1e-4)
     scene = trimesh.load_scene(field.body.path)
@@ -42,8 +42,8 @@ def test_the_field_is_where_the_dimensions_say():
     assert ball.extents == pytest.approx([0.15] * 3, abs=8e-3)
 
 
-def test_tags_and_driver_stations_stand_where_they_are_on_the_field():
-    """In the frame of the model: origin in the middle, the red wall at -x."""
+def test_the_field_model_has_tags_and_driver_stations_at_their_places():
+    """In the frame of the model: the origin is in the middle and the red wall at -x."""
     config = json.loads((FOLDER / "Field3d_SimcoreRebuilt" / "config.json").read_text())
     blue = [(8.28, -3.08), (8.28, -1.25), (8.28, 1.83)]
     stations = [*blue, *((-x, -y) for x, y in blue)]
@@ -54,7 +54,7 @@ def test_tags_and_driver_stations_stand_where_they_are_on_the_field():
     assert len(shown) == len(layout.getTags()) == 32 and {tag["variant"] for tag in shown.values()} == {"36h11-6.5in"}
     for tag in layout.getTags():
         turn = Rotation3d()
-        for step in shown[tag.ID]["rotations"]:  # one after the other, about fixed axes
+        for step in shown[tag.ID]["rotations"]:  # in sequence, about fixed axes
             axis = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}[step["axis"]]
             turn = turn.rotateBy(Rotation3d(np.array(axis, dtype=float), math.radians(step["degrees"])))
         own = Pose3d(Translation3d(*shown[tag.ID]["position"]), turn)

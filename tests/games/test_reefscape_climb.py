@@ -1,4 +1,4 @@
-"""Climbs of the 2025 game: swinging cages, deep and shallow, and judging at the end."""
+"""Climbs in the 2025 game: swinging cages, deep and shallow, and judging at the end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RAISED = replace(
     mechanisms=reefscape_robot().mechanisms
     | {"climber": replace(reefscape_robot().mechanisms["climber"], start_height=0.55)},
 )
-"""Robot of the game with its hook up."""
+"""Robot of the game with a raised hook."""
 
 
 def entry(alliance, cage):
@@ -29,7 +29,7 @@ def entry(alliance, cage):
 
 
 def climber(match, number, falls_at=math.inf):
-    """Back into the cage, pull up, and then cut the motors; one of the robots lets go later."""
+    """Back into the cage, pull up and cut the motors; release at `falls_at` [s]."""
 
     def control(robot, time):
         volts = 0.0 if time > 4.8 else -12.0 if time > 2.2 else 0.0
@@ -41,7 +41,7 @@ def climber(match, number, falls_at=math.inf):
 
 @pytest.fixture(scope="module")
 def hung():
-    """Let four robots climb in the last seconds: two deep, two shallow, one of which lets go at the end."""
+    """Climb with four robots in the last seconds: two on deep and two on shallow cages, one of which lets go."""
     entries = (entry("blue", 2), entry("red", 2), entry("blue", 1), entry("red", 3))
     options = ("blue_cage_1_shallow", "red_cage_3_shallow")
     with Match(REEFSCAPE, robots=entries, options=options) as match:

@@ -1,4 +1,4 @@
-"""Geometric fouls of the 2025 game: positive and negative cases of each."""
+"""Geometric fouls in the 2025 game: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HALF = 0.4
 
 @pytest.fixture(scope="module")
 def play():
-    """Return `play`; robots 0 and 2 are blue, 1 is red."""
+    """Yield `play`; robots 0 and 2 are blue, robot 1 is red."""
     yield from foul_trials(REEFSCAPE, far=((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0)))
 
 
@@ -29,7 +29,7 @@ OPEN = ((7.0, 2.0, 0.0), (7.0 - 2 * HALF - 0.1, 2.0, 0.0))
 
 
 @pytest.mark.parametrize("side", ["blue", "red"])
-def test_g427_contact_with_an_opponent_in_its_reef_zone(play, side):
+def test_g427_contact_with_an_opponent_in_its_reef_zone_is_a_foul(play, side):
     other = "red" if side == "blue" else "blue"
     push = {1: (1.0, 0.0, 0.0)}
     match = play({0: AT_REEF, 1: BEHIND}, 60.0, drive=push, side=side)
@@ -48,7 +48,7 @@ def test_g427_contact_with_an_opponent_in_its_reef_zone(play, side):
     assert match.contacts.robots and told(match) == [], "a partner may"
 
 
-def test_g425_a_pin_of_three_seconds_and_again_three_seconds_later(play):
+def test_g425_a_pin_is_a_foul_after_three_seconds_and_again_three_seconds_later(play):
     poses = {0: (6.8, HALF + 0.02, 0.0), 1: (6.8, 3 * HALF + 0.06, -math.pi / 2)}
     drive = {0: (0.0, 2.0, 0.0), 1: (2.5, 0.0, 0.0)}
     match = play(poses, 60.0, drive=drive, seconds=3.6)
@@ -69,7 +69,7 @@ def test_auto_contact_is_a_foul_only_beyond_the_barge(play):
 
 
 def test_touching_an_opponents_cage_is_a_foul(play):
-    """G405 in auto, G418 in teleop, which grants the barge ranking point; the own cage may be touched."""
+    """G405 in auto; G418 in teleop, which grants the barge ranking point. A robot's own cages may be touched."""
 
     def at(cage):
         return (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[cage], math.pi)
@@ -85,9 +85,9 @@ def test_touching_an_opponents_cage_is_a_foul(play):
 
 
 def test_touching_a_climber_in_the_end_game_is_a_foul(play):
-    """G428 for contact with a robot at its cage; before the end game that is G427.
+    """G428 for contact with a robot at its cage; before the end game the rule is G427.
 
-    On MuJoCo the cage swings away for a tick, so that G427 follows as well.
+    On MuJoCo the cage swings away for a tick, so G427 follows as well.
     """
 
     def beside(cage):
@@ -101,7 +101,7 @@ def test_touching_a_climber_in_the_end_game_is_a_foul(play):
     assert told(play(beside(2), 60.0, drive=drive, seconds=0.7)) == [("G427", "red", 6)]
 
 
-def test_g409_more_than_one_coral_or_one_algae(play):
+def test_g409_holding_more_than_one_coral_or_one_algae_is_a_foul(play):
     def take(*kinds):
         def act(match):
             state, robot = match.pieces.state, match.robots[0]
@@ -125,7 +125,7 @@ def test_g409_more_than_one_coral_or_one_algae(play):
 
 
 def test_taking_a_coral_off_the_opponents_reef_grants_them_the_ranking_point(play):
-    """G410; taking one off the own reef is allowed."""
+    """G410; a robot may take coral off its own reef."""
 
     def put_and_take(number):
         def act(match):
@@ -165,8 +165,8 @@ def test_g410_also_applies_to_a_coral_knocked_off_the_opponents_reef(play, robot
     assert told(play({}, 60.0, act=fall, seconds=0.1)) == fouls
 
 
-def test_launching_coral_outside_of_the_own_reef_zone_is_a_foul(play):
-    """G412 for a launched coral; a released one drops where the robot is."""
+def test_launching_coral_outside_the_robots_own_reef_zone_is_a_foul(play):
+    """G412 for launched coral; released coral drops where the robot is."""
 
     def let_go(speed):
         def act(match):
@@ -187,7 +187,7 @@ def test_launching_coral_outside_of_the_own_reef_zone_is_a_foul(play):
 
 
 def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
-    """G411 once the algae rests; an algae next to the reef is no foul."""
+    """G411 once the algae is at rest; algae next to the reef is no foul."""
 
     def lay(number, where):
         def act(match):
@@ -209,7 +209,7 @@ def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
     assert told(play({}, 60.0, act=lay(1, (x + beside, y, 0.21)), seconds=0.6)) == [], "on the carpet of its zone"
 
 
-def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):
+def test_a_second_robot_beyond_the_barge_is_fouled_again_every_three_seconds(play):
     """G421: minor, then major every three seconds."""
     poses = {0: (11.0, 7.0, 0.0), 2: (11.0, 1.0, 0.0)}
     match = play(poses, 60.0, seconds=6.1)

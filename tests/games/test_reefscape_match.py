@@ -24,7 +24,7 @@ FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", 
 
 
 def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
-    """Return slots of pieces off the field; for algae, which are all on it, some of red's half."""
+    """Return slots of pieces off the field; for algae, which are all on it, slots in red's half."""
     number = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
     state = match.pieces.state
     if kind == "Algae":
@@ -33,7 +33,7 @@ def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
 
 
 def put_on(match: Match, number: int, level: int) -> int:
-    """Put a coral on one of blue's branches, to slide on and come to rest; return its slot."""
+    """Release a coral at one of blue's branches so that it slides on and comes to rest; return its slot."""
     start, tip = (np.array(end) for end in branch_ends(number, level))
     way = (tip - start) / np.linalg.norm(tip - start)
     tilt = math.acos(way[2])
@@ -51,7 +51,7 @@ def rows(match: Match, prefix: str = "Blue/") -> dict[str, int]:
 
 
 def test_coral_counts_by_level_and_period_and_loses_its_points_when_it_falls():
-    """One coral per level in auto, including the trough; the same again in teleop; then a robot takes one off."""
+    """One coral per level in auto, including the trough, and again in teleop; then a robot takes one off."""
     with Match(REEFSCAPE, robots=FAR) as match:
         slots = {level: put_on(match, 2 * level, level) for level in (2, 3, 4)}
         lying = np.array([[*(math.sin(math.pi / 4) * np.array([1.0, 0.0, 0.0])), math.cos(math.pi / 4)]])
@@ -81,7 +81,7 @@ def test_coral_counts_by_level_and_period_and_loses_its_points_when_it_falls():
 
 
 def test_human_players_feed_waiting_robots_and_throw_processed_algae():
-    """A robot without coral at a station gets one; algae through blue's processor come from red's human in teleop."""
+    """A robot without coral at a station gets one; red's human player throws algae from blue's processor in teleop."""
     x, y, yaw = station_faces("blue")["right"]
 
     def wait(robot):
@@ -120,8 +120,8 @@ def test_human_players_feed_waiting_robots_and_throw_processed_algae():
 
 
 @pytest.mark.parametrize(("speed", "comes_off"), [(0.1, False), (2.0, True)])
-def test_reef_algae_stay_until_a_force_exceeds_their_hold(speed, comes_off):
-    """v sqrt(k m) of the pair: 4 N at 0.1 m/s, 85 N at 2 m/s; 15 to 30 N hold them."""
+def test_reef_algae_stay_in_place_until_a_force_exceeds_their_hold(speed, comes_off):
+    """v sqrt(k m) of the pair is 4 N at 0.1 m/s and 85 N at 2 m/s; algae hold 15 to 30 N."""
     from games.reefscape.staging import reef_algae_places
 
     with Match(REEFSCAPE, robots=FAR) as match:
@@ -131,7 +131,7 @@ def test_reef_algae_stay_until_a_force_exceeds_their_hold(speed, comes_off):
         assert np.array_equal(state.pos[match.pieces.on_field("Algae")], places)
         place = reef_algae_places()[0]
         slot = int(np.argmin(np.linalg.norm(state.pos - place, axis=1)))
-        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 0.3]]))  # 7 N for a tick
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 0.3]]))  # 7 N during a tick
         assert state.status[slot] == PieceStatus.ASLEEP
         other = next(s for s in match.pieces.on_field("Algae").tolist() if state.pos[s, 2] < 0.6)
         out = place - np.array([*dim.REEF_CENTER, place[2]])
@@ -147,7 +147,7 @@ def test_reef_algae_stay_until_a_force_exceeds_their_hold(speed, comes_off):
         assert state.vel[slot, 2] == 0.3, "once it is free, anything moves it"
 
 
-def test_stocks_add_up_to_126_coral_and_18_algae():
+def test_the_stocks_add_up_to_126_coral_and_18_algae():
     with Match(REEFSCAPE) as match:
         assert (match.count.staged, match.count.held) == (144, 1)
         assert len(match.pieces.on_field("Coral")) == 6 and len(match.pieces.on_field("Algae")) == 18
@@ -155,11 +155,11 @@ def test_stocks_add_up_to_126_coral_and_18_algae():
         assert not len(match.pieces.awake)
 
 
-# --- sentences of the manual that points hang on -----------------------------------------------------------------
+# --- scoring rules of the manual --------------------------------------------------------------------------------------
 
 
 def process(match: Match, alliance: str, count: int) -> None:
-    """Let algae come through an alliance's processor in teleop."""
+    """Score algae through an alliance's processor in teleop."""
     zone = next(z for z in match.game.zones if z.alliance == alliance and "Algae" in z.kinds)
     algae = match.pieces.on_field("Algae")[:count]
     for slot in algae:
@@ -167,8 +167,8 @@ def process(match: Match, alliance: str, count: int) -> None:
         match.rules.scored(ScoreEvent(match.time, zone.name, alliance, zone.points, int(slot)))
 
 
-def test_coral_is_judged_three_seconds_after_auto_and_match_end():
-    """7 for the highest level in auto, 5 in teleop, nothing after the assessment; an algae in the processor is 6."""
+def test_coral_is_judged_three_seconds_after_auto_and_after_the_match():
+    """Level 4 is worth 7 in auto, 5 in teleop and 0 after the assessment; an algae in the processor is worth 6."""
     processor = next(zone for zone in REEFSCAPE.zones if "Algae" in zone.kinds)
     place = next(place for place in REEFSCAPE.places if place.name == "Blue A L4")
     with Match(REEFSCAPE, robots=FAR) as match:
@@ -182,8 +182,8 @@ def test_coral_is_judged_three_seconds_after_auto_and_match_end():
             assert (match.tracker.totals["blue"] - before, match.rules.worth(processor)) == (coral, algae), time
 
 
-def test_ranking_points_of_coral_and_barge_have_their_thresholds():
-    """Five coral on each of four levels, not four; 14 points at the barge: a deep cage and a parked robot."""
+def test_coral_and_barge_ranking_points_need_their_thresholds():
+    """Five coral on each of four levels; 14 points at the barge by a deep cage and a parked robot."""
     with Match(REEFSCAPE, robots=(FAR[0], RobotEntry(start=(7.0, 5.0, 0.0), preload=0))) as match:
         for count, ends, met in ((5, ("DeepCage", "Parked"), 1), (4, ("DeepCage", "None"), 0)):
             for level in ("BlueL2", "BlueL3", "BlueL4", "BlueL1"):
@@ -193,8 +193,8 @@ def test_ranking_points_of_coral_and_barge_have_their_thresholds():
             assert (found.get("coralBonusAchieved", 0), found.get("bargeBonusAchieved", 0)) == (met, met)
 
 
-def test_trough_coral_counts_at_auto_value_up_to_the_number_at_the_end_of_auto():
-    """Two in auto, at 3 points each; of four the others are worth 2, and a single remaining one counts as auto's."""
+def test_trough_coral_keeps_its_auto_value_up_to_the_count_at_the_end_of_auto():
+    """With two in auto at 3 points each, any more are worth 2; a single remaining one counts as scored in auto."""
     with Match(REEFSCAPE, robots=FAR) as match:
         match.rules._auto_count["BlueL1"] = 2
         for now, points in ((4, (6, 4)), (2, (6, 0)), (1, (3, 0)), (0, (0, 0))):
@@ -204,7 +204,7 @@ def test_trough_coral_counts_at_auto_value_up_to_the_number_at_the_end_of_auto()
 
 @pytest.mark.parametrize(("blue", "red", "is_met"), [(2, 2, True), (2, 1, False), (3, 0, False)])
 def test_coopertition_needs_two_algae_from_both_alliances(blue, red, is_met):
-    """Manual 6.5.4: both alliances; then three full levels suffice for the coral ranking point."""
+    """Manual 6.5.4; with coopertition, three full levels suffice for the coral ranking point."""
     with Match(REEFSCAPE, robots=FAR) as match:
         show_time(match, 60.0)
         process(match, "blue", blue)
@@ -229,7 +229,7 @@ def test_parking_counts_only_at_the_end_of_the_match(time, points):
 
 @pytest.mark.parametrize(("blue", "red", "points"), [(8, 7, (3, 0)), (7, 7, (1, 1)), (7, 8, (0, 3))])
 def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one(blue, red, points):
-    """Three seconds after its end: until then pieces and robots may still fall."""
+    """The assessment takes three seconds, in which pieces and robots may still fall."""
     with Match(REEFSCAPE, robots=FAR) as match:
         match.tracker.add("blue", blue)
         match.tracker.add("red", red)
@@ -238,8 +238,8 @@ def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one(blu
             assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == given
 
 
-def test_leaving_requires_all_of_the_bumpers():
-    """Manual, leave points: off the starting line, which is 2 in wide up to 299.438 in, to whichever side."""
+def test_leaving_requires_all_bumpers_off_the_starting_line():
+    """Manual, leave points: the line is 2 in wide, up to 299.438 in; a robot may leave to either side."""
     near, far, half = inches(297.438), inches(299.438), 0.4
     with Match(REEFSCAPE, robots=FAR) as match:
         for x, has_left in (
@@ -250,8 +250,8 @@ def test_leaving_requires_all_of_the_bumpers():
             assert match.rules._has_left(match.robots[0]) == has_left, f"center at {x:.3f} m"
 
 
-def test_the_auto_ranking_point_needs_all_robots_to_leave_and_a_coral():
-    """Manual, ranking points of auto: a robot that has left alone still gets 3 points."""
+def test_the_auto_ranking_point_needs_all_robots_to_leave_and_one_coral():
+    """Manual, ranking points of auto: a single robot that leaves still scores 3 points."""
     entries = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(start=(7.0, 5.0, 0.0), preload=0))
     with Match(REEFSCAPE, robots=entries) as match:
         for left, coral, is_met in ((2, 1, True), (1, 1, False), (2, 0, False)):
@@ -262,7 +262,7 @@ def test_the_auto_ranking_point_needs_all_robots_to_leave_and_a_coral():
 
 
 @pytest.mark.parametrize(("height", "end"), [(0.0, "Parked"), (0.05, "DeepCage")])
-def test_a_robot_on_a_cage_has_no_wheel_on_the_carpet(height, end):
+def test_a_robot_with_a_wheel_on_the_carpet_is_not_on_its_cage(height, end):
     start = (dim.CAGE_X - 1.0, dim.CAGE_YS[1], math.pi)
     with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
         robot = match.robots[0]
@@ -272,18 +272,18 @@ def test_a_robot_on_a_cage_has_no_wheel_on_the_carpet(height, end):
         assert match.rules._end_of(robot) == end
 
 
-def test_human_players_only_feed_their_own_alliance():
-    """An empty red robot waits at blue's station: nobody drops a coral."""
+def test_human_players_feed_only_their_own_alliance():
+    """An empty red robot waits at blue's station and gets no coral."""
     x, y, yaw = REEFSCAPE.field.symmetry.flip_pose(*station_faces("blue")["right"])
-    start = (x + 0.6 * math.cos(yaw), y + 0.6 * math.sin(yaw), yaw)  # as a blue one; it is red's, so at blue's station
+    start = (x + 0.6 * math.cos(yaw), y + 0.6 * math.sin(yaw), yaw)  # blue, mirrored: at blue's station
     with Match(REEFSCAPE, robots=(RobotEntry(alliance="red", start=start, preload=0),)) as match:
         before = dict(match.rules.human_players.stock)
         match.play(2.5)
         assert match.robots[0].chassis.pose[0] < 2.0 and dict(match.rules.human_players.stock) == before
 
 
-def test_an_algae_cannot_give_a_lodged_one_more_momentum_than_it_has():
-    """Thrown from below and outside, nothing else moves: both together never have more energy than at the throw."""
+def test_a_thrown_algae_and_a_lodged_one_never_gain_energy_together():
+    """Thrown from below and outside while nothing else moves; their energy never exceeds that at the throw."""
     with Match(REEFSCAPE, robots=[RobotEntry(start=(7.2, 2.0, 0.0))]) as match:
         for seed, (speed, up) in enumerate(((3.3, 0.6), (9.0, 0.35), (9.0, 0.5), (10.0, 0.8))):
             match.reset(seed)

@@ -1,4 +1,4 @@
-"""Coral on branches of the reef: released next to them, tilted, and while a robot bumps into the reef."""
+"""Coral on branches of the reef: released with errors, and while a robot bumps into the reef."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from simcore.pieces.pool import PieceStatus
 from simcore.world.rotation import from_rpy, multiply
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
-_BEFORE = 0.01  # [m], from a branch's end to the near end of the coral
-_SPEED = {4: 0.0, 3: 1.0, 2: 1.0}  # [m/s], along the branch; on level 4 it falls
+_BEFORE = 0.01  # [m], from the end of a branch to the near end of the coral
+_SPEED = {4: 0.0, 3: 1.0, 2: 1.0}  # [m/s], along the branch; on level 4 the coral falls
 _JITTER = 0.002  # [m], standard deviation
 
 
 def branch(number: int, level: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the outward yaw of one of blue's branches [rad], its end [m], and the way along it to there."""
+    """Return the outward yaw of one of blue's branches [rad], its tip [m], and its direction toward the tip."""
     start, tip = (np.array(end) for end in branch_ends(number, level))
     return math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6]), tip, (tip - start) / np.linalg.norm(tip - start)
 
 
 def taken(match: Match, count: int) -> np.ndarray:
-    """Return slots of coral off the field; remove the algae."""
+    """Return slots of coral off the field and remove the algae."""
     state = match.pieces.state
     match.pieces.score(np.nonzero(state.kind == 1)[0])
     return np.nonzero((state.kind == 0) & (state.status == PieceStatus.STAGED))[0][:count]
 
 
 def let_go(level: int, aside: float = 0.0, tilt: float = 0.0, pitch: float = 0.0) -> tuple[float, float]:
-    """Release a coral at each of blue's branches of a level, with errors of its place and axis.
+    """Release a coral at each of blue's branches of a level, with errors of position and axis.
 
     Args:
         level: Level, 2 to 4.
         aside: Error along the reef's face [m].
         tilt: Error of the coral's axis to that side [rad].
-        pitch: Error of the axis in the upright plane of the branch, the outer or upper end outward and down [rad].
+        pitch: Error of the axis in the vertical plane of the branch, outer or upper end outward and down [rad].
 
     Returns:
-        Share that stays, and distance of the center of the outermost coral from the end of its branch, inward [m].
+        Fraction that stays, and the inward distance of the outermost coral's center from its branch tip [m].
     """
     rng = np.random.default_rng(0)
     with Match(REEFSCAPE, robots=FAR, seed=0) as match:
@@ -66,8 +66,8 @@ def let_go(level: int, aside: float = 0.0, tilt: float = 0.0, pitch: float = 0.0
 
 
 @pytest.mark.engines("bullet", "mujoco")
-def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
-    """30 mm are free in its bore: with 20 mm aside all stay, with 51 mm none."""
+def test_a_coral_stays_on_a_branch_within_the_clearance_of_its_bore(whole, engine_name):
+    """The bore has 30 mm of clearance: with an error of 20 mm all coral stay, with 51 mm none."""
     if engine_name == "mujoco" and not whole:
         pytest.skip("sampled: --whole plays on both engines")
     assert let_go(4, 0.8 * 0.0254)[0] == 1.0
@@ -78,8 +78,8 @@ def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
     assert inward == pytest.approx(0.134, abs=0.003), "in, to the riser"
 
 
-def test_a_robot_that_bumps_the_reef_moves_no_coral():
-    """Every branch holds a coral except every second upright end, which has one across: those may fall."""
+def test_a_robot_that_bumps_the_reef_dislodges_no_coral():
+    """Every branch holds a coral, except that every second upright tip has one across, which may fall."""
     spots = [(number, level, False) for level in (2, 3, 4) for number in range(level == 4, 12, 1 + (level == 4))]
     spots += [(number, 4, True) for number in range(0, 12, 2)]
     speed = 2.5

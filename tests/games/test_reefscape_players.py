@@ -1,4 +1,4 @@
-"""Whole matches of REEFSCAPE with scripted players: coral scores, nothing is lost, each role does its task."""
+"""Whole matches of REEFSCAPE with scripted players: coral scores, no piece is lost, and each role does its task."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _engine(engine_name, whole):
         pytest.skip("sampled: --whole plays on both engines")
 
 
-def test_six_robots_score_coral_lose_nothing_and_repeat(whole):
+def test_six_robots_score_coral_lose_no_piece_and_repeat(whole):
     def look(match):
         count = match.count
         assert count.is_conserved and count.staged == 144, f"{match.time} s: {count}"
@@ -78,7 +78,7 @@ def test_a_lowered_claw_takes_a_coral_off_the_carpet_unless_it_holds_one(preload
         assert len(match.pieces.on_field("Coral")) == 5 + preload
 
 
-def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net():
+def test_an_algae_player_fills_the_processor_until_coopertition_and_then_the_net():
     with match_of(REEFSCAPE, {"blue": "algae:4"}, at=MATCH.start("teleop")) as match:
         match.play(45.0)
         rows = match.rules.breakdown()
@@ -87,7 +87,7 @@ def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net
 
 @pytest.mark.parametrize("level", [2, 4])
 def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
-    """It crosses between its cages and makes contact without G425, G427 and G418."""
+    """The defender crosses between its cages and makes contact without G425, G427 or G418."""
     with match_of(REEFSCAPE, {"blue": "scorer:2", "red": f"defender:{level}"}, at=MATCH.start("teleop")) as match:
         touches = 0
         for _ in range(2250):

@@ -1,4 +1,4 @@
-"""Both AprilTag layouts of 2025 on the field: tags face outward where the dimensions say, and cameras see them."""
+"""Both 2025 AprilTag layouts on the field: tags face outward where the dimensions put them, and cameras see them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simcore.world.symmetry import FieldSymmetry
 
 BLUE_REEF = dict(zip((18, 19, 20, 21, 22, 17), dim.REEF_FACE_YAWS_DEG, strict=True))
 RED = {1: 13, 2: 12, 3: 16, 4: 15, 5: 14, 6: 19, 7: 18, 8: 17, 9: 22, 10: 21, 11: 20}
-"""Blue tag that each red tag corresponds to."""
+"""Blue tag that corresponds to each red tag."""
 
 
 def direction(yaw: float) -> tuple[float, float, float]:
@@ -28,7 +28,7 @@ def direction(yaw: float) -> tuple[float, float, float]:
 
 @pytest.mark.parametrize(("name", "off"), [("2025-welded", 0.004), ("2025-andymark", 0.074)])
 def test_tags_face_outward_on_the_reef_the_stations_and_the_processor(name, off):
-    """The field follows the welded layout to 4 mm; AndyMark's processors stand 7 cm, its stations 3 cm aside."""
+    """The field follows the welded layout to 4 mm; on AndyMark fields processors are 7 cm and stations 3 cm off."""
     layout = tag_layout(name, REEFSCAPE.field.size)
     assert layout.id_list == list(range(1, 23)) and layout.field_size == pytest.approx(REEFSCAPE.field.size, abs=0.011)
     wanted = {}
@@ -51,8 +51,8 @@ def test_tags_face_outward_on_the_reef_the_stations_and_the_processor(name, off)
         assert symmetry.flip_vectors(layout.normals[rows[1:]])[0] == pytest.approx(layout.normals[rows[0]], abs=1e-3)
 
 
-def test_a_match_follows_the_welded_layout_and_takes_the_other_by_name():
-    """In front of the blue reef's face to the alliance wall; the reef blocks the view."""
+def test_a_match_follows_the_welded_layout_by_default_and_another_by_name():
+    """The camera is between the alliance wall and the blue reef, which hides the tags on the far side."""
     assert REEFSCAPE.field.tags == "2025-welded"
     eye = CameraConfig(name="eye", type=limelight_type("LL4"), mount=CameraMount(x=0.2, z=0.4))
     entry = RobotEntry(start=(2.2, 4.0, 0.0), config=replace(reefscape_robot(), cameras=(eye,)), preload=0)

@@ -1,4 +1,4 @@
-"""Zone above the field that accepts rising pieces: scripts and the shooter table shoot at it."""
+"""Zone above the field that accepts rising pieces: scripts and the shooter table aim at it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def game(*, downward):
 
 
 @pytest.mark.parametrize("downward", [False, True])
-def test_a_script_shoots_upward_if_the_zone_accepts_it_and_logs_once_why_not(downward, caplog):
+def test_a_script_shoots_upward_only_at_a_zone_that_accepts_rising_shots(downward, caplog):
     def script(robot):
         yield from robot.shoot_until_empty(TARGET, timeout=4.0)
 

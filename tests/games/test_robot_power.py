@@ -1,4 +1,4 @@
-"""Brown-outs and disabling stop everything that a roboRIO stops; custom fields work."""
+"""Brownouts and disabling stop everything that a roboRIO stops; custom fields work."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_a_disabled_robot_coasts_and_continues_when_enabled_again(match):
 
 
 def test_a_brownout_stops_everything_on_the_robot():
-    """A roboRIO whose brown-out level exceeds this battery's voltage never enables its outputs."""
+    """With a brownout level above the battery's voltage, a roboRIO never enables its outputs."""
     weak = replace(rebuilt_robot(), battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
     entry = RobotEntry(preload=0, config=weak)
     with RebuiltSim(robots=(entry,), staging=NO_FUEL, controllers=[spin]) as match:
@@ -76,14 +76,14 @@ def full_speed(robot, time):
 @pytest.mark.parametrize(
     ("limits", "battery", "way", "has_brownouts"),
     [
-        ({}, BatteryConfig(), 7.5, False),  # as Phoenix 6 delivers a TalonFX
+        ({}, BatteryConfig(), 7.5, False),  # Phoenix 6 defaults of a TalonFX
         (UNLIMITED, BatteryConfig(), 7.0, True),
-        ({}, BatteryConfig(resistance=0.028, initial_charge=0.5), 5.0, True),  # 0.03: under 4.5 V for 17 ms, a reset
+        ({}, BatteryConfig(resistance=0.028, initial_charge=0.5), 5.0, True),  # at 0.03: below 4.5 V for 17 ms, a reset
         (UNLIMITED, BatteryConfig(resistance=0.08, initial_charge=0.2, reset_hold=0.1), 0.5, True),
     ],
 )
-def test_any_robot_starts_at_full_speed_and_logs_brownouts(limits, battery, way, has_brownouts, caplog):
-    """2 s at 12 V from rest. Brown-outs last from heartbeat to heartbeat; a line has time and cause, one the count."""
+def test_any_robot_accelerates_at_full_voltage_and_logs_its_brownouts(limits, battery, way, has_brownouts, caplog):
+    """2 s at 12 V from rest. A brownout lasts one heartbeat; a line gives time and cause, another the count."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **limits)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=battery)
     log = MemorySink()
@@ -99,7 +99,7 @@ def test_any_robot_starts_at_full_speed_and_logs_brownouts(limits, battery, way,
     if not has_brownouts:
         assert spent.brownouts == 0 and not any(low_ticks) and lowest > 6.75 and said == []
         return
-    # a battery behind its resistance, and four motors as resistors
+    # battery behind its resistance, and four motors as resistors
     r = battery.resistance + battery.recovery_resistance
     stalled = module.drive_motor.resistance / 4.0
     assert lowest > battery.empty_voltage * stalled / (stalled + r)
@@ -114,7 +114,7 @@ def test_any_robot_starts_at_full_speed_and_logs_brownouts(limits, battery, way,
 
 
 def test_a_weak_battery_resets_the_roborio_and_stops_the_robot(caplog):
-    """80 mohm and motors without limits leave 1.5 V for a heartbeat: the roboRIO boots, and nothing moves meanwhile."""
+    """80 mohm and motors without limits leave 1.5 V for a heartbeat: the roboRIO reboots and motors stay off."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **UNLIMITED)
     weak = BatteryConfig(resistance=0.08, initial_charge=0.2)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=weak)
@@ -130,7 +130,7 @@ def test_a_weak_battery_resets_the_roborio_and_stops_the_robot(caplog):
 def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
     """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; after release it recovers.
 
-    The voltage is that of the heartbeat before a brown-out; in the next one the motors are off.
+    The voltage is that of the heartbeat before a brownout; in the next one the motors are off.
     """
     kraken, battery = motor("Kraken X60"), BatteryConfig(resistance=0.02, reset_hold=100.0)
     drivetrain = TankConfig(
@@ -149,7 +149,7 @@ def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
             volts.append((spent.tick_min_voltage, drive.bus_voltage, drive.supply_current))
         stalled = kraken.resistance / 12.0
         expected = battery.full_voltage * stalled / (stalled + battery.resistance)
-        assert min(volts)[0] == pytest.approx(expected, rel=0.03) and np.isfinite(volts).all()  # bumpers give a little
+        assert min(volts)[0] == pytest.approx(expected, rel=0.03) and np.isfinite(volts).all()  # bumpers yield a little
         assert spent.brownouts == 25, "on for one heartbeat, off for the next"
         match.carry_to(0, (8.0, 4.0, 0.0))
         match.set_controller(0, None)
@@ -160,8 +160,8 @@ def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
     assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
 
 
-def test_a_custom_field_needs_no_built_in_names(tmp_path: Path):
-    """A box and a ridge; the ridge has the name of a built-in bump, so robots drive over it."""
+def test_a_custom_field_mesh_needs_no_built_in_names(tmp_path: Path):
+    """A box and a ridge with the name of a built-in bump, over which robots drive."""
     corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     box = [(4, 3, 2, 1), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
 
@@ -178,8 +178,8 @@ def test_a_custom_field_needs_no_built_in_names(tmp_path: Path):
         assert [element.name for element in match.field.elements] == ["post", "my_bump_1"]
 
 
-def test_mechanisms_load_the_battery_and_estimates_do_not(match):
-    """Wheels that spin up pull the battery down by current times resistance, in the same tick."""
+def test_mechanisms_load_the_battery_but_estimated_ones_do_not(match):
+    """Wheels that spin up lower the voltage by current times resistance, in the same tick."""
     from simcore.robot.gearbox import GearboxConfig
     from simcore.robot.mechanisms import ShaftSim
 
@@ -191,7 +191,7 @@ def test_mechanisms_load_the_battery_and_estimates_do_not(match):
     match.tick()
     shooter, battery = robot.mechanisms["shooter"], robot.battery
     assert shooter.supply_current > 10.0 and estimate.supply_current > 100.0
-    # In the last millisecond of the tick; motors and battery agree on a voltage to 0.1 mV.
+    # in the last millisecond of the tick; motors and battery agree on a voltage to 0.1 mV
     assert battery.current == pytest.approx(float(shooter.record["supply"][0]), rel=1e-4)
     assert battery.current == pytest.approx(shooter.supply_current, rel=0.02)
     assert battery.voltage == pytest.approx(battery.open_voltage - battery.config.resistance * battery.current)

@@ -1,4 +1,4 @@
-"""Consistency of a run's figures on console, JSON, page, log, layout and a row of a sweep."""
+"""Figures of a run agree on console, JSON, page, log, layout and a row of a sweep."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ EXAMPLE = PACKAGES / "examples" / "rebuilt_robot"
 
 @dataclass(frozen=True)
 class Figures:
-    """Figures as people read them; None if an output does not show one."""
+    """Figures as printed; None if an output does not show the figure."""
 
     blue: int | None = None
     red: int | None = None
@@ -54,7 +54,7 @@ class Figures:
 
 
 def require_same(told: dict[str, Figures]) -> None:
-    """Check that no outputs contradict each other, and that at least two show each figure."""
+    """Check that outputs agree and that at least two show each figure."""
     for name in Figures.__dataclass_fields__:
         values = {output: getattr(figures, name) for output, figures in told.items()}
         values = {output: value for output, value in values.items() if value is not None}
@@ -62,7 +62,7 @@ def require_same(told: dict[str, Figures]) -> None:
 
 
 def number(pattern: str, text: str) -> int:
-    """Return a number from a text, 0 if the text omits it."""
+    """Return the number that a pattern captures in a text; 0 without a match."""
     found = re.search(pattern, text)
     return int(next(filter(None, found.groups()))) if found else 0
 
@@ -86,7 +86,7 @@ def of_page(path: Path) -> Figures:
     facts = {name.removesuffix(", robot 0"): value for name, value in page.facts.items()}
     hits, shots = map(int, facts.get("shots hit", "0 of 0").split(" of "))
     taken = next((int(value) for name, value in facts.items() if name.endswith("taken in")), 0)
-    # The same in the table of shots, and in what is drawn
+    # also in the table of shots, and in the drawn shots
     results = [shot["result"] for shot in page.meta["shots"]]
     assert shots == len(results) and hits == results.count("hit")
     assert taken == len(page.meta["taken"])
@@ -138,7 +138,7 @@ def of_layout(path: Path) -> set[str]:
 
 
 def of_chart(recording: Recording, scene, lowest: float, *, within: float = 6e-4) -> Figures:
-    """Return figures of the battery chart, which has millivolts: compare before rounding to two decimals."""
+    """Return the figure of the battery chart, which has millivolts, compared before rounding to two decimals."""
     (battery,) = (chart for chart in charts_of(RunTrack(recording, scene)) if chart.title.startswith("Battery"))
     assert battery.curves[0].values.min() == pytest.approx(lowest, abs=within)
     return Figures(volts=f"{lowest:.2f}")
@@ -198,7 +198,7 @@ def of_row(row) -> Figures:
 
 
 def played(tmp_path: Path, game: str, auto: Auto | str, *, seconds: float, alliance="blue", **settings):
-    """Return an auto with all of its outputs, and distance and lowest voltage as observed from tick to tick."""
+    """Return the figures of an auto from all outputs, with distance and lowest voltage as observed at each tick."""
     recording, log = Recording(), tmp_path / "run.wpilog"
     places, volts = [], []
 
@@ -235,8 +235,8 @@ def test_all_outputs_of_an_auto_agree(tmp_path, game, auto, alliance, seconds):
     assert float(told["console"].driven) > 1.0 and (game == "reefscape" or told["console"].shots > 5)
 
 
-def test_a_placed_robot_has_not_driven_the_distance(tmp_path):
-    """The battery is fresh afterwards; the lowest voltage before stays in the record."""
+def test_carrying_a_robot_adds_nothing_to_its_distance(tmp_path):
+    """The battery is fresh afterwards; its lowest voltage before stays in the record."""
     depot = GAMES["rebuilt"].auto("depot")
 
     def put_twice(match, alliance):
@@ -273,7 +273,7 @@ def live(key):
 def test_scores_a_lot(sim):
     sim.alliance("red")
     sim.autonomous("depot", seconds=SECONDS)
-    sim.disable(seconds=3.0)  # until what it shot has been counted: NetworkTables lags by up to 0.1 s
+    sim.disable(seconds=3.0)  # until the shots have been counted: NetworkTables lags by up to 0.1 s
     Path("live.json").write_text(json.dumps({
         "blue": live("Score/Blue"), "red": live("Score/Red"), "shots": live("Shots"), "hits": live("Hits"),
         "taken": live("TakenIn"), "driven": f"{live('Robot/DistanceDriven'):.1f}",
@@ -297,7 +297,7 @@ def needs_robot_packages() -> None:
 
 @pytest.mark.slow
 def test_the_page_of_a_failed_test_agrees_with_test_and_networktables(tmp_path):
-    """Recorded ten times a second; shots come and go between two rows, and the battery is lowest."""
+    """Recorded ten times a second: shots begin and end between two rows, and so does the lowest battery voltage."""
     needs_robot_packages()
     project = tmp_path / "project"
     shutil.copytree(EXAMPLE, project, ignore=shutil.ignore_patterns("tests", "test_output", "out", "__pycache__"))
@@ -321,7 +321,7 @@ def test_the_page_of_a_failed_test_agrees_with_test_and_networktables(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_sweep_row_agrees_with_its_match():
+def test_a_sweep_row_has_consistent_figures():
     needs_robot_packages()
     from simcore.sweep.api import sweep
     from simcore.sweep.experiment import Experiment

@@ -1,4 +1,4 @@
-"""Matches with scatter: exact without, repeatable with, nothing lost, and red equal to blue."""
+"""Matches with scatter: exact at zero, repeatable, without loss of pieces, and equal for red and blue."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.match.scatter import Scatter
 
-SECONDS = 1.6  # the first shots of the autos that begin with them
+SECONDS = 1.6  # includes the first shots of autos that begin with shooting
 
 
 def played(game: str, **settings):
@@ -34,8 +34,8 @@ def test_zero_scatter_equals_no_scatter_and_a_seed_repeats_the_match():
 
 
 @pytest.mark.parametrize("game", ["rebuilt", "crates"])
-def test_red_is_blue_with_the_same_scatter(game):
-    """Rotated in one game, mirrored in the other, where sideways errors are those of the mirrored robot."""
+def test_a_red_match_is_the_blue_one_mirrored_with_the_same_scatter(game):
+    """Rotated in one game and mirrored in the other, where sideways errors are those of the mirrored robot."""
     symmetry = GAMES[game].field.symmetry
     scatter = Scatter() if symmetry.keeps_hands else replace(Scatter.none(), start_position=0.02, start_heading=0.02)
     blue, red = (played(game, seed=4, alliance=alliance, scatter=scatter) for alliance in ("blue", "red"))
@@ -46,8 +46,8 @@ def test_red_is_blue_with_the_same_scatter(game):
         assert symmetry.flip_points(np.array([point]))[0] == pytest.approx(red_point, abs=2e-3)
 
 
-def test_a_human_players_timing_follows_the_scatter():
-    """A robot that waits at a station and takes nothing in: one coral falls every 1.1 s times the factor."""
+def test_the_timing_of_a_human_player_follows_the_scatter():
+    """A robot without an intake waits at a station: one coral falls every 1.1 s times the factor."""
     game = GAMES["reefscape"]
     robot = replace(game.robot(), intakes=(), placers=())
     scatter = replace(Scatter.none(), human_players=0.4)

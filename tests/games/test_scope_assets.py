@@ -1,4 +1,4 @@
-"""Plain AdvantageScope models of games without their own."""
+"""Plain AdvantageScope models of games without models."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from simcore.show.scope_layout import game_snapshot, scope_layout
 from simcore.show.view_models import load_models
 
 
-def test_a_game_gets_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
-    """Elements of the engine are where the models show them, in the field frame."""
+def test_a_game_without_models_gets_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
+    """Models show the engine's elements at their places in the field frame."""
     folders = write_assets(game, tmp_path)
     assert [path.is_dir() for path in folders] == [True] * 3
     assert check_folder(tmp_path, parts=0) == []

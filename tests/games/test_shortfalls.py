@@ -1,4 +1,4 @@
-"""Explanations of runs without intake or shots where the reason is known; none for successful runs."""
+"""Explanations of runs without intake or shots where the cause is known; none for successful runs."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ CASES = {
         r"the program believes to be at \(5\.80, 3\.00\) m, and the robot is at \(5\.80, 1\.00\) m",
     ),
 }
-"""Volts of mechanisms, other differences, and the message."""
+"""Voltages of mechanisms, further settings and the expected message."""
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_each_shortfall_gives_one_message(case):
-    """In a corner without fuel."""
+    """The robot is in a corner without fuel."""
     volts, more, said = CASES[case]
     entry = RobotEntry(start=(5.8, 1.0, 0.0), preload=more.get("preload", 0), config=more.get("config"))
     with Match(REBUILT, robots=[entry], seed=1) as match:
@@ -93,7 +93,7 @@ def test_a_successful_run_reports_no_shortfall():
 
 @pytest.mark.parametrize("period", [0.02, 0.7])
 def test_log_and_page_report_the_shortfall(tmp_path, period):
-    """Also one that is not due in the last tick; a closed sink accepts nothing more."""
+    """Also between two due rows; a closed sink accepts nothing more."""
     log, closed = tmp_path / "run.wpilog", MemorySink()
     sinks = [WpilogSink(log, period=period), closed]
     with Match(REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0))], sinks=sinks) as match:

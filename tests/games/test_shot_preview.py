@@ -1,4 +1,4 @@
-"""Preview of a shot compared with the shot: equal flight and verdict."""
+"""Preview of a shot compared with the shot: equal flight and result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from simcore.show.shot_preview import ShotPreview
 
 
 def aim(speed: float, hood: float, gate: float):
-    """Hold the shooter at an exit speed [m/s] and a hood angle [rad]; feeders at a speed [rad/s]."""
+    """Return a controller that holds an exit speed [m/s], a hood angle [rad] and a feeder speed [rad/s]."""
 
     def controller(robot, time: float) -> None:
         shooter = robot.shooters[0].config
@@ -39,13 +39,13 @@ def distance(point, line) -> float:
     [((2.5, 4.03, 0.0), 7.2, True), ((2.5, 4.03, 0.0), 5.0, False), ((2.5, 4.03, math.pi), 7.2, False)],
 )
 def test_a_shot_matches_its_preview(start, speed, scores) -> None:
-    """Within 6 cm, as wheels slow down in the tick of the shot; the preview includes hits via the funnel."""
+    """Within 6 cm, as the wheels slow down in the tick of the shot; the preview includes hits via the funnel."""
     with RebuiltSim(robots=(RobotEntry(start=start),)) as match:
         match.set_controller(0, aim(speed, 0.75, 0.0))
         match.play(0.1)
         preview = ShotPreview(match)
         before = match.digest.hexdigest()
-        aim(speed, 0.75, 0.0)(match.robots[0], 0.0)  # a tick's friction has slowed the wheels
+        aim(speed, 0.75, 0.0)(match.robots[0], 0.0)  # friction has slowed the wheels within a tick
         (path,) = preview.complete()
         assert match.digest.hexdigest() == before and match.count.is_conserved, "the match is only looked at"
         match.set_controller(0, aim(speed, 0.75, 20.0))
@@ -61,7 +61,7 @@ def test_a_shot_matches_its_preview(start, speed, scores) -> None:
     assert max(gaps) < 0.06, gaps
 
 
-def test_no_preview_without_a_shooter_or_with_slow_wheels() -> None:
+def test_there_is_no_preview_without_a_shooter_or_with_slow_wheels() -> None:
     with Match.bare() as match:
         assert ShotPreview(match).complete() == []
     with RebuiltSim() as match:

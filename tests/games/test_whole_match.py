@@ -1,4 +1,4 @@
-"""Whole matches of scripted players: nothing is lost, runs repeat, and each role does its task."""
+"""Whole matches of scripted players: no fuel is lost, runs repeat, and each role does its task."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def test_no_fuel_is_lost_at_any_tick(whole):
             assert rows["Blue/totalPoints"] == match.score.blue and rows["Red/totalPoints"] == match.score.red
 
 
-def test_a_collector_follows_the_shifts():
-    """In shifts 1 and 3 the hub of the auto leader is off: a player that knows it does not shoot then."""
+def test_a_collector_does_not_shoot_while_its_hub_is_inactive():
+    """In shifts 1 and 3 the hub of the auto leader is inactive."""
     with played({"blue": "collector:3"}, at=MATCH.start("shift 1") + 4.0) as match:
         match.rules.hubs.fuel["blue"]["auto"] = 1
         match.play(14.0)
@@ -72,7 +72,7 @@ def test_a_shuttle_throws_fuel_into_its_alliance_zone():
 
 
 def test_a_defender_keeps_an_opponent_busy_without_a_foul():
-    """It makes contact, but neither pins (G418) nor reaches into the other robot (G415)."""
+    """The defender makes contact, but neither pins (G418) nor reaches into the other robot (G415)."""
     with played({"blue": "collector:2", "red": "defender:3"}, at=MATCH.start("transition")) as match:
         touches = 0
         for _ in range(1000):
@@ -83,8 +83,8 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul():
 
 
 @pytest.mark.parametrize("under", [[(0.0, 0.0)], [(0.3, -0.17)], [(0.02, 0.2), (0.0, -0.06), (0.3, 0.21)]], ids=str)
-def test_a_player_gets_off_the_fuel_under_its_robot(under):
-    """Placed on fuel, it drives toward its lower side until it stands on its wheels."""
+def test_a_player_drives_off_the_fuel_under_its_robot(under):
+    """Placed on fuel, the player drives toward the robot's lower side until it stands on its wheels."""
     with played({"blue": "idle"}, at=MATCH.start("transition")) as match:
         robot, pieces = match.robots[0], match.pieces
         slots = np.nonzero(pieces.on_field())[0][: len(under)]
@@ -93,7 +93,7 @@ def test_a_player_gets_off_the_fuel_under_its_robot(under):
             pieces.state.pos[slot] = 8.3 + x, 0.9 + y, 0.075
         match.world.set_pose(robot.chassis.row, (8.3, 0.9, 0.3), (0.0, 0.0, 0.0, 1.0))
         player = Player(lambda player: player.shake_off(), match, "blue", SKILLS[2], SETTINGS)
-        match.play(1.5)  # until it bounces no more
+        match.play(1.5)  # until it no longer bounces
         robot.chassis.read()
         match.set_controller(0, player)
         match.tick()
@@ -108,11 +108,11 @@ def test_a_player_gets_off_the_fuel_under_its_robot(under):
 @pytest.mark.parametrize(
     ("opponent", "at", "seconds", "rule"),
     [
-        ("collector:3", 0.0, 22.0, "G403"),  # it stays on its side of the center line as long as auto lasts
-        ("climber:3", MATCH.duration - 16.0, 15.5, "G420"),  # it leaves alone who is at the tower in the end game
+        ("collector:3", 0.0, 22.0, "G403"),  # stays on its side of the center line in auto
+        ("climber:3", MATCH.duration - 16.0, 15.5, "G420"),  # keeps away from a robot at the tower in the end game
     ],
 )
-def test_a_defender_commits_no_foul_of_its_role(opponent, at, seconds, rule):
+def test_a_defender_avoids_the_fouls_of_its_role(opponent, at, seconds, rule):
     with played({"blue": opponent, "red": "defender:4"}, at=at) as match:
         match.play(seconds)
         assert [foul for foul in match.tracker.fouls if foul.rule == rule] == []

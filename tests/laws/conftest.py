@@ -1,8 +1,8 @@
-"""Every test here runs on the physics engines that `--engine` and its marker say."""
+"""Run every test here on the physics engines that `--engine` and the test's marker select."""
 
 import pytest
 
 
 @pytest.fixture(autouse=True)
 def _engine(engine_name):
-    """Worlds of this test are of this engine."""
+    """Build the worlds of each test on the selected engine."""

@@ -1,4 +1,4 @@
-"""Our mechanisms beside wpilib's of the same plant: speeds within 0.5 %, t90 within 5 ms."""
+"""Our mechanisms against WPILib's simulations of the same plant: speeds within 0.5 %, t90 within 5 ms."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ VOLTS = [12.0] * 300 + [-6.0] * 300 + [0.0] * 300
 
 
 def compare(ours, theirs, our_speed, their_speed, *, volts=VOLTS, tolerance=0.005):
-    """Speeds side by side; tolerance is of the highest speed seen."""
+    """Compare two series of speeds; the tolerance is relative to the highest speed."""
     pairs = []
     for v in volts:
         ours.set_volts(v)
@@ -54,7 +54,7 @@ def full_battery():
 
 
 @pytest.mark.parametrize(("motors", "gearing", "inertia"), [(1, 1.0, 0.001), (4, 24 / 36, 0.02), (2, 12.0, 0.5)])
-def test_motor_matches_dc_motor_sim(motors, gearing, inertia):
+def test_a_motor_matches_dc_motor_sim(motors, gearing, inertia):
     both = DCMotor.krakenX60(motors)
     theirs = simulation.DCMotorSim(LinearSystemId.DCMotorSystem(both, inertia, gearing), both, [0.0, 0.0])
     ours = ShaftSim(GearboxConfig(motor=DCMotor.krakenX60(1), motors=motors, gearing=gearing), inertia)
@@ -62,8 +62,8 @@ def test_motor_matches_dc_motor_sim(motors, gearing, inertia):
     assert ours.position == pytest.approx(theirs.getAngularPosition(), rel=0.005)
 
 
-def test_motor_current_matches_dc_motor_sim():
-    """Theirs is of the instant, ours the mean of the step: half a step's change apart."""
+def test_the_motor_current_matches_dc_motor_sim():
+    """WPILib reports the instantaneous current, we the mean of the step: they differ by half a step's change."""
     both = DCMotor.krakenX60(4)
     theirs = simulation.DCMotorSim(LinearSystemId.DCMotorSystem(both, 0.02, 1.0), both, [0.0, 0.0])
     ours = ShaftSim(GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=1.0), 0.02)
@@ -75,7 +75,7 @@ def test_motor_current_matches_dc_motor_sim():
         assert ours.current == pytest.approx(theirs.getCurrentDraw(), abs=0.03 * 4 * both.stallCurrent / 4)
 
 
-def test_flywheel_and_its_t90_match():
+def test_a_flywheel_and_its_t90_match_flywheel_sim():
     both = DCMotor.krakenX60FOC(4)
     theirs = simulation.FlywheelSim(LinearSystemId.flywheelSystem(both, 0.02, 24 / 36), both, [0.0])
     box = GearboxConfig(motor=DCMotor.krakenX60FOC(1), motors=4, gearing=24 / 36)
@@ -84,7 +84,7 @@ def test_flywheel_and_its_t90_match():
     assert t90([a for a, _ in pairs]) == pytest.approx(t90([b for _, b in pairs]), abs=0.005)
 
 
-def test_a_weak_battery_limits_both_equally():
+def test_a_weak_battery_limits_both_simulations_equally():
     simulation.RoboRioSim.setVInVoltage(7.0)
     both = DCMotor.krakenX60(1)
     theirs = simulation.FlywheelSim(LinearSystemId.flywheelSystem(both, 0.005, 1.0), both, [0.0])
@@ -99,10 +99,10 @@ def test_a_weak_battery_limits_both_equally():
 
 @pytest.mark.parametrize(("gearing", "tolerance"), [(20.0, 0.005), (100.0, 0.01)])
 @pytest.mark.parametrize("volts", [0.0, 2.0])
-def test_arm_matches_single_jointed_arm(gearing, tolerance, volts):
-    """wpilib takes the arm as a uniform rod: J = m l^2 / 3, center at l / 2, with g = 9.8.
+def test_an_arm_matches_single_jointed_arm_sim(gearing, tolerance, volts):
+    """WPILib models the arm as a uniform rod: J = m l^2 / 3, center at l / 2, with g = 9.8.
 
-    Behind 100:1 its own integrator is 0.6 % off in the first milliseconds (ours: 2e-6, see the next test).
+    Above 100:1 WPILib's integrator is 0.6 % off in the first milliseconds (ours: 2e-6, see the next test).
     """
     length, mass = 0.5, 3.0
     inertia = mass * length**2 / 3
@@ -125,7 +125,7 @@ def test_arm_matches_single_jointed_arm(gearing, tolerance, volts):
     assert ours.position == pytest.approx(theirs.getAngle(), abs=0.002)
 
 
-def test_arm_matches_the_differential_equation():
+def test_an_arm_matches_the_differential_equation():
     motor, gearing, inertia, torque = DCMotor.krakenX60(1), 100.0, 0.25, 3.0 * GRAVITY * 0.25
     box = GearboxConfig(motor=motor, gearing=gearing)
     arm = ArmSim(ArmConfig(gearbox=box, inertia=inertia, mass=3.0, center_of_mass=0.25, min_angle=-1.5, max_angle=1.5))
@@ -142,7 +142,7 @@ def test_arm_matches_the_differential_equation():
     assert [arm.position, arm.velocity] == pytest.approx(list(exact), rel=1e-4)
 
 
-def test_arm_is_as_accurate_at_20_ms_as_at_1_ms():
+def test_an_arm_is_as_accurate_at_20_ms_as_at_1_ms():
     def end(dt):
         box = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=40.0)
         arm = ArmSim(ArmConfig(gearbox=box, inertia=0.25, mass=3.0, center_of_mass=0.25, min_angle=-1.5, max_angle=1.5))
@@ -154,8 +154,8 @@ def test_arm_is_as_accurate_at_20_ms_as_at_1_ms():
     assert end(0.02) == pytest.approx(end(0.001), rel=0.005)
 
 
-def test_elevator_matches_elevator_sim_up_down_and_at_the_stops():
-    # Time constant 9 ms; below 3 ms wpilib's integrator is 0.7 % off at a change of volts.
+def test_an_elevator_matches_elevator_sim_up_down_and_at_the_stops():
+    # Time constant 9 ms; below 3 ms WPILib's integrator is 0.7 % off after a change of voltage.
     theirs = simulation.ElevatorSim(DCMotor.krakenX60(2), 5.0, 8.0, 0.025, 0.0, 1.5, True, 0.2)
     ours = ElevatorSim(
         ElevatorConfig(
@@ -169,4 +169,4 @@ def test_elevator_matches_elevator_sim_up_down_and_at_the_stops():
     )
     compare(ours, theirs, lambda: ours.speed, theirs.getVelocity, volts=[5.0] * 300 + [-3.0] * 500)
     assert ours.height == pytest.approx(theirs.getPosition(), abs=0.005)
-    assert ours.current == pytest.approx(-theirs.getCurrentDraw(), rel=0.02)  # ours: signed as the torque
+    assert ours.current == pytest.approx(-theirs.getCurrentDraw(), rel=0.02)  # our current has the sign of the torque

@@ -1,4 +1,4 @@
-"""Balls against closed forms: flight, bounce, roll, friction, momentum, energy, walls, seams. One code, one engine."""
+"""Balls against closed forms: flight, bounce, roll, friction, momentum, energy, walls, seams (run on one engine)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ INERTIA = 0.4 * FUEL.mass * R * R
 
 
 class Scene:
-    """Balls in a world, moved by ticks."""
+    """Balls in a world that advances tick by tick."""
 
     def __init__(self, world: PhysicsWorld, places, *, kind: GamePieceConfig = FUEL, field=(60.0, 20.0)) -> None:
         self.world = world
@@ -61,7 +61,7 @@ class Scene:
             each()
 
     def advance(self, seconds: float, h: float = 0.005, each=lambda: None) -> None:
-        """By the loop alone, without sleep."""
+        """Advance the ball loop alone; no ball falls asleep."""
         self.world.balls.begin_tick([], [])
         for _ in range(round(seconds / h)):
             self.world.advance(h)
@@ -72,7 +72,7 @@ class Scene:
 
 
 def test_a_ball_falls_exactly_on_the_parabola():
-    """Drift, kick, drift is exact under constant acceleration, in whatever steps."""
+    """Drift-kick-drift is exact under constant acceleration at any step length."""
     with PhysicsWorld() as world:
         scene = Scene(world, [(2.0, 4.0, 20.0)])
         scene.set(0, (5.0, 1.0, 6.0))
@@ -83,7 +83,7 @@ def test_a_ball_falls_exactly_on_the_parabola():
 @pytest.mark.parametrize(("speed", "elevation"), [(8.0, 60.0), (12.0, 50.0), (20.0, 30.0)])
 @pytest.mark.parametrize("slope", [0.0, 1.0])
 def test_a_flight_agrees_with_the_differential_equation(speed, elevation, slope):
-    """Drag, lift by spin and fading spin; steps of 1 ms are off by k v h / 2 of the drag: 0.02 %."""
+    """Drag, lift by spin and fading spin; steps of 1 ms have a relative drag error of k v h / 2 = 0.02 %."""
     kind = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47, lift_slope=slope))
     air, angle = kind.air, math.radians(elevation)
     velocity = (speed * math.cos(angle), 0.0, speed * math.sin(angle))
@@ -111,7 +111,7 @@ def test_a_flight_agrees_with_the_differential_equation(speed, elevation, slope)
 @pytest.mark.parametrize("surface", [CARPET, WALL, BUMPER, POLYCARBONATE], ids=lambda s: s.name)
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 6.0, 10.0, 15.0])
 def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
-    """Within 0.03 at every phase of the hit within a step."""
+    """Within 0.03, wherever in a step the impact begins."""
     with PhysicsWorld(floor=surface, gravity=1e-9) as world:
         places = [(1.0 + k, 4.0, R + 0.02 + speed * 1e-3 * k / 8) for k in range(8)]
         scene = Scene(world, places)
@@ -126,7 +126,7 @@ def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
 @pytest.mark.parametrize("restitution", [0.3, 0.5, 0.55, 0.75])
 @pytest.mark.parametrize("stiffness", [FUEL.stiffness, FOAM_STIFFNESS], ids=["fuel", "dense"])
 def test_two_balls_separate_with_the_restitution_of_their_pair(speed, restitution, stiffness):
-    """Within 0.03, of 0.09 to 0.56, in steps of 1 ms and of a quarter of that."""
+    """Within 0.03 for restitutions of 0.09 to 0.56, in steps of 1 ms and of 0.25 ms."""
     kind = replace(FUEL, restitution=restitution, stiffness=stiffness)
     for h in (1e-3, 2.5e-4):
         with PhysicsWorld(floor=None, gravity=1e-9) as world:
@@ -138,8 +138,8 @@ def test_two_balls_separate_with_the_restitution_of_their_pair(speed, restitutio
             assert u.sum() == pytest.approx(speed, rel=1e-12)
 
 
-def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
-    """Both momenta to rounding; as long as they slip, the impulse along the surface is mu times the normal one."""
+def test_a_glancing_hit_of_spinning_balls_conserves_momentum_and_obeys_coulombs_law():
+    """Linear and angular momentum hold to rounding; while balls slip, the tangential impulse is mu times the normal."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         kind = replace(FUEL, friction=0.3)
         scene = Scene(world, [(2.0, 4.0, 1.0), (2.15, 4.10, 1.02)], kind=kind)
@@ -151,7 +151,7 @@ def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
 
         def look():
             away = b.pos[0] - b.pos[1]
-            n = away + last[1]  # of the middle of the step
+            n = away + last[1]  # normal at the middle of the step
             n /= np.linalg.norm(n)
             push = (b.vel[0] - last[0]) @ n
             if push > 1e-4:
@@ -167,8 +167,8 @@ def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
 
 
 @pytest.mark.parametrize("spin", [120.0, -120.0])
-def test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_impulse(spin):
-    """J = (1 + e) m v / 2, and mu J across it to either side: their surfaces slip from the first touch to the last."""
+def test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_normal_impulse(spin):
+    """The normal impulse is J = (1 + e) m v / 2, the tangential one mu J: the balls slip throughout the contact."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         kind = replace(FUEL, friction=0.3)
         scene = Scene(world, [(2.0, 4.0, 1.0), (2.0 + 2 * R + 0.01, 4.0, 1.0)], kind=kind)
@@ -180,21 +180,21 @@ def test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_impulse(spin):
 
 
 @pytest.mark.parametrize("spin", [90.0, -90.0])
-def test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it(spin):
-    """v_x = mu (1 + e) v_z: backspin of 90 rad/s slips from the first touch to the last."""
+def test_a_spinning_ball_gains_mu_times_its_normal_velocity_change_sideways(spin):
+    """v_x = mu (1 + e) v_z: a ball with a backspin of 90 rad/s slips throughout the contact."""
     with PhysicsWorld(gravity=1e-9) as world:
         scene = Scene(world, [(2.0, 4.0, R + 0.02)])
         scene.set(0, (0.0, 0.0, -2.0), (0.0, spin, 0.0))
         scene.advance(0.1)
         mu, e = FUEL.friction * CARPET.friction, FUEL.restitution * CARPET.restitution
-        sticks = 2.0 / 7.0 * abs(spin) * R  # in that case it would roll, with 2/7 of its rim's speed
+        sticks = 2.0 / 7.0 * abs(spin) * R  # if it sticks, it rolls off with 2/7 of its rim speed
         expected = math.copysign(min(mu * (1.0 + e) * 2.0, sticks), spin)
         assert scene.balls.vel[0, 0] == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.parametrize("rate", [6.0, -6.0])
 def test_a_ball_falling_on_a_turning_body_is_dragged_along_its_surface(rate):
-    """mu (1 + e) v_z across the radius, and against a body that stands still nothing."""
+    """The surface gives the ball mu (1 + e) v_z perpendicular to the radius; a body at rest gives it nothing."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         row = world.add_robot_body(
             "robot", Box((1.6, 1.6, 0.4)), mass=1000.0, surface=replace(BUMPER, friction=0.2),
@@ -212,8 +212,8 @@ def test_a_ball_falling_on_a_turning_body_is_dragged_along_its_surface(rate):
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.07, 0.2])
-def test_a_ball_placed_into_an_element_comes_out_without_gaining_energy(depth):
-    """At 0.5 m/s, so in 2 s per meter of its depth, and a second later it lies there.
+def test_a_ball_placed_inside_an_element_comes_out_without_gaining_energy(depth):
+    """The ball comes out at 0.5 m/s, so after 2 s per meter of depth; one second later it rests on the element.
 
     A mass on a spring whose end moves at u is never faster than 2 u: v = u (1 - cos w t).
     """
@@ -230,8 +230,8 @@ def test_a_ball_placed_into_an_element_comes_out_without_gaining_energy(depth):
 # --- on the floor ---------------------------------------------------------------------------------------------------
 
 
-def test_air_slows_a_rolling_ball_like_a_flying_one():
-    """1 / v = 1 / v0 + x / (1 + x) k t with x as below: the carpet gives 2/7 of what the air takes."""
+def test_air_drag_slows_a_rolling_ball_like_a_flying_one():
+    """1 / v = 1 / v0 + x / (1 + x) k t with x as in the next test: carpet friction returns 2/7 of the loss to drag."""
     kind = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.0)
     with PhysicsWorld(floor=replace(CARPET, rolling=0.0)) as world:
         depth = FUEL.mass * GRAVITY / K1
@@ -244,8 +244,8 @@ def test_air_slows_a_rolling_ball_like_a_flying_one():
         assert 1.0 / scene.balls.vel[0, 0] == pytest.approx(slowed, rel=0.005)
 
 
-def test_a_sliding_ball_ends_rolling_with_five_sevenths_of_its_speed():
-    """v = v0 x / (1 + x) with x = m l^2 / I and l = r - m g / k1: 5/7 of a ball that does not give way."""
+def test_a_sliding_ball_ends_up_rolling_at_five_sevenths_of_its_speed():
+    """v = v0 x / (1 + x) with x = m l^2 / I and l = r - m g / k1; 5/7 for a rigid ball."""
     with PhysicsWorld(floor=replace(CARPET, rolling=0.0)) as world:
         depth = FUEL.mass * GRAVITY / K1
         scene = Scene(world, [(2.0, 4.0, R - depth)])
@@ -259,8 +259,8 @@ def test_a_sliding_ball_ends_rolling_with_five_sevenths_of_its_speed():
 
 @pytest.mark.parametrize("heading", [0.0, 15.0, 45.0, 100.0, 210.0])
 @pytest.mark.parametrize("speed", [0.5, 2.0])
-def test_a_rolling_ball_slows_by_its_rolling_resistance(heading, speed):
-    """x = v^2 / 2a along its heading, a = c g / (1.4 r), within 1 % of what the flattened ball changes of r."""
+def test_rolling_resistance_slows_a_rolling_ball(heading, speed):
+    """x = v^2 / 2a along its heading with a = c g / (1.4 r), within 1 %: the weight changes r by that much."""
     rate = CARPET.rolling * FUEL.friction * GRAVITY / (1.4 * R)
     c, s = math.cos(math.radians(heading)), math.sin(math.radians(heading))
     with PhysicsWorld() as world:
@@ -274,15 +274,15 @@ def test_a_rolling_ball_slows_by_its_rolling_resistance(heading, speed):
 
 
 def tilted(world: PhysicsWorld, degrees: float, surface: TerrainSurface) -> tuple[np.ndarray, np.ndarray]:
-    """A slope that falls along x; returns its directions down and out."""
+    """Add a slope that falls along x; return its downhill direction and its normal."""
     a = math.radians(degrees)
     quat = (0.0, math.sin(0.5 * a), 0.0, math.cos(0.5 * a))
     world.add_static("slope", Box((8.0, 4.0, 0.4)), (4.0, 4.0, 2.0), surface=surface, quat=quat)
     return np.array([math.cos(a), 0.0, -math.sin(a)]), np.array([math.sin(a), 0.0, math.cos(a)])
 
 
-def test_a_block_of_balls_stays_on_a_slope():
-    """Nine balls against a stop: on 20 degrees they creep by less than 0.1 mm in 5 s once they lean on it."""
+def test_balls_against_a_stop_stay_at_rest_on_a_slope():
+    """Nine balls lean on a stop on a slope of 20 degrees; once settled they creep by less than 0.1 mm in 5 s."""
     with PhysicsWorld(floor=None) as world:
         down, out = tilted(world, 20.0, CARPET)
         a = math.radians(20.0)
@@ -299,8 +299,8 @@ def test_a_block_of_balls_stays_on_a_slope():
         assert np.abs(scene.balls.pos - places).max() < 0.02
 
 
-def test_a_ball_squeezed_between_walls_hangs_by_its_friction():
-    """Walls that hold it 4 mm deep each carry it by springs of friction, which stretch by less than 1 mm and keep."""
+def test_a_ball_squeezed_between_two_walls_is_held_by_friction():
+    """Each wall overlaps the ball by 4 mm and bears half its weight; the friction springs stretch by less than 1 mm."""
     with PhysicsWorld(floor=None) as world:
         gap = 2.0 * (R - 0.004)
         for side in (-1.0, 1.0):
@@ -314,8 +314,8 @@ def test_a_ball_squeezed_between_walls_hangs_by_its_friction():
 
 
 @pytest.mark.parametrize("degrees", [2.0, 8.0])
-def test_a_ball_rolls_on_a_slope_steeper_than_its_rolling_resistance(degrees):
-    """tan a against c / l, l = r - m g / k1; beyond it a' = (sin a - c / l cos a) g / (1 + 0.4 r^2 / l^2)."""
+def test_a_ball_rolls_down_a_slope_that_exceeds_its_rolling_resistance(degrees):
+    """It rolls if tan a > c / l, l = r - m g / k1, with a' = (sin a - c / l cos a) g / (1 + 0.4 r^2 / l^2)."""
     surface, lever = TerrainSurface(name="slope", friction=1.0, restitution=0.5, rolling=0.006), 0.006 * FUEL.friction
     with PhysicsWorld(floor=None) as world:
         down, out = tilted(world, degrees, surface)
@@ -329,10 +329,10 @@ def test_a_ball_rolls_on_a_slope_steeper_than_its_rolling_resistance(degrees):
         assert scene.balls.vel[0] @ down - start == pytest.approx(gained, rel=0.01, abs=1e-4)
 
 
-def test_a_ball_that_rolls_over_seams_keeps_its_course():
-    """Tiles of one surface, some in two layers, against one plate: way and speed within 0.2 mm and 0.1 %.
+def test_a_ball_that_rolls_over_seams_keeps_its_path():
+    """A floor of tiles with one surface against a single plate: position within 0.2 mm, velocity within 2 mm/s.
 
-    Each tile is a new contact, whose foam and friction remember nothing.
+    Each tile is a new contact without a history of foam and friction.
     """
     ends = []
     for tiles in (1, 16):
@@ -350,11 +350,11 @@ def test_a_ball_that_rolls_over_seams_keeps_its_course():
     assert ends[1][1] == pytest.approx(ends[0][1], abs=2e-3)
 
 
-# --- with bodies ----------------------------------------------------------------------------------------------------
+# --- with bodies ------------------------------------------------------------------------------------------------------
 
 
-def test_robot_and_balls_conserve_momentum():
-    """A body of 55 kg in zero gravity among flying balls: both momenta to rounding."""
+def test_a_robot_and_balls_conserve_momentum():
+    """A body of 55 kg among flying balls in zero gravity: linear momentum to rounding, angular momentum to 0.1 %."""
     rng = np.random.default_rng(5)
     with PhysicsWorld(floor=None, gravity=1e-12) as world:
         shape = Compound(
@@ -394,7 +394,7 @@ def test_robot_and_balls_conserve_momentum():
 @pytest.mark.parametrize("speed", [1.0, 2.5, 4.0])
 @pytest.mark.parametrize("is_asleep", [False, True])
 def test_a_ball_gains_the_momentum_that_a_robot_loses(speed, is_asleep):
-    """A coasting robot pushes a fuel that lies on ice, asleep or awake: momentum to 1 %."""
+    """A coasting robot pushes a sleeping or awake fuel that lies on ice; momentum holds within 1 %."""
     ice = TerrainSurface(name="ice", friction=0.0, restitution=0.0)
     with PhysicsWorld(floor=ice) as world:
         pieces = GamePieceManager(world, [(FUEL, 1)], field_size=(16.0, 8.0))
@@ -413,7 +413,7 @@ def test_a_ball_gains_the_momentum_that_a_robot_loses(speed, is_asleep):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_balls_among_walls_never_gain_energy(seed):
-    """Motion, spin, height and what foam has stored: no tick adds more than friction's springs may hold."""
+    """Kinetic, potential and stored foam energy: no tick adds more than the friction springs can store."""
     rng = np.random.default_rng(seed)
     speed = float(rng.uniform(0.5, 8.0))
     with PhysicsWorld() as world:
@@ -448,7 +448,7 @@ def test_balls_among_walls_never_gain_energy(seed):
         assert levels[-1] < 0.5 * levels[0] or speed < 1.0
 
 
-# --- nothing passes -------------------------------------------------------------------------------------------------
+# --- tunneling --------------------------------------------------------------------------------------------------------
 
 
 def sphere_points(count: int) -> np.ndarray:
@@ -459,8 +459,8 @@ def sphere_points(count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("game", ["rebuilt", "reefscape"])
-def test_no_ball_at_forty_meters_a_second_gets_into_an_element_of_the_field(game, whole):
-    """From 500 directions at the middle of each of its parts: no center is ever in a solid (60 without --whole)."""
+def test_no_ball_at_forty_meters_per_second_enters_a_field_element(game, whole):
+    """Aimed at the middle of each part from 500 directions, no ball center enters a solid (60 without --whole)."""
     definition = find_game(game)
     kind = next(supply.kind for supply in definition.pieces if isinstance(supply.kind.shape, Sphere))
     radius, inside = kind.bounding_radius, 0
@@ -486,7 +486,7 @@ def test_no_ball_at_forty_meters_a_second_gets_into_an_element_of_the_field(game
         assert np.isfinite(balls.pos).all() and balls.is_touched.any()
 
 
-def test_foam_needs_both_of_its_numbers():
+def test_foam_refuses_a_negative_stiffness():
     from simcore.errors import ConfigError
 
     with pytest.raises(ConfigError, match="linear"):

@@ -23,11 +23,11 @@ from simcore.world.world import PhysicsWorld
 pytestmark = pytest.mark.engines("bullet")
 BASE = 0.527
 HELD = SwerveModuleConfig(x=0, y=0, rolling_resistance=0.0, drive_friction_volts=20.0)
-"""Its wheels are held: they slide, with mu N at any speed."""
+"""Wheels are locked: they slide with mu N at any speed."""
 
 
 def braked(cof, *, height=0.2, vx=4.0):
-    """A robot that slides with held wheels."""
+    """Return a bench whose robot slides on locked wheels."""
     module = replace(HELD, wheel_cof=cof)
     bench = DriveBench(SwerveDrive(SwerveConfig.square(BASE, module, height=height)))
     bench.reset(vx=vx)
@@ -35,7 +35,7 @@ def braked(cof, *, height=0.2, vx=4.0):
 
 
 def energy(chassis):
-    """Kinetic and potential energy [J]."""
+    """Return the kinetic plus potential energy [J]."""
     mass, center, inertia = chassis.distribution
     z = chassis.pos[2] + rotate(chassis.quat, center)[2]
     spin = matrix(chassis.quat).T @ chassis.rate
@@ -58,7 +58,7 @@ def test_a_robot_at_rest_has_equal_loads_at_height_zero():
 
 
 @pytest.mark.parametrize("share", [0.2, 0.4, 0.6])
-def test_braking_moves_load_by_m_a_h_over_the_wheelbase(share):
+def test_braking_transfers_m_a_h_over_the_wheelbase_to_the_front_wheels(share):
     bench = braked(share)
     bench.run(0.3)
     front = sum(bench.loads[:2])
@@ -70,8 +70,8 @@ def test_braking_moves_load_by_m_a_h_over_the_wheelbase(share):
 
 @pytest.mark.parametrize(("share", "tips"), [(0.95, False), (1.05, True), (1.25, True)])
 @pytest.mark.parametrize("height", [0.24, 0.4])
-def test_it_tips_at_the_limit_of_statics(share, tips, height):
-    """With mu h over half the wheelbase above 1 the rear wheels lift, and they do not come back."""
+def test_a_braking_robot_tips_at_the_static_limit(share, tips, height):
+    """Above mu h = half the wheelbase the rear wheels lift and do not come down again."""
     bench = braked(share * 0.5 * BASE / height, height=height)
     pitch = []
     bench.run(0.3, each=lambda: pitch.append(math.degrees(bench.chassis.roll_pitch_yaw[1])))
@@ -80,11 +80,11 @@ def test_it_tips_at_the_limit_of_statics(share, tips, height):
 
 @pytest.mark.parametrize("radius", [0.45, 0.55])
 @pytest.mark.parametrize("height", [0.3, 0.7])
-def test_it_rocks_by_plastic_impacts_of_its_wheels(radius, height):
-    """Dropped from 1.5 degrees onto its rear wheels it rises by ((k^2 - b^2) / (k^2 + b^2))^2 of that on the others.
+def test_a_robot_rocks_by_plastic_impacts_of_its_wheels(radius, height):
+    """A robot dropped from 1.5 degrees onto its rear wheels rocks to ((k^2 - b^2) / (k^2 + b^2))^2 of 1.5 degrees.
 
-    From no spring: without friction the landing wheels stop, and what is left turns about them. k: radius of gyration.
-    Tolerance: wheels give way by 0.3 mm, a tenth of a degree.
+    No spring returns energy: the landing wheels stop and the remaining motion turns about them. k: radius of gyration.
+    Tolerance: wheels compress by 0.3 mm, which is a tenth of a degree.
     """
     config = ChassisConfig(height=1.0)
     half = config.wheel_positions[0][0]
@@ -108,7 +108,7 @@ def test_it_rocks_by_plastic_impacts_of_its_wheels(radius, height):
     ids=["side", "back", "end"],
 )
 def test_a_fallen_robot_slides_to_a_stop_by_friction(attitude, axis):
-    """a = mu g with 0.4; then it stays where it is."""
+    """a = mu g with mu = 0.4; then it stays at rest."""
     config = ChassisConfig(center_of_mass_height=0.25)
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, config)
@@ -119,7 +119,7 @@ def test_a_fallen_robot_slides_to_a_stop_by_friction(attitude, axis):
         play(world, chassis, seconds=1.0)
         world.set_velocity(chassis.row, (1.5 * (axis == 0), 1.5 * (axis == 1), 0.0))
         chassis.read()
-        play(world, chassis, seconds=0.1)  # it rocks for a moment
+        play(world, chassis, seconds=0.1)  # the robot rocks for a moment
         before = chassis.vel[axis]
         play(world, chassis, seconds=0.2)
         assert before - chassis.vel[axis] == pytest.approx(0.2 * 0.4 * GRAVITY, rel=0.05)
@@ -129,8 +129,8 @@ def test_a_fallen_robot_slides_to_a_stop_by_friction(attitude, axis):
         assert math.dist(chassis.pos, stopped) < 2e-4
 
 
-def test_held_wheels_hold_on_a_slope_of_15_degrees():
-    """It creeps by less than 0.1 mm/s."""
+def test_locked_wheels_hold_a_robot_on_a_slope_of_15_degrees():
+    """The robot creeps by less than 0.1 mm/s."""
     bench = DriveBench(SwerveDrive(SwerveConfig.square(BASE, HELD)), slope=math.radians(15.0))
     bench.run(1.0)
     before = bench.x
@@ -146,7 +146,7 @@ def bump(world):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.5])
 @pytest.mark.parametrize("heading", [0.0, 0.5])
-def test_coasting_over_a_bump_gains_no_energy(speed, heading):
+def test_a_robot_coasting_over_a_bump_gains_no_energy(speed, heading):
     with PhysicsWorld() as world:
         bump(world)
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(-2.0, 0.0, heading))
@@ -158,7 +158,7 @@ def test_coasting_over_a_bump_gains_no_energy(speed, heading):
         assert min(energies) > 0.1 * energies[0]
 
 
-def test_it_stands_still_on_the_ridge_of_a_bump():
+def test_a_robot_stands_still_on_the_ridge_of_a_bump():
     with PhysicsWorld() as world:
         bump(world)
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.3))
@@ -170,7 +170,7 @@ def test_it_stands_still_on_the_ridge_of_a_bump():
 
 @pytest.mark.parametrize("roll", [0.0, 20.0, 80.0, 180.0])
 @pytest.mark.parametrize("mass", [8.0, 55.0])
-def test_a_fall_gains_no_energy(roll, mass):
+def test_a_falling_robot_gains_no_energy(roll, mass):
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig(mass=mass))
         world.set_pose(chassis.row, (0.0, 0.0, 1.2), from_rpy(math.radians(roll), 0.1, 0.0))
@@ -182,8 +182,8 @@ def test_a_fall_gains_no_energy(roll, mass):
 
 
 @pytest.mark.parametrize("mass", [8.0, 60.0])
-def test_landing_on_a_side_far_from_the_center_of_mass_gains_no_energy(mass):
-    """It tips about one side on its back at 2 rad/s; where the other lands the robot shows a sixth of its mass."""
+def test_a_robot_landing_on_a_side_far_from_its_center_of_mass_gains_no_energy(mass):
+    """An overturned robot tips about one side at 2 rad/s; the other side has a sixth of its mass."""
     size, wheels = (0.5, 0.97, 0.33), ((0.15, 0.15), (0.15, -0.15), (-0.15, 0.15), (-0.15, -0.15))
     center, inertia = (0.15, 0.0, 0.3), (0.088 * mass, 0.03 * mass, 0.114 * mass)
     with PhysicsWorld() as world:
@@ -217,7 +217,7 @@ def test_colliding_robots_conserve_momentum(aside, heading):
         assert b.vel[0] > 0.5
 
 
-def test_a_robot_on_top_of_another_stays_there():
+def test_a_robot_placed_on_top_of_another_stays_there():
     with PhysicsWorld() as world:
         below = ChassisSimulation(world, ChassisConfig(), name="below")
         above = ChassisSimulation(world, ChassisConfig(), name="above")
@@ -242,8 +242,8 @@ def test_a_robot_bounces_off_a_wall_with_the_restitution_of_the_pair(speed):
 
 @pytest.mark.parametrize("depth", [0.02, 0.1, 0.2])
 @pytest.mark.parametrize("speed", [0.0, 2.0, 4.0])
-def test_overlapping_robots_separate_without_velocity(depth, speed):
-    """A moving one meets it as if it came from outside: momentum stays, energy does not rise, they are soon apart."""
+def test_overlapping_robots_separate_without_gaining_energy(depth, speed):
+    """A moving robot bounces as if from outside: momentum holds, energy does not rise, and both soon separate."""
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(-2.0, 0.0, 0.0), name="a")
         b = ChassisSimulation(world, ChassisConfig(), pose=(2.0, 0.0, 0.0), name="b")
@@ -259,7 +259,7 @@ def test_overlapping_robots_separate_without_velocity(depth, speed):
         assert max(energies) < energies[0] + 0.01
 
 
-def test_a_robot_placed_into_a_wall_comes_out():
+def test_a_robot_placed_inside_a_wall_comes_out():
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (0.5, 0.0, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())

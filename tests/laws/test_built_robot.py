@@ -1,4 +1,4 @@
-"""A robot that was built otherwise than its config and its program say."""
+"""A robot whose build differs from the config and from the constants in its program."""
 
 import math
 from dataclasses import replace
@@ -24,8 +24,8 @@ def with_modules(**change) -> SwerveConfig:
     return replace(SQUARE, modules=tuple(replace(module, **change) for module in SQUARE.modules))
 
 
-def test_a_worn_wheel_reports_more_distance_than_it_drives():
-    """Rolling at 1 m/s, a wheel of 0.9 of its radius turns 1/0.9 as fast, and encoder times config says 1/0.9 m/s."""
+def test_a_worn_wheel_reports_more_distance_than_the_robot_drives():
+    """Rolling at 1 m/s, a wheel of 0.9 of the configured radius turns 1/0.9 as fast: the encoder reports 1/0.9 m/s."""
     worn = SwerveDrive(SQUARE, built=with_modules(wheel_radius=0.9 * SQUARE.wheel_radius))
     worn.reset(vx=1.0)
     assert worn.wheel_speeds() == pytest.approx([1.0 / 0.9] * 4)
@@ -34,8 +34,8 @@ def test_a_worn_wheel_reports_more_distance_than_it_drives():
     assert worn.shaft_angles[0] > 0.1
 
 
-def test_onboard_loops_feed_forward_the_known_constants():
-    """With motors 20 % stronger than the config says, the same command ends at 1/1.2 of the free speed or less."""
+def test_onboard_loops_feed_forward_with_the_configured_constants():
+    """With motors 20 % stronger than the config, the same command draws less current."""
     strong = [replace(m, drive_motor=m.drive_motor.varied(kt=1.2, resistance=1.0)) for m in SQUARE.modules]
     drives = [SwerveDrive(SQUARE, built=built) for built in (None, replace(SQUARE, modules=tuple(strong)))]
     for drive in drives:
@@ -45,7 +45,7 @@ def test_onboard_loops_feed_forward_the_known_constants():
     assert weak < plain - 5.0, "back-EMF that nobody expected"
 
 
-def test_a_module_with_a_zero_error_drives_in_its_true_direction():
+def test_a_module_with_a_calibrated_zero_error_drives_in_its_true_direction():
     config = RobotConfig(drivetrain=with_modules(steer_offset=0.1))
     with Match.bare(config, start=(4.0, 4.0, 0.0)) as match:
         (robot,) = match.robots
@@ -57,7 +57,7 @@ def test_a_module_with_a_zero_error_drives_in_its_true_direction():
         assert robot.odometry.pose[1] == pytest.approx(4.0, abs=0.01)
 
 
-def test_a_tank_drive_turns_to_its_weaker_side():
+def test_a_tank_drive_turns_toward_its_weaker_side():
     config = TankConfig()
     turns = []
     for right in (config, replace(config, motor=config.motor.varied(kt=1.0, resistance=1.5))):
@@ -67,7 +67,7 @@ def test_a_tank_drive_turns_to_its_weaker_side():
     assert turns[0] == pytest.approx(0.0, abs=1e-12) and turns[1] < -1e-3
 
 
-def test_motors_of_a_gearbox_vary_in_torque_speed_and_resistance():
+def test_motors_of_one_gearbox_vary_in_torque_speed_and_resistance():
     plain = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
     one = plain.varied(kt=1.1, resistance=1.3)
     assert one.torque_per_amp / plain.torque_per_amp == pytest.approx(1.1)

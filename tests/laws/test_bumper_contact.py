@@ -1,4 +1,4 @@
-"""Bumpers against walls and robots: flat on the carpet, straight along them, and slowed by mu N."""
+"""Bumpers against walls and robots: the robot stays level and straight, slowed by mu N."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MODULE = SwerveModuleConfig(
 )
 SWERVE = RobotConfig(drivetrain=SwerveConfig.square(0.53, MODULE))
 TANK = RobotConfig(drivetrain=TankConfig(stator_limit=60.0))
-GUARDRAIL = [  # of two pieces, flush and slanting back above the bumpers, as a field's is
+GUARDRAIL = [  # two pieces, vertical at the bottom and slanting back above the bumpers, like a field's guardrail
     FieldElement(
         name=f"rail {number}",
         shape=Hull(np.array([(x, y, z) for x in ends for y, z in ((0.8, 0.0), (1.0, 0.0), (0.8, 0.3), (0.9, 0.5))])),
@@ -43,7 +43,7 @@ GUARDRAIL = [  # of two pieces, flush and slanting back above the bumpers, as a 
 
 
 def drive(robot, along, across, heading=0.0):
-    """Command a velocity in field axes [m/s] and hold a heading with 6/s."""
+    """Command a field-frame velocity [m/s] and hold a heading with a gain of 6/s."""
     yaw = robot.chassis.pose[2]
     c, s = math.cos(yaw), math.sin(yaw)
     robot.drive.set_chassis_speeds(
@@ -52,7 +52,7 @@ def drive(robot, along, across, heading=0.0):
 
 
 class Watch:
-    """The worst of some robots so far: tilt and turn [degrees], and ticks with a wheel off."""
+    """Largest tilt and turn of some robots [degrees], and their ticks with a lifted wheel."""
 
     def __init__(self, *robots):
         self.robots, self.start = robots, [robot.chassis.pose[2] for robot in robots]
@@ -76,8 +76,8 @@ def field(*starts, elements=(), robot=SWERVE):
 
 
 @pytest.mark.parametrize("into", [50.0, 200.0])
-def test_a_push_along_a_wall_is_slowed_by_mu_n(into):
-    """x = (F - mu N) t^2 / 2m, of a robot without tires; mu = 0.7 x 0.5. Flush from the first tick to the last."""
+def test_friction_with_a_wall_slows_a_robot_pushed_along_it_by_mu_n(into):
+    """x = (F - mu N) t^2 / 2m for a robot without tires; mu = 0.7 x 0.5. The bumpers touch in every tick."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.55, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())
@@ -86,14 +86,14 @@ def test_a_push_along_a_wall_is_slowed_by_mu_n(into):
         for _ in range(100):
             motion.tick(DT)
         assert chassis.pose[0] == pytest.approx((150.0 - 0.35 * into) * 2.0**2 / (2.0 * 55.0), rel=0.01)
-        rolled = 0.05 * into / (55.0 * GRAVITY / 3e-4 * 0.2667**2)  # pushed 50 mm above the middle of its bumpers
+        rolled = 0.05 * into / (55.0 * GRAVITY / 3e-4 * 0.2667**2)  # pushed 50 mm above the middle of the bumpers
         assert chassis.pose[1] == pytest.approx(into / (BUMPER_STIFFNESS * 0.8) - 0.15 * rolled, abs=1e-6)
-        turned = 0.35 * into * 0.4 / (BUMPER_STIFFNESS * 0.8 * 0.4**2)  # by its friction, against both ends' springs
+        turned = 0.35 * into * 0.4 / (BUMPER_STIFFNESS * 0.8 * 0.4**2)  # wall friction turns it
         assert chassis.pose[2] == pytest.approx(turned, abs=2e-5)
 
 
-def test_friction_of_bumpers_stops_a_slide_by_coulombs_law():
-    """v^2 / (2 mu N / m) along a wall, pushed into it by N = 300 N, and then it sticks."""
+def test_bumper_friction_stops_a_slide_by_coulombs_law():
+    """x = v^2 / (2 mu N / m) along a wall with N = 300 N; then the robot sticks."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.55, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig(bumper_friction=0.8))
@@ -109,7 +109,7 @@ def test_friction_of_bumpers_stops_a_slide_by_coulombs_law():
 @pytest.mark.parametrize("heading", [0.0, 30.0])
 @pytest.mark.parametrize("depth", [0.002, 0.015])
 def test_a_robot_placed_slightly_into_a_wall_is_not_thrown_off(depth, heading):
-    """It comes out with 0.05 m/s and no more, and goes no farther than its depth."""
+    """It comes out at 0.05 m/s at most, and moves no farther than the initial overlap."""
     yaw = math.radians(heading)
     reach = 0.4 * (math.cos(yaw) + math.sin(yaw))
     with PhysicsWorld() as world:
@@ -127,8 +127,8 @@ def test_a_robot_placed_slightly_into_a_wall_is_not_thrown_off(depth, heading):
 
 @pytest.mark.parametrize("wall", ["guardrail", "alliance wall"])
 @pytest.mark.parametrize(("along", "into"), [(0.5, 0.1), (2.0, 0.3), (3.0, 1.0)])
-def test_a_robot_slides_along_a_wall_level_and_straight(wall, along, into):
-    """Two seconds: no wheel off, not tilted, heading within half a degree."""
+def test_a_robot_slides_along_a_wall_level_and_without_turning(wall, along, into):
+    """For two seconds no wheel lifts, the robot does not tilt, and its heading stays within half a degree."""
     rail = wall == "guardrail"
     with field((2.0, 1.45 if rail else 0.45, 0.0), elements=GUARDRAIL if rail else ()) as match:
         (robot,) = match.robots
@@ -138,13 +138,13 @@ def test_a_robot_slides_along_a_wall_level_and_straight(wall, along, into):
             match.tick()
             watch.look()
         assert match.contacts.touching(robot.chassis.row) == []
-        assert robot.chassis.pose[1] == pytest.approx(1.39 if rail else 0.4, abs=3e-3)  # the rail, at the lower edge
+        assert robot.chassis.pose[1] == pytest.approx(1.39 if rail else 0.4, abs=3e-3)  # the lower edge of the rail
         assert robot.chassis.pose[0] > 2.4
         assert (watch.lifted, watch.tilt < 0.05, watch.turn < 0.5) == (0, True, True)
 
 
-def test_a_tank_that_is_steered_into_a_wall_slides_along_it():
-    """6.5 V left and 6.0 V right, a wall on its right: it keeps going, straight."""
+def test_a_tank_drive_steered_into_a_wall_slides_along_it():
+    """With 6.5 V left, 6.0 V right and a wall on the right, the robot keeps moving straight."""
     with field((2.0, 0.41, 0.0), robot=TANK) as match:
         (robot,) = match.robots
         watch = Watch(robot)
@@ -161,7 +161,7 @@ def test_a_tank_that_is_steered_into_a_wall_slides_along_it():
 
 
 def test_a_robot_hit_from_the_side_escapes_with_all_wheels_on_the_carpet():
-    """T-bone at 3 m/s, then the victim drives off at 3 m/s: neither is lifted; the cloth turns it, but it gets away."""
+    """A robot drives into the side of another at 3 m/s, then that robot leaves at 3 m/s: no wheel lifts."""
     with field((4.0, 4.0, 0.0), (6.0, 4.0, math.pi / 2)) as match:
         a, b = match.robots
         watch = Watch(a, b)
@@ -178,7 +178,7 @@ def test_a_robot_hit_from_the_side_escapes_with_all_wheels_on_the_carpet():
 
 
 def tire_moment(robot):
-    """Of the tires about the field's origin [N m]."""
+    """Return the moment of the tire forces about the field origin [N m]."""
     x, y, yaw = robot.chassis.pose
     c, s = math.cos(yaw), math.sin(yaw)
     return sum(
@@ -188,22 +188,22 @@ def tire_moment(robot):
 
 
 def spin(robot):
-    """Angular momentum about the field's origin [N m s]."""
+    """Return the angular momentum about the field origin [N m s]."""
     (x, y, _), (vx, vy, _), (mass, _, inertia) = robot.chassis.pos, robot.chassis.vel, robot.chassis.distribution
     return mass * (x * vy - y * vx) + inertia[2] * robot.chassis.rate[2]
 
 
 SCRAPE = ((4.0, 4.0, 0.0), (5.0, 4.84, 0.0)), lambda tick: ((2.0, 0.3), (0.0, 0.0))
-"""One robot slides along another, which stands: starts, and velocities to follow [m/s]."""
+"""One robot slides along a robot at rest: start poses, and velocities by tick [m/s]."""
 ESCAPE = ((4.0, 4.0, 0.0), (6.0, 4.0, math.pi / 2)), lambda tick: ((3.0, 0.0), (0.0, 3.0 if tick > 40 else 0.0))
 
 
 @pytest.mark.parametrize("scene", (SCRAPE, ESCAPE), ids=("scrape", "escape"))
 def test_the_contact_of_two_robots_conserves_angular_momentum(scene):
-    """What they turn, 4 degrees in a scrape and 22 on the way out of a T-bone, their own tires have not held.
+    """Only their own tires can change the angular momentum of both robots about a fixed point.
 
-    Angular momentum about a fixed place changes by the tires' moments alone; these are summed from each tick's last
-    step: 3 % of what all of them do.
+    The robots turn by 4 degrees in a scrape and by 22 degrees when one leaves a T-bone. Tire moments are taken at the
+    end of each tick, within 3 % of the sum of their magnitudes.
     """
     starts, wanted = scene
     moment = size = 0.0
@@ -219,11 +219,13 @@ def test_the_contact_of_two_robots_conserves_angular_momentum(scene):
 
 
 def held_heading(torque):
-    """Heading at which a swerve that holds it with 6/s stands against a torque [N m], in radians.
+    """Return the heading error at which a swerve drive with a gain of 6/s balances a torque [N m], in radians.
 
-    Of each wheel, at the lever R: its motor's torque, gear loss and friction hold torque r / 4 R. The current of that
-    takes volts, which the module's loop has at a speed s that it is short of, kV s + kP s + kS min(1, 20 s); and the
-    heading's loop asks for s = 6/s R theta.
+    Each wheel, at the lever arm R, provides torque r / 4 R through its motor, gear loss and friction. That current
+    takes
+    a voltage that the module's loop reaches at a speed error s: kV s + kP s + kS min(1, 20 s). The heading loop
+    commands
+    s = 6/s R theta.
     """
     module, motor, arm = MODULE, MODULE.limited_drive_motor, 0.5 * math.sqrt(2.0) * 0.53
     load = SWERVE.body.mass * GRAVITY / 4.0
@@ -234,8 +236,8 @@ def held_heading(torque):
 
 
 @pytest.mark.parametrize("torque", [100.0, 150.0, 200.0])
-def test_a_heading_yields_to_a_torque_by_the_gains_of_its_loops(torque):
-    """2.3, 5.2 and 8.1 degrees after 0.8 s, within 5 %: exp(-6/s t) is missing, and tires creep."""
+def test_a_held_heading_yields_to_a_torque_by_the_gains_of_its_loops(torque):
+    """2.3, 5.2 and 8.1 degrees after 0.8 s, within 5 %: the transient exp(-6/s t) and tire creep are not modelled."""
     with field((5.0, 4.84, 0.0)) as match:
         (robot,) = match.robots
         for _ in range(40):
@@ -245,8 +247,8 @@ def test_a_heading_yields_to_a_torque_by_the_gains_of_its_loops(torque):
         assert robot.chassis.pose[2] == pytest.approx(held_heading(torque), rel=0.05)
 
 
-def test_a_robot_turns_while_it_leaves_a_t_bone_with_all_tires_at_their_limit():
-    """To 22 degrees: each of them has the force mu N, along or across, and none is left to hold the heading with."""
+def test_a_robot_leaving_a_t_bone_turns_because_all_its_tires_are_at_their_limit():
+    """It turns by 22 degrees: every tire already exerts mu N, so no grip is left to hold the heading."""
     starts, wanted = ESCAPE
     used, turned = [], [0.0]
     with field(*starts) as match:
@@ -263,8 +265,8 @@ def test_a_robot_turns_while_it_leaves_a_t_bone_with_all_tires_at_their_limit():
     assert len(used) > 20 and min(used) > 0.95
 
 
-def test_a_robot_scraped_by_another_turns_like_one_under_the_same_force_and_torque():
-    """4 degrees: a heading that is held with 6/s gives way by so much to the contact's largest torque, 130 N m."""
+def test_a_scraped_robot_turns_like_a_lone_one_under_the_same_force_and_torque():
+    """4 degrees: the heading error at which a gain of 6/s balances the largest contact torque, 130 N m."""
     starts, wanted = SCRAPE
     pushes, turned, lone = [], [], []
     with field(*starts) as match:
@@ -297,8 +299,8 @@ def test_a_robot_scraped_by_another_turns_like_one_under_the_same_force_and_torq
 
 @pytest.mark.parametrize("speed", [3.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.5])
-def test_bumpers_of_two_robots_overlap_by_no_more_than_their_stiffness_allows(speed, heading):
-    """v sqrt(m / k) with the reduced mass, and two bumpers in a row: at a corner half of a side at most."""
+def test_bumpers_of_two_robots_overlap_no_more_than_their_stiffness_allows(speed, heading):
+    """At most v sqrt(m / k) with the reduced mass and two bumpers in series; a corner has half a side's stiffness."""
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
         b = ChassisSimulation(world, ChassisConfig(mass=40.0), pose=(1.55, 0.2, heading), name="b")
@@ -327,8 +329,8 @@ def test_bumpers_of_two_robots_overlap_by_no_more_than_their_stiffness_allows(sp
         assert 55.0 * a.vel[0] + 40.0 * b.vel[0] == pytest.approx(momentum, rel=0.01)
 
 
-def test_a_robot_at_a_wall_does_not_change_anothers_path():
-    """20 m away, one leans on a wall or stands still; the other sways, turns and stops: steps are the same for all."""
+def test_a_robot_at_a_wall_does_not_change_another_robots_path():
+    """One robot leans on a wall or stands still, 20 m from the other: the step length does not depend on contacts."""
 
     def path(pressing):
         with field((6.0, 4.0, 0.0), (28.5, 4.0, 0.0)) as match:
@@ -347,8 +349,8 @@ def test_a_robot_at_a_wall_does_not_change_anothers_path():
 # --- loads and ramps --------------------------------------------------------------------------------------------------
 
 
-def test_wheel_loads_balance_weight_and_the_push_of_the_wall():
-    """Front over rear by F z / L: a wall pushes at 0.15 m, the middle of the bumpers."""
+def test_wheel_loads_balance_the_weight_and_the_push_of_the_wall():
+    """F z / L moves between the axles: the wall pushes at z = 0.15 m, the middle of the bumpers."""
     wall = FieldElement(name="low wall", shape=Box((0.3, 6.0, 1.0)), position=np.array([4.0, 4.0, 0.5]), surface=WALL)
     with field((3.0, 4.0, 0.0), elements=[wall]) as match:
         (robot,) = match.robots
@@ -365,8 +367,8 @@ def test_wheel_loads_balance_weight_and_the_push_of_the_wall():
 
 
 @pytest.mark.parametrize("speed", [1.0, 1.5])
-def test_a_robot_that_coasts_up_a_bump_comes_back_with_nearly_its_speed(speed):
-    """No tires and no brake: what its front wheels lose at the foot of the ramp is lost, a tenth at most."""
+def test_a_robot_that_coasts_up_a_bump_returns_at_nearly_its_speed(speed):
+    """Without tires and brakes, only the impact of front wheels at the foot of the ramp loses speed: 12 % at most."""
     height, depth = inches(6.513), inches(44.4)
     points = np.array([(x, y, z) for y in (-5.0, 5.0) for x, z in ((0.0, 0.0), (depth, 0.0), (depth / 2, height))])
     with PhysicsWorld() as world:
@@ -382,13 +384,13 @@ def test_a_robot_that_coasts_up_a_bump_comes_back_with_nearly_its_speed(speed):
         assert 0.88 * speed < -chassis.vel[0] < speed
 
 
-# --- what is not upright ----------------------------------------------------------------------------------------------
+# --- tilted robots ----------------------------------------------------------------------------------------------------
 
 
 def test_a_wall_above_the_bumpers_stops_the_frame():
-    """An arm at 0.4 m, over bumpers of 0.25 m and against a frame of 0.5 m: it leans back until its weight balances.
+    """A bar at 0.4 m passes over bumpers of 0.25 m and meets a frame of 0.5 m; the robot leans back until it balances.
 
-    Its rear wheels then push with W tan b, b the angle from the arm's height to them: it leans by some 12 degrees.
+    The rear wheels then push with W tan b, where b is the angle from the bar to the rear wheels: about 12 degrees.
     """
     arm = FieldElement(name="arm", shape=Box((0.2, 6.0, 0.2)), position=np.array([4.0, 4.0, 0.4]), surface=WALL)
     with field((3.0, 4.0, 0.0), elements=[arm]) as match:

@@ -1,4 +1,4 @@
-"""How far poses are off: closed forms of the linearized projection, a Limelight that was measured, and what flips."""
+"""Pose errors of cameras: closed forms of the linearized projection, a measured Limelight and ambiguous poses."""
 
 import math
 
@@ -32,7 +32,7 @@ HALF = 0.5 * ONE.size
 
 
 def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
-    """A frame, with noise if there is a generator."""
+    """Return a frame, with pixel noise if a generator is given."""
     eye, turn = camera_pose(pos, from_yaw(yaw), mount.position, mount.rotation)
     rotation = optical_rotation(turn)
     rows, pixels = find_tags(tags, lens, eye, rotation, min_side=8.0, max_angle_deg=75.0)
@@ -44,12 +44,14 @@ def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
 
 
 @each("distance", [1.0, 2.0, 4.0])
-def test_deviations_of_a_frontal_tag_agree_with_the_textbook(distance):
-    """Corners at (+-h, +-h) in depth z. A step along z moves each by h z'/z^2 in u and in v, of eight: s z^2 / (h
-    sqrt(8)). A turn about the vertical moves u of all alike, as a step does, and v by +-h^2/z^2, of four: s z^2 /
-    (2 h^2); and it is seen by its square, where that moves a corner by s: at sqrt(2 s z / h). All but for the square of
-    h / z, which is 0.7 % at 1 m."""
-    low = layout((1, (10.0, 4.0, 0.0)))  # the lens in the robot's origin: no turn moves that
+def test_deviations_of_a_frontal_tag_agree_with_the_linearized_projection(distance):
+    """Compare standard deviations with the linearized projection of corners at (+-h, +-h) in depth z.
+
+    A step along z moves each corner by h z'/z^2 in u and in v, eight values: s z^2 / (h sqrt(8)). A turn about the
+    vertical moves u of all corners equally, like a step, and v by +-h^2/z^2, four values: s z^2 / (2 h^2). The square
+    of the turn matters where it moves a corner by s: at sqrt(2 s z / h). The error is of order (h / z)^2, 0.7 % at 1 m.
+    """
+    low = layout((1, (10.0, 4.0, 0.0)))  # lens at the robot's origin: no turn of the robot moves it
     found = picture(low, (10.0 - distance, 4.0, 0.0), 0.0, CameraMount()).megatag1()
     x, _, _, _, _, yaw_deg = found.std_devs
     assert x == pytest.approx(NOISE * distance**2 / (HALF * math.sqrt(8.0)), rel=3.0 * (HALF / distance) ** 2)
@@ -58,8 +60,8 @@ def test_deviations_of_a_frontal_tag_agree_with_the_textbook(distance):
     assert math.radians(yaw_deg) == pytest.approx(turn, rel=3.0 * (HALF / distance) ** 2)
 
 
-def test_a_wrong_heading_gives_a_wrong_place():
-    """MegaTag 2 turned by 10 degrees about a tag 3 m away lands 3 m x 2 sin(5 deg) = 0.52 m beside the truth."""
+def test_a_wrong_heading_displaces_a_megatag_2_pose():
+    """MegaTag 2 with a heading error of 10 degrees and a tag 3 m away is off by 3 m x 2 sin(5 deg) = 0.52 m."""
     pos = (6.9, 4.0, 0.0)
     seen = picture(ONE, pos, 0.0)
     right, wrong = (seen.megatag2(matrix(from_yaw(math.radians(angle)))) for angle in (0.0, 10.0))
@@ -68,12 +70,12 @@ def test_a_wrong_heading_gives_a_wrong_place():
     assert wrong.yaw_deg == pytest.approx(10.0)
 
 
-# --- a Limelight that was measured ----------------------------------------------------------------------------------
+# --- a measured Limelight ---------------------------------------------------------------------------------------------
 
-SPEAKER = layout((3, (16.579, 4.983, 1.451)), (4, (16.579, 5.548, 1.451)))  # of the field of 2024
+SPEAKER = layout((3, (16.579, 4.983, 1.451)), (4, (16.579, 5.548, 1.451)))  # from the 2024 field
 MEASURED = [
-    # Distance of tag 3 [m], angle [deg] and height [m] from where it is seen; the tags; the tag whose distance counts;
-    # standard deviations of tx [deg], distance, x, y [mm], yaw [deg].
+    # Distance of tag 3 [m], angle [deg], camera height [m]; visible tags; tag whose distance is measured; standard
+    # deviations of tx [deg], distance, x, y [mm], yaw [deg].
     (2.19, 50.0, 0.88, (3.0,), 3, (0.0023, 3.9, 6.4, 4.0, 0.092)),
     (2.24, 50.0, 0.88, (3.0, 4.0), 4, (0.0023, 4.8, 4.7, 0.7, 0.057)),
     (3.48, 34.5, 0.88, (3.0, 4.0), 3, (0.0047, 8.5, 12.1, 5.1, 0.145)),
@@ -81,7 +83,7 @@ MEASURED = [
 
 
 def stand(distance, angle_deg, height, ids, *, frames, seed=0, bias):
-    """Frames of a Limelight 3 on a robot that stands and looks at the middle of both tags."""
+    """Return frames of a Limelight 3 on a robot at rest, aimed at the middle of both tags."""
     middle = SPEAKER.centers[0]
     level = math.sqrt(distance**2 - (middle[2] - height) ** 2)
     a = math.radians(angle_deg)
@@ -102,9 +104,12 @@ def stand(distance, angle_deg, height, ids, *, frames, seed=0, bias):
 
 
 @each(("distance", "angle", "height", "ids", "tag", "measured"), MEASURED)
-def test_poses_of_a_robot_at_rest_are_as_noisy_as_measured_ones(distance, angle, height, ids, tag, measured):
-    """A log of 2024 (github.com/Tan560/wpilogsTomf4), within a factor of 1.5. Where that robot stood is not known: at
-    this angle one noise of a corner explains all of its numbers."""
+def test_poses_of_a_robot_at_rest_are_as_noisy_as_measured(distance, angle, height, ids, tag, measured):
+    """Deviations agree with a measured log within a factor of 1.5.
+
+    Source: a log of 2024 (github.com/Tan560/wpilogsTomf4). It does not give the robot's position: at this angle a
+    single corner noise explains all of its figures.
+    """
     found = stand(distance, angle, height, ids, frames=600, bias=CameraBias.none())
     assert {len(frame.tags) for frame in found} == {len(ids)}
     tags = [next(one for one in frame.tags if one.id == tag) for frame in found]
@@ -126,9 +131,12 @@ def test_poses_of_a_robot_at_rest_are_as_noisy_as_measured_ones(distance, angle,
     ("name", "size", "closed"),
     [("mount_angle_deg", 0.5, "yaw"), ("mount_position", 0.05, "place"), ("focal_length", 0.01, "range")],
 )
-def test_each_bias_moves_megatag_1_by_the_pinhole_model(name, size, closed):
-    """A camera turned by its mount's error turns the robot by it; one beside its place moves the robot by it; a
-    longer lens brings a tag nearer by the same part. Means of frames without noise, to second order in the bias."""
+def test_each_bias_moves_a_megatag_1_pose_by_the_pinhole_model(name, size, closed):
+    """Compare means of frames with the pinhole model; errors are of second order in the bias.
+
+    A mount angle error turns the pose by that angle, a mount position error moves the pose by that offset, and a longer
+    focal length shortens the distance in proportion.
+    """
     none = {field: 0.0 for field in CameraBias.__dataclass_fields__}
     quiet = {"type": limelight_type("LL3"), "mount": CameraMount(z=0.9), "bias": CameraBias(**{**none, name: size})}
     camera = LimelightSim(CameraConfig(**quiet), ONE, np.random.default_rng(4))

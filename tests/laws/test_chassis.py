@@ -43,8 +43,8 @@ def bump(world: PhysicsWorld) -> float:
 
 @pytest.mark.parametrize(("height", "way"), [(0.5, 1.0), (0.7, 1.0), (0.7, -1.0)])
 @pytest.mark.parametrize("over", [-2.0, 2.0])
-def test_a_robot_on_the_edge_of_its_bumpers_falls_to_the_side_of_its_center_of_mass(height, way, over):
-    """Beyond tan a = (w / 2) / (h - c) it goes over and lies, by two degrees less it comes back on its wheels."""
+def test_a_robot_balanced_on_its_bumper_edge_falls_toward_its_center_of_mass(height, way, over):
+    """Two degrees beyond tan a = (w / 2) / (h - c) it falls over; two degrees below it lands on its wheels."""
     config = ChassisConfig(center_of_mass_height=height, height=0.9)
     critical = math.atan2(0.5 * config.bumper_width, height - config.clearance)
     with PhysicsWorld() as world:
@@ -62,8 +62,8 @@ def test_a_robot_on_the_edge_of_its_bumpers_falls_to_the_side_of_its_center_of_m
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
 @pytest.mark.parametrize("heading_deg", [0.0, 30.0])
-def test_over_the_bump_it_rises_tilts_and_comes_down(speed, heading_deg):
-    """The driver holds the heading, as every swerve does; wheels that leave the ground cannot."""
+def test_a_robot_rises_tilts_and_comes_down_over_the_bump(speed, heading_deg):
+    """The driver holds the heading, as swerve code does; wheels in the air cannot."""
     heading = math.radians(heading_deg)
     with PhysicsWorld() as world:
         slope = bump(world)
@@ -93,8 +93,8 @@ def test_over_the_bump_it_rises_tilts_and_comes_down(speed, heading_deg):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.4])
-def test_a_wall_stops_it_with_the_overlap_of_its_bumpers_stiffness(speed, heading):
-    """d = v sqrt(m / k) at most, of a mass on the spring of a whole side, and of half of it for a corner."""
+def test_a_wall_stops_a_robot_within_the_overlap_that_its_bumper_stiffness_allows(speed, heading):
+    """At most d = v sqrt(m / k), with the stiffness of a whole side; a quarter of it for a corner."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (2.15, 0.0, 0.5), surface=WALL)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, heading))
@@ -117,12 +117,12 @@ def test_a_wall_stops_it_with_the_overlap_of_its_bumpers_stiffness(speed, headin
         assert math.degrees(tilt) < 5.0
 
 
-def test_over_the_bare_floor_ground_height_agrees_with_rays(monkeypatch):
-    """Where nothing stands around, none is cast."""
+def test_ground_height_over_the_bare_floor_agrees_with_ray_casts(monkeypatch):
+    """The chassis casts no rays where nothing is near."""
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(5.0, 3.0, 0.7))
         for _ in range(4):
-            chassis.apply_forces((0.0, 0.0, 900.0), (20.0, 0.0, 0.0))  # tips, and rises a little
+            chassis.apply_forces((0.0, 0.0, 900.0), (20.0, 0.0, 0.0))  # tilts the robot and raises it a little
             advance(world, chassis)
         assert world.is_flat(5.0, 3.0, 0.5)
         soles, ground = chassis.wheel_ground()
@@ -136,7 +136,7 @@ def test_over_the_bare_floor_ground_height_agrees_with_rays(monkeypatch):
 @pytest.mark.parametrize("speed", [3.0, 4.5])
 @pytest.mark.parametrize("gap", [0.001, 0.005, 0.008, 0.03, 0.07])
 def test_a_loose_row_of_fuel_yields_like_a_touching_row(gap, speed):
-    """Within a tick a knock crosses gaps: what it comes to must not stand there like a wall."""
+    """A knock crosses gaps within a tick; a ball that it reaches must not block the robot like a wall."""
     fuel = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(fuel, 64)], field_size=(16.0, 8.0))
@@ -156,7 +156,7 @@ def test_a_loose_row_of_fuel_yields_like_a_touching_row(gap, speed):
     assert slowest > 0.9 * speed
 
 
-def test_it_pushes_fuel_and_stays_on_the_carpet():
+def test_a_robot_pushes_fuel_and_stays_on_the_carpet():
     fuel = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(fuel, 200)], field_size=(16.0, 8.0))
@@ -192,9 +192,9 @@ def test_non_finite_values_are_refused_and_change_nothing(value):
 
 @pytest.mark.parametrize("back", [0.01, 0.025, 0.04])
 def test_a_wheel_at_the_edge_of_a_bar_stands_on_it(back):
-    """With its hub a little before the edge nothing is straight under the wheel; it bears load and pulls all the same.
+    """With the hub a little before the edge, no ground is straight below the hub, yet the wheel bears load and drives.
 
-    A hub that is b before the edge and on a radius r from it is sqrt(r^2 - b^2) over it.
+    A hub b before the edge, at a distance r from it, is sqrt(r^2 - b^2) above it.
     """
     high, radius = 0.0286, 0.05
     with PhysicsWorld() as world:

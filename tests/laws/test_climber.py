@@ -1,4 +1,4 @@
-"""A robot lifts itself on a rung with a hook on an elevator, hangs, and comes down when the hook lets go."""
+"""A robot lifts itself on a rung by a hook on an elevator, hangs, and comes down when the hook leaves the rung."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HOOK = Joint(mechanism="hook", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.35), sl
 
 @pytest.fixture
 def hanging():
-    """A robot under a rung, its hook above it; `advance` lets it climb."""
+    """Yield a robot below a rung with its hook above the rung, and the world."""
     config = RobotConfig(
         drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0), mass=MASS, bumper=0.75),
         bumper=(0.75, 0.75),
@@ -60,13 +60,13 @@ def test_the_robot_stands_until_the_hook_comes_down_on_the_rung(hanging):
 
 
 def test_the_robot_lifts_itself_and_the_forces_balance(hanging):
-    """Hanging at rest, the rung carries the whole weight, and the drum its torque: weight times drum radius."""
+    """At rest the rung bears the whole weight, and the drum torque is weight times drum radius."""
     robot, world = hanging
     hook = robot.mechanisms["hook"]
     advance(robot, world, 2.0, -6.0)
     assert robot.chassis.pos[2] > 0.1
     weight = MASS * GRAVITY
-    for _ in range(300):  # a loop on the height, as robot code has one, with the weight as feed-forward
+    for _ in range(300):  # height control as in robot code, with the weight as feedforward
         wanted = 0.2
         error = (wanted - hook.height) / DRUM
         advance(robot, world, DT, -GEARBOX.holding_volts((weight - CARRIAGE * GRAVITY) * DRUM) + 0.5 * error)
@@ -80,7 +80,7 @@ def test_the_robot_lifts_itself_and_the_forces_balance(hanging):
 
 
 def test_at_zero_volts_the_robot_sinks_at_the_speed_of_its_shorted_motors(hanging):
-    """w = torque R / (kt ke), all at the drum; and it goes on hanging."""
+    """w = torque R / (kt ke) at the drum; the robot stays on the rung."""
     robot, world = hanging
     hook = robot.mechanisms["hook"]
     advance(robot, world, 1.5, -6.0)
@@ -105,7 +105,7 @@ def test_the_robot_comes_down_and_is_free_when_the_hook_leaves_the_rung(hanging)
 
 
 def test_a_hook_that_releases_in_the_air_drops_the_robot(hanging):
-    """z = h - g t^2 / 2 until the carpet."""
+    """z = h - g t^2 / 2 until it lands."""
     robot, world = hanging
     advance(robot, world, 1.5, -6.0)
     height = robot.chassis.pos[2]

@@ -1,4 +1,4 @@
-"""Pieces are conserved, whatever is done with them, also by mistake."""
+"""Every operation on pieces conserves their number, including refused ones."""
 
 import math
 
@@ -51,7 +51,7 @@ OFF_FIELD = (PieceStatus.STAGED, PieceStatus.SCORED)
 
 
 def apply(pieces: GamePieceManager, world: PhysicsWorld, what: tuple) -> int:
-    """Do it; returns how many new pieces came into the match."""
+    """Apply an operation; return the number of pieces that it adds to the match."""
     match what:
         case ("spawn", places):
             return len(pieces.spawn("Fuel", np.array(places).reshape(-1, 3)))
@@ -90,7 +90,7 @@ def census(pieces: GamePieceManager) -> dict[PieceStatus, int]:
 
 @settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(st.lists(step, min_size=5, max_size=40))
-def test_pieces_are_conserved(steps):
+def test_any_sequence_of_operations_conserves_the_number_of_pieces(steps):
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(FUEL, CAPACITY)], field_size=(16.0, 8.0))
         total = 0

@@ -38,7 +38,7 @@ def test_every_acceptance_figure_is_within_its_tolerance():
     figures = importlib.util.module_from_spec(spec)
     import sys
 
-    sys.modules["drivetrain_figures"] = figures  # dataclasses look their module up
+    sys.modules["drivetrain_figures"] = figures  # dataclasses look up their module in sys.modules
     spec.loader.exec_module(figures)
     rows = figures.measure()
     assert len(rows) == 190
@@ -46,8 +46,8 @@ def test_every_acceptance_figure_is_within_its_tolerance():
 
 
 @pytest.mark.parametrize("h", [0.001, 0.005, 0.02])
-def test_launch_without_slip_is_exponential(h):
-    """v = v0 (1 - exp(-t / tau)); backward Euler of inner step d lags by at most d / 2 (1 - v / v0) / tau."""
+def test_a_launch_without_wheel_slip_is_exponential(h):
+    """v = v0 (1 - exp(-t / tau)); backward Euler with inner step d lags by at most d / 2 (1 - v / v0) / tau."""
     r = robot()
     volts = 2.0
     m = IDEAL.drive_motor
@@ -59,33 +59,33 @@ def test_launch_without_slip_is_exponential(h):
     while r.time < 0.2:
         r.step(h)
         exact = top * (1.0 - math.exp(-r.time / tau))
-        # + the tires' own slip: a hundredth of the speed at full grip, and less than half of it is in use
+        # + tire slip: a hundredth of the speed at full grip, of which less than half is in use
         assert r.vx == pytest.approx(exact, abs=top * (0.5 * 0.005 / tau) * math.exp(-0.5) + 0.01 * top)
 
 
-def test_sliding_robot_stops_in_v2_over_2_mu_g():
+def test_a_sliding_robot_stops_in_v2_over_2_mu_g():
     r = robot()
     r.drive.reset(angles=[math.pi / 2] * 4)
     r.reset(vx=3.0)
     r.run(1.0)
-    # the symplectic pose adds v h / 2 less than half a step of travel
+    # the symplectic pose update adds v h / 2 minus less than half a step of travel
     assert r.x == pytest.approx(9.0 / (2 * 1.2 * GRAVITY), abs=0.5 * 3.0 * 0.005 + 1e-3)
     assert r.speed < 1e-6
 
 
-def test_spinning_robot_on_locked_wheels_stops_by_friction_at_their_radius():
-    """Every wheel pulls mu N at radius r against the turn."""
+def test_friction_at_the_wheels_stops_a_robot_spinning_on_locked_wheels():
+    """Each wheel exerts mu N against the rotation, at its distance from the center."""
     r = robot()
     arm = 0.527 / math.sqrt(2)
-    r.drive.reset(angles=[math.atan2(y, x) for x, y in r.drive.config.positions])  # wheels point outwards
+    r.drive.reset(angles=[math.atan2(y, x) for x, y in r.drive.config.positions])  # wheels point outward
     r.reset(omega=5.0)
     r.step(0.005)
     alpha = 1.2 * 55.0 * GRAVITY * arm / r.drive.config.yaw_inertia
     assert 5.0 - r.omega == pytest.approx(alpha * 0.005, rel=1e-3)
 
 
-def test_steady_turn_holds_speed_and_circle():
-    """v = omega R, and the tires supply m v omega sideways."""
+def test_a_steady_turn_holds_its_speed_and_its_circle():
+    """v = omega R, and the tires supply the centripetal force m v omega."""
     r = robot()
     r.drive.set_chassis_speeds(2.0, 0.0, 2.0)
     r.run(2.0)
@@ -94,7 +94,7 @@ def test_steady_turn_holds_speed_and_circle():
 
 
 @pytest.mark.parametrize(("limit", "odometry_ok"), [(60.0, True), (math.inf, False)])
-def test_odometry_is_wrong_only_after_a_skid(limit, odometry_ok):
+def test_odometry_drifts_only_when_wheels_spin(limit, odometry_ok):
     r = robot(drive_stator_limit=limit)
     r.drive.set_volts([12.0] * 4, [0.0] * 4)
     r.run(0.5)
@@ -117,10 +117,12 @@ def test_load_transfer_makes_the_front_wheels_spin_first():
 @pytest.mark.parametrize("mass", [62.0, 68.0])
 @pytest.mark.parametrize("limit", [(120.0, 70.0), (math.inf, math.inf)])
 def test_a_sprint_takes_as_long_as_a_team_measured(mass, limit):
-    """250 in in 1.78 s: 4 Falcon 500 at 7.2:1 on 4 in wheels, 12 V ramped over 0.1 s, battery and mass not said.
+    """250 in in 1.78 s: 4 Falcon 500 at 7.2:1 on 4 in wheels, 12 V ramped over 0.1 s; battery and mass are not given.
 
-    Without limits it browns out (a roboRIO 1 at 6.3 V); with motors off from each dip on it took 2.03 to 2.09 s.
-    Friction is not said either: .25 V fits, of a drive in good order; the .65 V of public tanks make it some 5 % later.
+    Without current limits a roboRIO 1 browns out at 6.3 V; when motors stayed off after each dip, it took 2.03 to 2.09
+    s.
+    Friction is not given either: 0.25 V, a drive in good order, fits; the 0.65 V of public tank drives takes 5 %
+    longer.
     Source: team 1678, Falcon 500 beta test findings (Chief Delphi 368786).
     """
     config = TankConfig(

@@ -67,7 +67,7 @@ def modules(draw: st.DrawFn, x: float, y: float) -> SwerveModuleConfig:
 
 @st.composite
 def robots(draw: st.DrawFn) -> SwerveConfig:
-    """Draw a robot that stands on three to five modules and does not tip by its own grip (mu h < b)."""
+    """Draw a robot that stands on three to five modules and cannot tip by its own grip (mu h < b)."""
     count = draw(st.integers(3, 5))
     turns = [(k + draw(st.floats(-0.1, 0.1))) / count for k in range(count)]
     places = [(draw(st.floats(0.3, 0.4)) * math.cos(math.tau * t), 0.35 * math.sin(math.tau * t)) for t in turns]
@@ -102,7 +102,7 @@ def command(drive: SwerveDrive, rng: np.random.Generator) -> None:
 
 
 def drive_around(config: SwerveConfig, battery: BatteryConfig | None, seed: int, h: float, n: int = 60):  # type: ignore[no-untyped-def]
-    """Random commands from a random velocity; yields after every step."""
+    """Apply random commands from a random velocity; yield the drive and the bench after every step."""
     rng = np.random.default_rng(seed)
     drive = SwerveDrive(config, battery=Battery(battery) if battery else None)
     drive.reset(angles=rng.uniform(-4, 4, len(config.modules)))
@@ -119,7 +119,7 @@ def drive_around(config: SwerveConfig, battery: BatteryConfig | None, seed: int,
 
 @given(robots(), batteries, seeds, steps)
 @settings(max_examples=60)
-def test_tire_forces_never_exceed_their_grip(config, battery, seed, h):
+def test_tire_forces_never_exceed_the_available_grip(config, battery, seed, h):
     for drive, chassis in drive_around(config, battery, seed, h):
         force = drive.wheel_forces
         grip = np.array([m.wheel_cof for m in config.modules]) * np.array(chassis.loads)
@@ -143,14 +143,14 @@ def test_currents_stay_within_their_limits_in_all_four_quadrants(config, battery
 
 @given(robots(), batteries, seeds)
 @settings(max_examples=40)
-def test_no_motion_without_electrical_energy(config, battery, seed):
-    """Gained kinetic energy <= energy drawn, less energy fed back.
+def test_kinetic_energy_never_exceeds_the_electrical_energy_drawn(config, battery, seed):
+    """The gain in kinetic energy is at most the energy drawn less the energy fed back.
 
-    Where a datasheet's kt and kv disagree, electrical and mechanical power differ by their product; that factor is
-    the datasheet's, and part of the bound.
+    Where a datasheet's kt and kv disagree, electrical and mechanical power differ by their product, so the bound
+    includes this factor.
     """
     rng = np.random.default_rng(seed)
-    h = 0.004  # one inner step, so that volts times amps is the whole story
+    h = 0.004  # one inner step, so that volts times amps is the whole power
     drive = SwerveDrive(config, battery=Battery(battery) if battery else None)
     chassis = DriveBench(drive)
     given_energy = 0.0
@@ -172,7 +172,7 @@ def test_no_motion_without_electrical_energy(config, battery, seed):
 
 @given(robots(), seeds, st.sampled_from([0.001, 0.004, 0.005, 0.02]))
 @settings(max_examples=40)
-def test_wheels_in_neutral_never_speed_a_robot_up(config, seed, h):
+def test_a_robot_in_neutral_never_speeds_up(config, seed, h):
     rng = np.random.default_rng(seed)
     drive = SwerveDrive(config)
     drive.reset(angles=rng.uniform(-4, 4, len(config.modules)))
@@ -212,14 +212,14 @@ def test_a_rotated_field_gives_the_rotated_run(config, seed, turn):
             if k % 10 == 0:
                 command(drive, rng)
             chassis.step(0.005)
-        turned = math.remainder(chassis.yaw - yaw - 1.0, math.tau)  # far from where it wraps
+        turned = math.remainder(chassis.yaw - yaw - 1.0, math.tau)  # far from the wrap-around
         paths.append((c * chassis.x + s * chassis.y, c * chassis.y - s * chassis.x, turned))
     assert paths[0] == pytest.approx(paths[1], abs=1e-6)
 
 
 @given(seeds)
 @settings(max_examples=20)
-def test_left_and_right_are_mirror_images(seed):
+def test_mirrored_commands_give_the_mirrored_run(seed):
     rng = np.random.default_rng(seed)
     config = SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0))
     volts, steer = rng.uniform(-12, 12, 4), rng.uniform(-6, 6, 4)
@@ -237,7 +237,7 @@ def test_left_and_right_are_mirror_images(seed):
 
 @given(st.floats(-13, 13), st.floats(-13, 13), st.integers(2, 4), st.floats(0.3, 2.0), st.floats(5.0, 200.0), steps)
 @settings(max_examples=30)
-def test_a_tank_drive_obeys_these_laws(left, right, wheels, tread, limit, h):
+def test_a_tank_drive_keeps_within_its_grip_and_its_current_limit(left, right, wheels, tread, limit, h):
     xs = tuple(np.linspace(0.3, -0.3, wheels))
     drive = TankDrive(TankConfig(wheel_xs=xs, wheel_cof=tread, stator_limit=limit), battery=Battery())
     chassis = DriveBench(drive)

@@ -1,4 +1,4 @@
-"""What the battery gives is what motors take, and that is heat and motion."""
+"""Energy drawn from the battery equals the energy of the motors, as heat and motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LIMITED = {"stator_current_limit": 120.0, "supply_current_limit": 70.0}
 
 
 def robot(name: str, count: int, limits: dict[str, float], *, stalled: bool) -> RobotConfig:
-    """So many mechanisms of one motor each: flywheels, or arms between two stops."""
+    """Return a robot with a number of single-motor mechanisms: flywheels, or arms between two stops."""
     box = GearboxConfig(motor=motor(name), gearing=1.0, **limits)
     one = (
         ArmConfig(gearbox=box, inertia=0.01, min_angle=0.0, max_angle=0.001)
@@ -36,10 +36,11 @@ def robot(name: str, count: int, limits: dict[str, float], *, stalled: bool) -> 
 @pytest.mark.parametrize("count", [0, 1, 2, 4, 12])
 @pytest.mark.parametrize("name", ["Kraken X60", "NEO"])
 def test_battery_energy_equals_motor_heat_and_kinetic_energy(name, count, limits, stalled):
-    """Half a second at 12 V, mechanisms and drivetrain: within 0.5 %.
+    """Mechanisms and drivetrain for half a second at 12 V: within 0.5 %.
 
-    A motor of a datasheet gives kt kv of its electrical power as mechanical power, see `MotorModel`; in the
-    millisecond in which an arm meets its stop its impact is neither heat of a winding nor motion.
+    A datasheet motor delivers kt kv times its electrical power as mechanical power, see `MotorModel`. In the
+    millisecond
+    in which an arm meets its stop, the energy of the impact is neither winding heat nor motion.
     """
     config = robot(name, count, limits, stalled=stalled)
     with Match.bare(config, start=(4.0, 4.0, 0.0)) as match:
@@ -62,8 +63,8 @@ def test_battery_energy_equals_motor_heat_and_kinetic_energy(name, count, limits
             assert heat + motion == pytest.approx(taken, rel=0.005)
 
 
-def test_regenerating_motors_charge_the_battery_by_at_most_the_wheels_energy():
-    """From 12 V to 6: twelve of them raise its voltage by what their current makes in its resistance, and no more."""
+def test_regenerating_motors_return_no_more_than_the_flywheels_lose():
+    """Twelve motors switched from 12 V to 6 V raise the battery voltage by at most current times resistance."""
     with Match.bare(robot("Kraken X60", 12, LIMITED, stalled=False), start=(4.0, 4.0, 0.0)) as match:
         (one,) = match.robots
         for mechanism in one.mechanisms.values():

@@ -1,4 +1,4 @@
-"""What every engine keeps of the protocol, seen from outside."""
+"""Behavior of the engine protocol that every engine must have."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run(engine: Engine, seconds: float) -> None:
         engine.step(0.005)
 
 
-def test_a_test_runs_on_the_engine_in_its_name(engine, engine_name):
+def test_each_test_runs_on_the_engine_in_its_name(engine, engine_name):
     assert engine.name == engine_name
 
 
@@ -47,7 +47,7 @@ def test_a_test_runs_on_the_engine_in_its_name(engine, engine_name):
     ("first", "second", "touch"),
     [((2, 4), (4, 2), True), ((2, 4), (4, 8), False), ((2, 8), (4, 2), False), ((2, 6), (2, 6), True)],
 )
-def test_two_bodies_touch_when_each_has_the_other_in_its_mask(engine, first, second, touch):
+def test_two_bodies_collide_only_if_each_mask_includes_the_others_group(engine, first, second, touch):
     a = ball(engine, 0.0, group=first[0], mask=first[1])
     b = ball(engine, 0.3, group=second[0], mask=second[1])
     engine.set_velocity(a, (2.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -55,7 +55,7 @@ def test_two_bodies_touch_when_each_has_the_other_in_its_mask(engine, first, sec
     assert (engine.velocity(b)[0][0] > 1.0) == touch
 
 
-def test_masks_can_change_during_a_run(engine):
+def test_collision_masks_can_change_during_a_run(engine):
     a, b = ball(engine, 0.0), ball(engine, 0.3)
     engine.set_collision(b, 0, 0)
     engine.set_velocity(a, (2.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -67,7 +67,7 @@ def test_masks_can_change_during_a_run(engine):
     assert engine.velocity(b)[0][0] < -1.0
 
 
-def test_a_sleeper_stays_until_a_moving_body_touches_it():
+def test_a_sleeping_body_stays_in_place_until_a_moving_body_touches_it():
     with PhysicsWorld() as world:
         engine = world.engine
         rows = [
@@ -90,7 +90,7 @@ def test_a_sleeper_stays_until_a_moving_body_touches_it():
 
 
 @pytest.mark.parametrize("shape", [Sphere(RADIUS), Box((0.15, 0.15, 0.15))], ids=["ball", "box"])
-def test_a_fixed_body_acts_as_a_static_until_it_is_woken(shape):
+def test_a_fixed_body_acts_as_static_until_it_is_woken(shape):
     with PhysicsWorld() as world:
         engine = world.engine
         fixed, other = (
@@ -159,7 +159,7 @@ def test_poses_refer_to_the_origin_and_velocities_to_the_center_of_mass(engine):
     assert engine.velocity(row)[1][2] == pytest.approx(math.pi, rel=1e-6)
 
 
-def test_rays_hit_bodies_in_their_mask_except_those_they_start_in(engine):
+def test_rays_hit_the_bodies_in_their_mask_but_not_the_one_they_start_in(engine):
     box = engine.add_body(BodyDefinition(shape=Box((1.0, 1.0, 1.0)), surface=HARD, group=1, pos=(2.0, 0.0, 0.0)))
     points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     hull = engine.add_body(BodyDefinition(shape=Hull(points), surface=HARD, group=8, pos=(5.0, 0.0, 0.0)))
@@ -193,7 +193,7 @@ def digest():
 """
 
 
-def test_worlds_in_this_and_another_process_agree_to_the_last_bit():
+def test_worlds_in_two_processes_agree_to_the_last_bit():
     names: dict = {}
     exec(SCENE, names)
     first = names["digest"]()
@@ -206,14 +206,14 @@ def test_worlds_in_this_and_another_process_agree_to_the_last_bit():
     assert first == second == done.stdout.strip()
 
 
-# --- how MuJoCo is set up -------------------------------------------------------------------------------------------
+# --- MuJoCo settings --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.engines("mujoco")
 @pytest.mark.parametrize("h", [0.02, 0.004])
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])
-def test_a_box_bounces_with_the_restitution_of_its_pair_at_any_phase(h, restitution):
-    """The spring of a contact has some 15 steps in half a period, so what comes out is right within a tenth."""
+def test_a_box_bounces_with_the_restitution_of_its_pair_wherever_in_a_step_it_hits(h, restitution):
+    """The contact spring has some 15 steps in half a period, so the rebound is right within a tenth."""
     with PhysicsWorld(floor=HARD, gravity=1e-9) as world:
         piece = TerrainSurface(name="piece", friction=0.5, restitution=restitution)
         for phase in np.linspace(0.0, 1.0, 6, endpoint=False).tolist():

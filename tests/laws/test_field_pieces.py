@@ -1,4 +1,4 @@
-"""What a game's tables can say: hulls and slopes on both halves, hollow cones on poles, pieces in nothing."""
+"""Shapes in game tables: hulls and slopes on both halves, hollow cones on poles, and pieces staged inside elements."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.25)
 
 
 def corners(element):
-    """Of a hull, field frame, in order."""
+    """Return the corners of a hull, field frame, sorted."""
     points = np.round(element.shape.points + element.position, 9)
     return points[np.lexsort(points.T)].tolist()
 
@@ -49,7 +49,7 @@ def test_slopes_and_hulls_are_mirrored_to_both_halves(kind, toward):
     assert len(top) == 2 and {point[axis] for point in top} == {((2.0, 3.0), (1.0, 3.0))[axis][edge]}
 
 
-def test_shapes_without_a_mirror_image_are_refused():
+def test_shapes_that_cannot_be_mirrored_are_refused():
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]))
     with pytest.raises(ConfigError, match="boxes, cylinders, balls and hulls can be put on both sides, got a Mesh"):
         for_both_alliances([FieldElement(name="net", shape=mesh, position=np.zeros(3))], FieldSymmetry("rotate", SIZE))
@@ -57,12 +57,12 @@ def test_shapes_without_a_mirror_image_are_refused():
         slope_element("ramp", (2.0, 1.0, 0.0), (3.0, 3.0, 0.2), "up")
 
 
-def test_a_hollow_cone_sits_on_a_pole_and_a_full_one_does_not_fit():
-    """Its top rests on the pole's: the pole stands in it, and it is as high as the pole allows."""
+def test_a_hollow_cone_sits_on_a_pole():
+    """The inside of the cone's top rests on the top of the pole."""
     pole = FieldElement(name="pole", shape=Cylinder(0.012, 0.8), position=np.array([4.0, 4.0, 0.4]))
     game = replace(Game.bare(elements=(pole,), pieces=(PieceSupply(CONE, 1),)), starts=((8.0, 4.0, 0.0),))
     low = min(part.offset[2] for part in parts_of(CONE.shape) if isinstance(part.shape, Box)) - inches(0.125)
-    top = inches(12.81) + low - inches(0.25)  # of the room inside, over the center
+    top = inches(12.81) + low - inches(0.25)  # top of the hollow, above the center
     with Match(game) as match:
         (slot,) = match.pieces.spawn("Cone", np.array([[4.0, 4.0, 0.8 - top + 0.01]]))
         match.play(3.0)

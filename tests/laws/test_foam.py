@@ -1,4 +1,4 @@
-"""Foam that loses energy by hysteresis: whatever the mass behind a ball, the step, and how stiff the ball is."""
+"""Foam with hysteresis: energy loss for any mass behind a ball, step length and ball stiffness."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FUEL = replace(REBUILT_FUEL, shape=Sphere(R), aerodynamics=None)
 
 
 def awake(world: PhysicsWorld, kind: GamePieceConfig, places: list[tuple[float, float, float]]) -> GamePieceManager:
-    """Put balls of a kind into a world, awake."""
+    """Spawn balls of a kind and wake them."""
     pieces = GamePieceManager(world, [(kind, len(places))], field_size=(16.0, 8.0))
     for slot in pieces.spawn(kind.name, np.array(places)).tolist():
         pieces._wake(slot)
@@ -31,7 +31,7 @@ def awake(world: PhysicsWorld, kind: GamePieceConfig, places: list[tuple[float, 
 
 
 def returned(speed: float, h: float) -> float:
-    """Speed of a robot of 55 kg after it has rammed a fuel at a wall, over that before; in steps of h [s]."""
+    """Return the rebound speed of a 55 kg robot that rams a fuel at a wall, over its speed before; steps of h [s]."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         world.add_static("wall", Box((0.3, 4.0, 4.0)), (5.15, 4.0, 1.0), surface=WALL)
         awake(world, FUEL, [(5.0 - R, 4.0, 1.0)])
@@ -46,11 +46,11 @@ def returned(speed: float, h: float) -> float:
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
-def test_a_robot_that_rams_a_pinned_fuel_comes_back_with_what_its_contacts_return(speed):
-    """Both contacts hold half of the energy: e^2 is the mean of theirs, though 55 kg are 250 times as much as a fuel.
+def test_a_robot_that_rams_a_pinned_fuel_rebounds_with_the_restitution_of_both_contacts(speed):
+    """Each contact stores half of the energy, so e^2 is the mean of both, though 55 kg is 250 times the mass of a fuel.
 
-    The robot turns round slowly, in a quarter of a second: foam forgets in that time, which moves e by up to 0.05.
-    Steps of 0.25 ms say the same within 5 %.
+    The robot reverses slowly, within a quarter of a second, in which the foam relaxes: this changes e by up to 0.05.
+    Steps of 0.25 ms give the same within 5 %.
     """
     wall, bumper = FUEL.restitution * WALL.restitution, FUEL.restitution * BUMPER.restitution
     coarse = returned(speed, 0.001)
@@ -59,8 +59,8 @@ def test_a_robot_that_rams_a_pinned_fuel_comes_back_with_what_its_contacts_retur
 
 
 @pytest.mark.parametrize(("inch", "pound"), [(0.5, 20.6), (0.75, 42.0), (1.0, 77.0)])
-def test_foam_under_a_load_comes_to_rest_where_its_maker_says(inch, pound):
-    """A fuel as heavy as AndyMark's plates press is as deep in the carpet 2 s after it fell on it, within 3 %."""
+def test_foam_under_a_load_rests_at_the_makers_depth(inch, pound):
+    """A fuel as heavy as the load on AndyMark's plates rests at their depth 400 steps after it fell, within 3 %."""
     with PhysicsWorld() as world:
         pieces = awake(world, replace(FUEL, mass=pounds(pound)), [(4.0, 4.0, R + 0.01)])
         for _ in range(400):
@@ -70,8 +70,8 @@ def test_foam_under_a_load_comes_to_rest_where_its_maker_says(inch, pound):
 
 @pytest.mark.parametrize("mass", [0.0027, 0.04, 0.2])
 @pytest.mark.parametrize("restitution", [0.3, 0.6, 1.0])
-def test_a_heap_of_light_stiff_balls_is_never_faster_than_it_fell(mass, restitution):
-    """27 balls as stiff as their mass takes, from 0.5 m: what moves and is high never holds more than at the start."""
+def test_a_heap_of_light_stiff_balls_never_gains_energy(mass, restitution):
+    """27 balls as stiff as their mass allows fall 0.5 m; kinetic plus potential energy never grows."""
     radius = 0.04
     kind = GamePieceConfig(name="Ball", shape=Sphere(radius), mass=mass, restitution=restitution)
     rng = np.random.default_rng(2)

@@ -11,14 +11,14 @@ pytestmark = pytest.mark.engines("bullet")
 WHEELS = np.array([[0.3, 0.3, 0.0], [0.3, -0.3, 0.0], [-0.3, 0.3, 0.0], [-0.3, -0.3, 0.0]])
 
 
-def test_robot_tilted_on_a_bump_is_not_airborne() -> None:
+def test_a_robot_tilted_on_a_bump_is_not_airborne() -> None:
     wheels = WHEELS + np.array([[0, 0, 0.165], [0, 0, 0.165], [0, 0, 0.0], [0, 0, 0.0]])
     result = ground_clearance(wheels, np.array([0.165, 0.165, 0.0, 0.0]))
     assert result.height == 0.0
     assert not result.is_airborne
 
 
-def test_robot_off_a_bump_is_airborne_by_its_lowest_wheel() -> None:
+def test_a_robot_above_a_bump_is_airborne_by_the_gap_below_its_lowest_wheel() -> None:
     result = ground_clearance(WHEELS + np.array([0.0, 0.0, 0.05]), np.zeros(4))
     assert result.height == pytest.approx(0.05)
     assert result.is_airborne

@@ -1,4 +1,4 @@
-"""What hangs from the field: a pendulum by the book, pushed by robots and balls, and asleep when nothing moves it."""
+"""Hanging bodies: they swing like a pendulum, react to robots and balls, and sleep when nothing moves them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BALL = GamePieceConfig(name="Ball", shape=Sphere(0.2), mass=0.5, friction=0.6, r
 
 
 def swing(seconds, angle, config=HEAVY, h=0.005):
-    """Times at which it passes its rest, energies over that at rest [J], and farthest from its pivot's place [m]."""
+    """Return the times of zero crossings, the energies above rest [J] and the largest error of the pivot [m]."""
     passes, energies, gap, before, time = [], [], 0.0, 1.0, 0.0
     with PhysicsWorld() as world:
         body = HangingBody(world, config)
@@ -58,7 +58,7 @@ def swing(seconds, angle, config=HEAVY, h=0.005):
     return np.array(passes), np.array(energies), gap
 
 
-def test_it_swings_with_the_period_of_a_pendulum_and_gains_no_energy():
+def test_a_hanging_body_swings_with_the_period_of_a_pendulum_and_gains_no_energy():
     """T = 2 pi sqrt(I / (m g d)) (1 + a^2 / 16 + 11 a^4 / 3072) at an amplitude a."""
     angle = 0.3
     passes, energies, gap = swing(5.0, angle)
@@ -70,8 +70,8 @@ def test_it_swings_with_the_period_of_a_pendulum_and_gains_no_energy():
     assert gap < 0.001
 
 
-def test_friction_damps_a_swing_at_its_rate():
-    """The amplitude of a swing decays with exp(-c t / 2), so the energy with exp(-c t)."""
+def test_damping_decays_a_swing_at_the_configured_rate():
+    """The amplitude decays with exp(-c t / 2), so the energy decays with exp(-c t)."""
     _, energies, _ = swing(3.0, 0.2, replace(HEAVY, damping=0.4))
     assert energies[-1] / energies[0] == pytest.approx(math.exp(-0.4 * 3.0), rel=0.1)
 
@@ -83,7 +83,7 @@ def field_with(rungs=(), **changes):
     return replace(game, field=replace(game.field, hanging=hanging, rungs=rungs), starts=((2.0, 4.0, 0.0),))
 
 
-def test_a_pushed_body_comes_to_rest_and_sleeps():
+def test_a_pushed_body_comes_to_rest_and_falls_asleep():
     digests = []
     for seconds in (4.0, 0.0):
         with Match(field_with(damping=4.0)) as match:
@@ -112,8 +112,8 @@ def test_a_pushed_body_comes_to_rest_and_sleeps():
     assert digests[0] == digests[1]
 
 
-def test_a_thrown_ball_makes_it_swing_by_its_momentum():
-    """About the pivot: I w is what the ball loses, m (v - v') d."""
+def test_a_thrown_ball_transfers_its_momentum_to_a_hanging_body():
+    """About the pivot: I w equals the loss of the ball, m (v - v') d."""
     with Match(field_with()) as match:
         slot = match.pieces.spawn("Ball", np.array([[3.0, 4.0, 1.5 - DROP + 0.1]]))
         match.pieces.push(slot, np.array([[6.0, 0.0, 0.5]]), flying=True)
@@ -127,7 +127,7 @@ def test_a_thrown_ball_makes_it_swing_by_its_momentum():
         assert match.count.is_conserved
 
 
-def test_a_rung_must_name_a_hanging_body():
+def test_a_rung_on_an_unknown_hanging_body_is_refused():
     rung = Rung(name="bar", start=(4.0, 3.9, 0.7), end=(4.0, 4.1, 0.7), mount="wait")
     with pytest.raises(ConfigError, match=r"no body hangs there.*\['wait'\]"):
         field_with((rung,))
@@ -137,14 +137,14 @@ def test_a_rung_must_name_a_hanging_body():
 
 
 def test_a_swinging_body_wakes_only_the_pieces_that_it_hits(engine_name):
-    """It reaches as far as its own height, and slowly only what it touches."""
+    """A ball above the body stays asleep; the ball next to it is hit and moves."""
     game = field_with(damping=0.3)
     shelf = FieldElement(name="shelf", shape=Box((1.0, 1.0, 0.1)), position=np.array([4.0, 4.0, 1.6]), surface=WALL)
     game = replace(game, field=replace(game.field, elements=(*game.field.elements, shelf)))
     with Match(game, engine=engine_name) as match:
         body = match.hanging[0]
         above, beside = match.pieces.spawn("Ball", np.array([[4.0, 4.0, 1.86], [4.36, 4.0, 0.2]]))
-        body.pull((4.0, 4.0, 0.4), (800.0, 0.0, 0.0))  # for one step of 5 ms
+        body.pull((4.0, 4.0, 0.4), (800.0, 0.0, 0.0))  # during one step of 5 ms
         match.play(0.5)
         assert match.pieces.state.pos[beside, 0] > 4.37, "it was pushed away"
         match.play(2.0)

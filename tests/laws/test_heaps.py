@@ -1,4 +1,4 @@
-"""Heaps: nobody sinks into anything, they come to rest, and then nothing moves any more."""
+"""Heaps of fuel: no ball sinks into another, the heap comes to rest and then nothing moves."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ALL_SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 
 
 class Heap:
-    """Fuel that falls into a bin from layers one above the other."""
+    """Fuel that falls into a bin in layers."""
 
     def __init__(self, world: PhysicsWorld, count: int, size: float, sides=ALL_SIDES, seed=1) -> None:
         for dx, dy in sides:
@@ -51,7 +51,7 @@ class Heap:
 
     @property
     def energy(self) -> float:
-        """Potential and of motion [J]; heights are of the tick's end, velocities its mean."""
+        """Potential plus kinetic energy [J], from the heights at the end of a tick and its mean velocities."""
         vel = self.pieces.state.vel[self.slots]
         return float(FUEL.mass * (self.world.gravity * self.pos[:, 2].sum() + 0.5 * (vel**2).sum()))
 
@@ -63,7 +63,7 @@ class Heap:
 
 
 def overlap(pos: np.ndarray) -> float:
-    """Deepest of two balls [m]."""
+    """Return the largest overlap of two balls [m]."""
     pairs = cKDTree(pos).query_pairs(2 * RADIUS, output_type="ndarray")
     if not len(pairs):
         return 0.0
@@ -74,10 +74,10 @@ def overlap(pos: np.ndarray) -> float:
     (100, 0.6, ALL_SIDES), (300, 0.9, ALL_SIDES), (100, 1.2, ((-1, 0), (0, -1))),
 ])  # fmt: skip
 def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
-    """In a bin at rest within 4 s and asleep within 6; in a corner, where it rolls apart, when the last one stands.
+    """A heap in a bin rests within 4 s and sleeps within 6 s; in a corner it rolls apart and sleeps within 16 s.
 
-    The lowest give way to the weight of all above: F(d) of a share of it. At rest in a bin, spheres fill between 0.44
-    (loose, 8 radii from wall to wall) and 0.64 of the room (the closest at random), and 0.70 as far as they give way.
+    The lowest balls yield under the weight above them, a share each. At rest in a bin, the balls fill between 0.44
+    (loose packing, 8 radii from wall to wall) and 0.64 (random close packing) of the volume, or 0.70 when compressed.
     """
     with PhysicsWorld() as world:
         heap = Heap(world, count, size, sides)
@@ -107,7 +107,7 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
 
 @pytest.mark.parametrize("on_top", [1, 2, 3, 4, 5])
 def test_a_small_heap_falls_asleep_like_a_large_one(on_top):
-    """In a box that holds five by five: those on top press them apart, and the walls push back."""
+    """In a box for five by five balls, those on top press the others apart and the walls push back."""
     with PhysicsWorld() as world:
         heap = Heap(world, 25 + on_top, 0.8)
         heap.play(5.0)

@@ -1,4 +1,4 @@
-"""What is hinged from below: a seesaw by the book, which tips under a robot, meets its stops and is level again."""
+"""Hinged bodies: a seesaw tips under a robot, meets its stops and levels out again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simcore.world.shapes import Box
 from simcore.world.world import PhysicsWorld
 
 LENGTH, WIDTH, THICK, MASS, HEIGHT = 1.9, 2.4, 0.04, 60.0, 0.16
-RISE = 0.03  # of its center over the hinge
+RISE = 0.03  # height of the center above the hinge
 PLATE = HangingConfig(
     name="seesaw",
     shape=Box((LENGTH, WIDTH, THICK)),
@@ -33,11 +33,11 @@ PLATE = HangingConfig(
     drivable=True,
 )
 INERTIA = MASS * (RISE**2 + (LENGTH**2 + THICK**2) / 12.0)
-STOP = math.asin((HEIGHT + RISE - 0.5 * THICK) / (0.5 * LENGTH))  # about: its edge on the carpet
+STOP = math.asin((HEIGHT + RISE - 0.5 * THICK) / (0.5 * LENGTH))  # approximate angle at which an edge meets the carpet
 
 
-def test_it_swings_with_the_period_of_its_spring_minus_its_weight():
-    """T = 2 pi sqrt(I / (k - m g r)): what is above its hinge falls away from it."""
+def test_a_seesaw_swings_with_the_period_of_its_spring_minus_its_weight():
+    """T = 2 pi sqrt(I / (k - m g r)): the weight above the hinge acts against the spring."""
     passes, before, h, time, aside = [], 1.0, 0.005, 0.0, 0.0
     with PhysicsWorld() as world:
         body = HangingBody(world, PLATE)
@@ -66,7 +66,7 @@ def seesaw(**changes):
 
 
 def drive(match, goal, seconds, speed=1.0):
-    """Along x to a place [m], slower as it comes near."""
+    """Drive along x to a goal [m] and slow down near it; return the plate angles [rad] and the contacts."""
     robot, (plate,) = match.robots[0], match.hanging
     angles, seen = [], set()
     for _ in range(round(seconds / 0.02)):
@@ -78,7 +78,7 @@ def drive(match, goal, seconds, speed=1.0):
     return angles, seen
 
 
-def test_a_driving_robot_tips_it_to_its_stops_and_balances():
+def test_a_driving_robot_tips_a_seesaw_to_its_stops_and_balances_on_it():
     with Match(seesaw()) as match:
         (plate,), robot = match.hanging, match.robots[0]
         robot.carry_to((6.0 - 0.5 * LENGTH + 0.3, 4.0, 0.0))
@@ -97,8 +97,8 @@ def test_a_driving_robot_tips_it_to_its_stops_and_balances():
 
 @pytest.mark.parametrize("damping", [3.0, 60.0])
 @pytest.mark.parametrize("place", [0.1, -0.2])
-def test_a_robot_at_rest_tips_it_until_its_spring_balances(place, damping):
-    """K a = m g r sin a + M g x, whatever damps it; a step of 5 ms leaves K h^2 / I = 0.4 % of the spring."""
+def test_a_robot_at_rest_tips_a_seesaw_until_its_spring_balances(place, damping):
+    """K a = m g r sin a + M g x at any damping; a step of 5 ms adds K h^2 / I = 0.4 % to the spring."""
     game = seesaw(spring=2500.0)
     plate = replace(game.field.hanging[0], damping=damping)
     with Match(replace(game, field=replace(game.field, hanging=(plate,)))) as match:

@@ -1,4 +1,4 @@
-"""A hopper in a robot on the engine: its mass moves with the pieces, whole autos shoot out of it, nothing gets lost."""
+"""Hopper of a robot on the engine: its mass moves with the pieces, whole autos shoot from it and no piece is lost."""
 
 from __future__ import annotations
 
@@ -31,14 +31,13 @@ WIDE = robot(outlet_width=0.36, belt="spindexer", belt_travel=0.1, funnel=0.5)
 
 
 def center(match) -> np.ndarray:
-    """Of the pieces, robot frame [m]."""
+    """Return the mean position of the held pieces, robot frame [m]."""
     one = match.robots[0]
     return one.held_poses(match.pieces.radius)[:, :3].mean(axis=0)
 
 
-def test_pieces_slide_to_the_rear_and_the_robot_s_center_of_mass_with_them():
-    """Mass and center are those of the body and of the pieces where they are, at every tick, within 2 mm (it is told
-    no less than that)."""
+def test_pieces_slide_to_the_rear_and_shift_the_robots_center_of_mass():
+    """At every tick, mass and center are those of the body plus the pieces in place; shifts below 2 mm are ignored."""
     with Match.bare(WIDE, pieces=(PieceSupply(FUEL, 12),)) as match:
         one = match.robots[0]
         for number in range(12):
@@ -59,7 +58,7 @@ def test_pieces_slide_to_the_rear_and_the_robot_s_center_of_mass_with_them():
         assert one.chassis.distribution.center[0] < whole - 12 * FUEL.mass * 0.04 / (body.mass + 12 * FUEL.mass)
 
 
-def test_a_whole_auto_shoots_and_scores_out_of_a_hopper():
+def test_a_robot_shoots_and_scores_a_whole_auto_from_its_hopper():
     run = play_auto(REBUILT, "depot", seed=1, robot=WIDE, on_tick=_require_conserved)
     with run.match:
         assert len(run.match.record.shots) >= 25 and run.match.score.blue >= 25
@@ -95,7 +94,7 @@ def test_a_narrow_outlet_jams_with_one_warning_and_keeps_its_fuel(caplog):
 
 
 def test_a_field_reset_restores_preloads_and_warns_of_the_next_jam(caplog):
-    """They have the same slots, and came to jam where they are not any more."""
+    """Preloads occupy the slots that jammed before, but at other places."""
     narrow = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
     with Match(REBUILT, robots=(RobotEntry(config=narrow),)) as match:
         storage = match.robots[0].storage
@@ -112,7 +111,7 @@ def test_a_field_reset_restores_preloads_and_warns_of_the_next_jam(caplog):
 
 
 def test_each_of_two_hoppers_warns_of_its_own_jam(caplog):
-    """Both belts are the same one, and nobody shoots."""
+    """Both hoppers share one belt, and no shooter runs."""
     base = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
     room = replace(base.storage, name="a", capacity=8)
     two = replace(
@@ -148,6 +147,6 @@ def test_a_claw_that_takes_a_piece_out_of_a_hopper_ends_its_jam():
     assert jams[0] == 1 and jams[-1] == 0
 
 
-def test_a_missing_belt_is_named():
+def test_an_unknown_belt_is_named():
     with pytest.raises(UnknownNameError, match="for a hopper"):
         robot(outlet_width=0.3, belt="spindxer")

@@ -1,4 +1,4 @@
-"""Pieces around which nothing has moved for long, and a robot that comes."""
+"""A robot that meets pieces after a long time without any motion."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ pytestmark = pytest.mark.engines("bullet")
 
 
 @pytest.mark.parametrize("carried", [False, True])
-def test_a_robot_pushes_sleepers_equally_after_a_long_rest(carried):
-    """It stands for 2 s, or is carried there after them; then it drives through fuel of the neutral zone."""
+def test_a_robot_pushes_sleeping_pieces_equally_after_a_long_rest(carried):
+    """The robot waits for 2 s, in place or elsewhere, and then drives through the fuel of the neutral zone."""
     far, near = (2.5, 6.5, 0.0), (6.4, 4.0, 0.0)
     moved = []
     for wait in (0, 100):

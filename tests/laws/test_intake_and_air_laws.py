@@ -1,4 +1,4 @@
-"""Laws of the intake's sweep, of drag and of launching."""
+"""Laws of the swept intake zone, of drag and lift, and of launching."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ rotations = arrays(np.float64, (4,), elements=st.floats(-1, 1)).filter(lambda q:
 
 @settings(max_examples=200)
 @given(near, near)
-def test_the_swept_intake_test_agrees_with_fine_samples(prev, now):
+def test_the_swept_intake_zone_agrees_with_fine_samples(prev, now):
     steps = np.linspace(0.0, 1.0, 200)
     sampled = np.any([ZONE.contains(prev + f * (now - prev)) for f in steps], axis=0)
     swept = ZONE.captured(prev, now)
@@ -34,7 +34,7 @@ def test_the_swept_intake_test_agrees_with_fine_samples(prev, now):
 @given(
     arrays(np.float64, (5, 3), elements=st.floats(-40, 40)), arrays(np.float64, (5, 3), elements=st.floats(-200, 200))
 )
-def test_air_never_adds_energy(velocity, spin):
+def test_aerodynamic_forces_never_add_energy(velocity, spin):
     factors = air_factors(Aerodynamics(lift_slope=1.5), radius=0.075, mass=0.215)
     for v, w in zip(velocity, spin, strict=True):
         assert np.dot(air_acceleration(*v, *w, *factors[:3]), v) <= 1e-6
@@ -42,8 +42,8 @@ def test_air_never_adds_energy(velocity, spin):
 
 @settings(max_examples=100)
 @given(rotations, vectors, vectors, vectors, st.floats(-3, 3), st.floats(0, 1.5))
-def test_a_piece_at_the_muzzle_is_detected_there(q, pos, velocity, spin, turret, elevation):
-    """`launch_state` and `field_to_robot` use the same frames; exit speed relative to the muzzle is what was asked."""
+def test_a_piece_launched_at_the_muzzle_is_found_at_the_muzzle(q, pos, velocity, spin, turret, elevation):
+    """`launch_state` and `field_to_robot` use equal frames; the exit speed relative to the muzzle is as commanded."""
     rotation = q / np.linalg.norm(q)
     launch = LaunchParameters(height=0.5, forward=0.2, pivot_x=0.1, barrels=(0.08, -0.08))
     at, v = launch_state(launch, Aim(elevation, 9.0, turret), (pos, rotation, velocity, spin), 1)

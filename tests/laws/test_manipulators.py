@@ -1,4 +1,4 @@
-"""Intakes, placers and storage of a robot in a match on the engine, on an empty carpet."""
+"""Intakes, placers, storage and shooters of a robot in a match on the engine, on an empty carpet."""
 
 from __future__ import annotations
 
@@ -74,10 +74,10 @@ def bare():
 # --- intake ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_piece_that_passes_the_zone_between_two_ticks_is_taken(bare):
-    """At 40 m/s it moves 0.8 m a tick, the zone is 0.6 m wide: across it, sideways, before the robot.
+def test_a_piece_that_crosses_the_intake_zone_between_two_ticks_is_taken(bare):
+    """At 40 m/s a ball moves 0.8 m a tick, sideways through a zone 0.6 m wide in front of the robot.
 
-    From four starts 0.2 m apart: from one at least no tick ends while it is in the zone.
+    Starts are 0.2 m apart, so for at least one of the four no tick ends with the ball in the zone.
     """
     for offset in (0.0, 0.2, 0.4, 0.6):
         slot = bare.pieces.spawn("Ball", np.array([[4.55, 1.0 + offset, RADIUS]]))
@@ -88,7 +88,7 @@ def test_a_piece_that_passes_the_zone_between_two_ticks_is_taken(bare):
         bare.robots[0].storage.discard(int(slot[0]))
 
 
-def test_a_piece_in_flight_is_not_taken_until_it_has_touched_something(bare):
+def test_a_piece_in_flight_is_not_taken_until_it_touches_something(bare):
     slot = bare.pieces.spawn("Ball", np.array([[4.55, 4.0, 0.35]]))
     bare.pieces.push(slot, np.array([[0.0, 0.0, 0.0]]), flying=True)
     bare.tick()
@@ -100,8 +100,8 @@ def test_a_piece_in_flight_is_not_taken_until_it_has_touched_something(bare):
     assert bare.pieces.state.status[slot[0]] == PieceStatus.HELD
 
 
-def test_no_more_pieces_are_taken_than_there_is_room_for(bare):
-    """Three in the zone at once, room for two."""
+def test_an_intake_takes_no_more_pieces_than_there_is_room_for(bare):
+    """Three pieces are in the zone at once, with room for two."""
     slots = bare.pieces.spawn("Ball", np.array([[4.55, y, RADIUS] for y in (3.75, 4.0, 4.25)]))
     bare.play(0.2)
     assert (bare.pieces.state.status[slots] == PieceStatus.HELD).sum() == 2 == len(bare.robots[0].held)
@@ -110,14 +110,14 @@ def test_no_more_pieces_are_taken_than_there_is_room_for(bare):
     assert len(bare.robots[0].held) == 2
 
 
-def test_an_intake_ignores_other_kinds(bare):
+def test_an_intake_ignores_other_kinds_of_pieces(bare):
     bare.pieces.spawn("Crate", np.array([[4.6, 4.0, 0.1]]))
     bare.play(0.2)
     assert bare.robots[0].held == []
 
 
 def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
-    """Front and back: two balls in front, one behind; then only the back shooter's wheels turn."""
+    """Two balls in front and one behind; then only the wheels of the back shooter turn."""
     both = robot()
     back = replace(ZONE, x_min=-0.65, x_max=-0.45)
     shooter = both.shooters[0]
@@ -145,7 +145,7 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
         replace(both, more_storages=(StorageConfig(),))
 
 
-def test_an_intake_with_a_reversed_roller_takes_while_it_turns_backward():
+def test_an_intake_with_a_reversed_roller_takes_pieces_while_it_turns_backward():
     config = robot()
     config = replace(config, intakes=(replace(config.intakes[0], roller="claw", roller_reversed=True),))
     with Match(Game.bare(pieces=(PieceSupply(BALL, 1),), robot=lambda: config)) as match:
@@ -159,7 +159,7 @@ def test_an_intake_with_a_reversed_roller_takes_while_it_turns_backward():
 
 
 def test_a_piece_passes_through_when_the_roller_turns_forward_again():
-    """It is not let go while it is being taken, nor taken again while it is being let go."""
+    """The placer does not release a piece while taking it in, nor take it in while releasing it."""
     config = robot()
     (placer,) = config.placers
     config = replace(config, placers=(replace(placer, passes_through=True, take_speed=5.0, release_speed=5.0),))
@@ -176,8 +176,8 @@ def test_a_piece_passes_through_when_the_roller_turns_forward_again():
         assert match.count.is_conserved
 
 
-def test_a_released_piece_has_velocity_and_attitude_of_the_grip(bare):
-    """v of the robot + omega x r + joint speed x lever, within what gravity adds; the crate keeps its attitude."""
+def test_a_released_piece_has_the_velocity_and_attitude_of_the_gripper(bare):
+    """v of the robot + omega x r + joint speed x lever arm, within gravity's change; the crate keeps its attitude."""
     one = bare.robots[0]
     slot = int(bare.pieces.spawn("Crate", np.array([[4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)]]))[0])
     one.mechanisms["claw"].velocity = 20.0
@@ -214,7 +214,7 @@ def test_a_released_piece_has_velocity_and_attitude_of_the_grip(bare):
     assert bare.count.is_conserved
 
 
-def test_a_full_placer_takes_nothing_more(bare):
+def test_a_full_placer_takes_no_second_piece(bare):
     one = bare.robots[0]
     place = np.array([[4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)]])
     first = bare.pieces.spawn("Crate", place)
@@ -229,8 +229,8 @@ def test_a_full_placer_takes_nothing_more(bare):
 # --- shooter --------------------------------------------------------------------------------------------------------
 
 
-def test_a_shot_is_where_its_schedule_says_at_the_end_of_the_tick(bare):
-    """Shots 0.25 s apart leave 0 or 10 ms into a tick: both are on the parabola from the muzzle."""
+def test_a_shot_ends_its_first_tick_where_its_schedule_puts_it(bare):
+    """Shots 0.25 s apart leave 0 or 10 ms into a tick; both are on the parabola from the muzzle."""
     one = bare.robots[0]
     bare.pieces.hold(slots := bare.pieces.stage("Ball", 2), 0)
     one.storage.add(slots.tolist())
@@ -245,8 +245,8 @@ def test_a_shot_is_where_its_schedule_says_at_the_end_of_the_tick(bare):
         assert shot.points[0][2] == pytest.approx(height, abs=0.02 * up * flown + 0.002)
 
 
-def test_a_sleeper_wakes_before_a_robot_reaches_it():
-    """One that creeps up to a crate finds it awake before they touch; one far away sleeps on."""
+def test_a_sleeping_piece_wakes_before_a_robot_reaches_it():
+    """A robot that creeps up to a crate wakes it before they touch; a crate far away stays asleep."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(CRATE, 2)], field_size=(16.0, 8.0))
         near, far = pieces.spawn("Crate", np.array([[5.60, 4.0, 0.1], [12.0, 4.0, 0.1]])).tolist()
@@ -259,10 +259,12 @@ def test_a_sleeper_wakes_before_a_robot_reaches_it():
 
 
 def crate_before_post(aside: float) -> tuple[Game, np.ndarray]:
-    """A match with a post at the claw's height, and where a crate is in the claw of a robot at (4, 4, 0).
+    """Return a game with a post at the height of the claw, and the place of a crate in the claw.
+
+    The robot is at (4, 4, 0).
 
     Args:
-        aside: Of the middle of the post from that of the crate, to the left [m].
+        aside: Offset of the post from the crate, to the left [m].
     """
     game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=robot)
     at = np.array([4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)])

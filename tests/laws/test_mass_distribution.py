@@ -1,4 +1,4 @@
-"""Mass, center and inertia of a body and points on it."""
+"""Mass, center of mass and moments of inertia of a body with point masses."""
 
 from dataclasses import replace
 
@@ -30,8 +30,8 @@ ROBOT = RobotConfig(
 )
 
 
-def test_a_point_moves_center_and_moments_by_the_parallel_axis_theorem():
-    """Two bodies: mu = m1 m2 / (m1 + m2) times the square of their distance from each axis."""
+def test_a_point_mass_shifts_center_and_moments_by_the_parallel_axis_theorem():
+    """With mu = m1 m2 / (m1 + m2), each moment grows by mu times the squared distance from the axis."""
     mass, center, inertia = with_points(BODY, [(10.0, (0.4, 0.35, 1.2))])
     mu, (dx, dy, dz) = 40.0 * 10.0 / 50.0, (0.3, 0.4, 1.0)
     assert mass == 50.0
@@ -48,7 +48,7 @@ def test_adding_and_removing_a_mass_restores_the_body():
     assert with_points(BODY, []) == BODY
 
 
-def test_the_configured_mass_is_that_of_the_whole_robot_at_the_start():
+def test_the_configured_mass_includes_moving_masses_at_their_start():
     robot = replace(ROBOT, moving_masses=(CARRIAGE,))
     assert robot.whole == ROBOT.whole == ROBOT.bare_body
     assert robot.bare_body.mass == pytest.approx(47.0)

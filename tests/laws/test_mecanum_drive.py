@@ -1,4 +1,4 @@
-"""A mecanum drive against closed forms: speeds by WPILib's kinematics, push by rollers at 45 degrees, energy."""
+"""A mecanum drive against closed forms: WPILib's kinematics, push of rollers at 45 degrees, energy."""
 
 import math
 from dataclasses import replace
@@ -15,8 +15,8 @@ from simcore.units import GRAVITY
 pytestmark = pytest.mark.engines("bullet")
 
 FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, efficiency=1.0, free_speed_share=1.0)
-"""Without friction of its gears and wheels."""
-ARM = 0.56  # |x| + |y| of its wheels [m]
+"""Drive without friction in gears and wheels."""
+ARM = 0.56  # |x| + |y| of the wheels [m]
 
 
 def driven(config: MecanumConfig, volts: list[float], seconds: float) -> tuple[MecanumDrive, DriveBench]:
@@ -31,8 +31,8 @@ def driven(config: MecanumConfig, volts: list[float], seconds: float) -> tuple[M
     ("signs", "axis", "per_tread"),
     [((1, 1, 1, 1), "vx", 1.0), ((-1, 1, 1, -1), "vy", 1.0), ((-1, 1, -1, 1), "omega", 1.0 / ARM)],
 )
-def test_top_speeds_follow_from_the_free_speed_of_the_motors(signs, axis, per_tread):
-    """r w at 6 V, where no torque is left: J dw/dt = k_t (V - w / k_v) / R without friction ends at w = k_v V."""
+def test_top_speed_follows_from_the_free_speed_of_the_motors(signs, axis, per_tread):
+    """r w at 6 V, where the torque vanishes: J dw/dt = k_t (V - w / k_v) / R without friction ends at w = k_v V."""
     drive, robot = driven(FREE, [6.0 * s for s in signs], 8.0)
     motor: MotorModel = FREE.motor
     tread = motor.kv * 6.0 / FREE.gearing * FREE.wheel_radius
@@ -43,21 +43,21 @@ def test_top_speeds_follow_from_the_free_speed_of_the_motors(signs, axis, per_tr
 
 
 @pytest.mark.parametrize("direction", ["forward", "left"])
-def test_it_pushes_with_its_grip_over_root_two(direction):
-    """Each roller's force is mu N along its axis, of which 1 / sqrt 2 points the way that it is pushed."""
+def test_a_mecanum_drive_pushes_with_its_grip_over_root_two(direction):
+    """Each roller exerts mu N along its axis, and 1 / sqrt 2 of it acts in the direction of the push."""
     signs = (1, 1, 1, 1) if direction == "forward" else (-1, 1, 1, -1)
     drive = MecanumDrive(FREE)
     drive.set_volts([12.0 * s for s in signs])
     for _ in range(40):
-        hold(drive, 0.005, (0.0, 0.0, 0.0))  # held where it is
+        hold(drive, 0.005, (0.0, 0.0, 0.0))  # chassis held in place
     force = drive.wheel_forces.sum(axis=0)
     along, across = (force[0], force[1]) if direction == "forward" else (force[1], force[0])
     assert along == pytest.approx(FREE.wheel_cof * FREE.mass * GRAVITY / math.sqrt(2.0), rel=0.002)
     assert abs(across) < 1e-6 * along
 
 
-def test_a_roller_holds_only_along_its_axis():
-    """Front left moves freely along (1, 1), and holds along (1, -1)."""
+def test_a_roller_exerts_a_force_only_along_its_axis():
+    """The front left wheel rolls freely along (1, 1) and resists motion along (1, -1)."""
     drive = MecanumDrive(FREE)
     hold(drive, 0.005, (0.5, 0.5, 0.0))
     forces = drive.wheel_forces
@@ -65,8 +65,8 @@ def test_a_roller_holds_only_along_its_axis():
     assert forces[1][0] == pytest.approx(forces[1][1]) and forces[1][0] < -1.0
 
 
-def test_acceleration_within_the_grip_is_that_of_motors_and_inertia():
-    """m a = 4 tau g / r - 4 J a / r^2, with stalled motors of k_t I each: the rotors' inertia counts with the mass."""
+def test_acceleration_without_slip_follows_from_motor_torque_and_inertia():
+    """m a = 4 tau g / r - 4 J a / r^2 with the current of each motor at its limit: rotor inertia adds to the mass."""
     config = replace(FREE, stator_limit=20.0, wheel_cof=2.0)
     _, robot = driven(config, [12.0] * 4, 0.1)
     torque = config.motor.kt * 20.0 * config.gearing
@@ -76,7 +76,7 @@ def test_acceleration_within_the_grip_is_that_of_motors_and_inertia():
 
 
 @each("speeds", [(2.0, 0.0, 0.0), (0.0, 1.5, 0.0), (0.0, 0.0, 3.0), (1.0, -1.0, 0.2)])
-def test_its_loops_follow_commanded_speeds(speeds):
+def test_the_velocity_loops_follow_commanded_chassis_speeds(speeds):
     drive = MecanumDrive(MecanumConfig())
     robot = DriveBench(drive)
     drive.set_chassis_speeds(*speeds)
@@ -88,8 +88,8 @@ def test_its_loops_follow_commanded_speeds(speeds):
 
 
 @each("signs", [(1, 1, 1, 1), (-1, 1, 1, -1), (1, -1, 1, -1), (1, 0, 0.3, 1)])
-def test_energy_out_never_exceeds_energy_in(signs):
-    """Kinetic energy of chassis and shafts is at most what the motors took, spinning and braking."""
+def test_kinetic_energy_never_exceeds_the_electrical_energy_drawn(signs):
+    """Kinetic energy of chassis and shafts is at most the energy that the motors drew, driving and braking."""
     config = MecanumConfig()
     drive = MecanumDrive(config)
     robot = DriveBench(drive)

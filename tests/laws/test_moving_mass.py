@@ -1,4 +1,4 @@
-"""A robot weighs what it holds and what its mechanisms lift, where these are."""
+"""Mass and inertia of a robot include held pieces and raised mechanisms, at their places."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
 FREE = SwerveModuleConfig(
     x=0.0, y=0.0, rolling_resistance=0.0, drive_friction_volts=0.0, drive_efficiency=1.0, drive_supply_limit=math.inf
 )
-"""A module whose force at the tread is its motor's, less what the wheels' inertia takes."""
+"""Module without losses: the force at the tread is the motor's, less the inertia of the wheels."""
 SLIDING = replace(FREE, wheel_cof=0.0)
 MASS, BASE = 55.0, 0.5
 CARRIAGE, DRUM = 12.0, 0.05
@@ -75,14 +75,14 @@ def raise_lift(match: Match, height: float) -> None:
 
 
 def push(match: Match, vx: float, omega: float = 0.0) -> None:
-    """Give the robot a velocity."""
+    """Set the velocity of the robot."""
     chassis = match.robots[0].chassis
     match.world.set_velocity(chassis.row, (vx, 0.0, 0.0), (0.0, 0.0, omega))
     chassis.read()
 
 
 def accelerate(match: Match, amps: float) -> tuple[float, FloatArray]:
-    """Means of 0.3 s at a stator current, once loads have settled: acceleration [m/s^2], loads of the wheels [N]."""
+    """Drive at a stator current; return mean acceleration [m/s^2] and wheel loads [N] over 0.3 s."""
     one = match.robots[0]
     one.drive.set_volts([12.0] * 4, [0.0] * 4)
     match.play(5 * TICK)
@@ -95,8 +95,8 @@ def accelerate(match: Match, amps: float) -> tuple[float, FloatArray]:
     return (one.chassis.vel[0] - before) / (15 * TICK), np.mean(loads, axis=0)
 
 
-def test_fifty_fuel_in_the_hopper_are_accelerated_too():
-    """At the same current a falls as M / (M + m) within 1 %; M has the wheels' and rotors' inertia over r^2 in it."""
+def test_fifty_fuel_in_the_hopper_slow_the_acceleration():
+    """At equal current a falls by M / (M + m) within 1 %; M includes the inertia of wheels and rotors over r^2."""
     module = replace(FREE, drive_stator_limit=20.0)
     found = []
     for count in (0, 50):
@@ -115,8 +115,8 @@ def test_fifty_fuel_in_the_hopper_are_accelerated_too():
 
 
 @pytest.mark.parametrize("height", (0.0, 2.0))
-def test_an_elevator_that_is_up_moves_load_to_the_rear_wheels(height):
-    """m a h / L from the front axle to the rear one, within 2 %."""
+def test_a_raised_elevator_moves_load_to_the_rear_wheels(height):
+    """m a h / L moves from the front axle to the rear axle, within 2 %."""
     with Match.bare(robot(replace(FREE, drive_stator_limit=15.0))) as match:
         raise_lift(match, height)
         accel, loads = accelerate(match, 15.0)
@@ -128,8 +128,8 @@ def test_an_elevator_that_is_up_moves_load_to_the_rear_wheels(height):
 
 
 @pytest.mark.parametrize("share", [0.8, 1.05])
-def test_a_robot_tips_at_the_limit_of_statics(share):
-    """Tires that slide brake with mu g. Just above g b / (2 h) the rear wheels lift, just below they do not."""
+def test_a_robot_with_a_raised_elevator_tips_at_the_static_limit(share):
+    """Sliding tires brake with mu g. The rear wheels lift just above g b / (2 h) and stay down just below it."""
     height = 2.5
     tipping = BASE / 2.0 / (0.2 + CARRIAGE * height / MASS)  # [g]
     with Match.bare(robot(replace(FREE, wheel_cof=share * tipping))) as match:
@@ -146,8 +146,8 @@ def test_a_robot_tips_at_the_limit_of_statics(share):
         assert max(pitch) > 1.0 if share > 1.0 else max(map(abs, pitch)) < 0.2
 
 
-def test_a_piece_at_rest_that_is_taken_in_slows_the_robot():
-    """Momentum: v M / (M + m); energy does not grow."""
+def test_taking_in_a_piece_at_rest_slows_the_robot():
+    """Momentum is conserved: v M / (M + m); energy does not grow."""
     zone = IntakeZone(x_min=0.45, x_max=0.75, y_min=-0.3, y_max=0.3, z_max=0.4)
     config = robot(SLIDING, intakes=(IntakeConfig(zone=zone),), storage=StorageConfig(capacity=2))
     with Match.bare(config, pieces=(PieceSupply(BALL, 1),)) as match:
@@ -164,7 +164,7 @@ def test_a_piece_at_rest_that_is_taken_in_slows_the_robot():
 
 @contextmanager
 def shot_from_rest(launch: LaunchParameters):
-    """Let a robot at rest shoot its only ball; yield the robot a tick later, and the ball's speed along x [m/s]."""
+    """Shoot the only ball of a robot at rest; yield the robot one tick later, and the ball's speed along x [m/s]."""
     shooter = ShooterConfig(
         wheels=("wheels",), wheel_radius=0.1, exit_efficiency=0.5, elevation=0.5, shot_rate=4.0, min_wheel_speed=50.0,
         launch=launch,
@@ -186,7 +186,7 @@ def shot_from_rest(launch: LaunchParameters):
 
 
 def test_a_shot_gives_the_robot_its_recoil():
-    """Robot and piece have no momentum together, as before."""
+    """The total momentum of robot and piece stays 0."""
     with shot_from_rest(LaunchParameters(height=0.6)) as (one, speed):
         assert speed > 4.0
         assert MASS * one.chassis.vel[0] == pytest.approx(-2.0 * speed, rel=0.01)
@@ -196,15 +196,15 @@ def test_a_shot_gives_the_robot_its_recoil():
 def test_an_off_center_shot_turns_the_robot(aside):
     """Angular momentum stays 0: I omega = aside m v.
 
-    The ball of 2 kg was held in the middle and leaves at the muzzle: what is left has its center 9 mm beside.
+    The 2 kg ball was held in the middle and leaves at the muzzle, so the center of the rest is 9 mm to the side.
     """
     with shot_from_rest(LaunchParameters(height=0.6, pivot_y=aside)) as (one, speed):
         inertia = one.chassis.distribution.inertia[2]
         assert inertia * one.chassis.robot_rate[2] == pytest.approx(aside * 2.0 * speed, rel=0.08)
 
 
-def test_an_extended_arm_slows_the_rotation():
-    """I omega stays on wheels without grip, and energy falls; the arm is a rack that goes out on both sides of x."""
+def test_extending_an_arm_slows_the_rotation():
+    """I omega is constant on wheels without grip, and energy falls; the arm extends to both sides along x."""
     out = [
         Joint(mechanism="lift", axis=(sign, 0.0, 0.0), origin=(0.0, 0.0, 0.2), slides=True, ratio=DRUM)
         for sign in (1.0, -1.0)
@@ -221,8 +221,8 @@ def test_an_extended_arm_slows_the_rotation():
         assert one.chassis.rate[2] == pytest.approx(2.0 * inertia / (inertia + 2.5), rel=1e-3)
 
 
-def test_releasing_a_carried_piece_changes_no_velocity():
-    """Mass that leaves with the velocity of its place: no force, whatever turns."""
+def test_releasing_a_carried_piece_changes_no_velocity_of_the_robot():
+    """The piece leaves with the velocity of its place, so no force acts on the robot."""
     with Match.bare(robot(SLIDING, storage=StorageConfig(capacity=1)), pieces=(PieceSupply(BALL, 1),)) as match:
         one = match.robots[0]
         match.pieces.spawn("Ball", (8.0, 2.0, 0.1))
@@ -242,9 +242,9 @@ def test_releasing_a_carried_piece_changes_no_velocity():
 
 @pytest.mark.parametrize("lift", (0.0, 1e-6, 800.0))
 def test_a_free_robot_turns_about_its_center_of_mass(lift):
-    """Its origin is on a circle about it, whether by its own equations, by the engine's, or in the air.
+    """The origin moves on a circle about it, whether the loop or the engine integrates the robot, or in the air.
 
-    p(t) = c(t) - R(w t) r; by the engine on a carpet that carries it unevenly, within 1 mm and 1 mrad.
+    p(t) = c(t) - R(w t) r, within 2 mm and 1 mrad.
     """
     offset, speed, rate = (-0.1, 0.04), 0.5, 2.0
     with PhysicsWorld() as world:
@@ -265,8 +265,8 @@ def test_a_free_robot_turns_about_its_center_of_mass(lift):
         assert (chassis.pos[2] > 1.0) is (lift > 1.0)
 
 
-def test_gripping_tires_turn_a_robot_about_its_center_wherever_its_mass_is():
-    """They give the m w^2 r toward it: the middle stays, and so it is with velocities that are followed."""
+def test_gripping_tires_turn_a_robot_about_its_wheel_center_wherever_its_mass_is():
+    """The tires supply m w^2 r, so the middle stays in place; with prescribed velocities it stays as well."""
     ways = []
     for config in (None, robot(FREE)):
         with PhysicsWorld() as world:
@@ -288,8 +288,8 @@ def test_gripping_tires_turn_a_robot_about_its_center_wherever_its_mass_is():
 
 
 @pytest.mark.engines("bullet", "mujoco")
-def test_an_engine_moves_the_center_of_mass_within_a_body(engine_name):
-    """The pose of the shape stays; then a free body turns about its new center, and its rays meet it where it was."""
+def test_changing_the_center_of_mass_leaves_the_shape_of_a_body_in_place(engine_name):
+    """The pose of the shape is unchanged; then the free body turns about its new center, and rays hit its shape."""
     engine = make_engine(engine_name, gravity=0.0)
     try:
         shape = Box((0.4, 0.2, 0.6))

@@ -1,4 +1,4 @@
-"""A game of balls and robots needs no engine: none is imported, and the run is the same with any."""
+"""A game of balls and robots needs no engine: it imports none, and the run is identical with either engine."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 PROGRAM = """
 import sys
 for name in sys.argv[2:]:
-    sys.modules[name] = None  # as if it were not installed
+    sys.modules[name] = None  # as if the engine were not installed
 from games.rebuilt import REBUILT
 from simcore.match.runner import play_auto
 run = play_auto(REBUILT, "depot", seconds=1.0, engine=sys.argv[1] or None)
@@ -23,7 +23,7 @@ def play(engine: str = "", *missing: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_rebuilt_is_equal_with_either_engine_and_without_one():
+def test_a_rebuilt_auto_is_identical_with_either_engine_and_without_one():
     runs = [play(), play("bullet"), play("mujoco"), play("", "pybullet", "mujoco")]
     assert runs[0][0].endswith(" none") and runs[0][1] == "[]"
     assert all(run == runs[0] for run in runs[1:])

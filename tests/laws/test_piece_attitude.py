@@ -1,4 +1,4 @@
-"""Pieces are published as they lie: attitude and place of the real body."""
+"""Published piece poses are those of the bodies: position and attitude."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.3, friction=1.0, r
 CRATE = GamePieceConfig(name="Crate", shape=Box((0.4, 0.3, 0.2)), mass=1.0, friction=0.8, restitution=0.1)
 
 
-def test_a_rolling_ball_turns_by_distance_over_radius():
-    """Once it rolls, v = w r: from then on the turn between two times is the way between them over r."""
+def test_a_rolling_ball_turns_by_the_distance_over_its_radius():
+    """Rolling means v = w r, so the turn between two times is the distance over r."""
     with Match.bare(pieces=[PieceSupply(BALL, 1)]) as match:
         slots = match.pieces.spawn("Ball", np.array([[8.0, 4.0, 0.1]]))
         match.pieces.push(slots, np.array([[1.0, 0.0, 0.0]]))
@@ -33,7 +33,7 @@ def test_a_rolling_ball_turns_by_distance_over_radius():
         x_later, after = seen()
         turn = 2.0 * math.acos(min(1.0, abs(float(before @ after))))
         assert x_later - x > 0.05
-        # the engine's rolling resistance acts on the spin first: the rim lags by up to 2 % within a tick
+        # the engine applies rolling resistance to the spin first: the rim lags by up to 2 % within a tick
         assert turn == pytest.approx((x_later - x) / 0.1, rel=0.03)
 
 

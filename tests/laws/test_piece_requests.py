@@ -1,4 +1,4 @@
-"""Requests for pieces, proximity settings and worlds that cannot work are refused, and nothing has changed."""
+"""Invalid requests for pieces and invalid worlds are refused and change nothing."""
 
 import math
 
@@ -15,7 +15,7 @@ from simcore.world.world import PhysicsWorld
 pytestmark = pytest.mark.engines("bullet")
 
 
-def test_requests_for_pieces_are_checked_before_the_first_change():
+def test_requests_for_pieces_are_checked_before_anything_changes():
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(FUEL, 4)], field_size=(16.0, 8.0))
         slots = pieces.spawn("Fuel", np.array([[2.0, 2.0, 0.075], [3.0, 2.0, 0.075]]))
@@ -33,7 +33,7 @@ def test_requests_for_pieces_are_checked_before_the_first_change():
             with pytest.raises(NonFiniteError, match="finite numbers"):
                 request()
         pieces.hold(slots[1:], 0)
-        fast = (0.0, 800.0, 800.0)  # a tick would take as many steps as a piece is fast
+        fast = (0.0, 800.0, 800.0)  # the number of steps in a tick grows with the speed of a piece
         for request in (
             lambda: pieces.push(slots[:1], np.array([fast])),
             lambda: pieces.launch(0, (1.0, 1.0, 1.0), fast),
@@ -52,8 +52,8 @@ def test_requests_for_pieces_are_checked_before_the_first_change():
         assert pieces.count(PieceStatus.ASLEEP) == 1 and len(pieces.held(0)) == 1
 
 
-def test_a_pushed_piece_flies_equally_in_whole_ticks_and_in_parts():
-    """Where a ball pushed at 5 m/s from 1.5 m is after half a second."""
+def test_a_pushed_piece_flies_equally_in_whole_ticks_and_in_parts_of_ticks():
+    """Position half a second after a ball is pushed at 5 m/s from a height of 1.5 m."""
     ends = []
     for parts in (1, 2, 4):
         with PhysicsWorld() as world:
@@ -71,7 +71,7 @@ def test_a_pushed_piece_flies_equally_in_whole_ticks_and_in_parts():
     assert np.ptp(np.array(ends), axis=0).max() < 0.003
 
 
-def test_a_world_has_the_gravity_of_its_engine():
+def test_a_world_takes_the_gravity_of_its_engine():
     with PhysicsWorld(gravity=1.6) as world:
         assert world.gravity == PhysicsWorld(engine=world.engine).gravity == 1.6
         with pytest.raises(ConfigError, match="gravity"):

@@ -1,4 +1,4 @@
-"""Pieces that are no balls: they stand, lie, slide, roll, fall and are pushed as their shape says, in both engines."""
+"""Pieces other than balls stand, lie, slide, roll and fall according to their shape, on both engines."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ LYING = from_rpy(0.0, math.pi / 2, 0.0)
 
 
 def low_gap(match: Match, slot: int) -> float:
-    """From the carpet to the lowest point of a piece [m]."""
+    """Return the gap between the carpet and the lowest point of a piece [m]."""
     kind = match.pieces.types[match.pieces.state.kind[slot]]
     w, x, y, z = match.pieces.attitudes(np.array([slot]))[0].tolist()
     return float(match.pieces.state.pos[slot, 2]) - kind.rest_height_at((x, y, z, w))
 
 
 def test_pieces_of_any_shape_land_without_sinking_and_come_to_rest(engine_name):
-    """Dropped from up to 1.3 m or thrown down, a piece is never deeper in the carpet than 5 mm, on MuJoCo than 8 mm."""
+    """Dropped from up to 1.3 m or thrown down, a piece sinks at most 5 mm into the carpet, 8 mm on MuJoCo."""
     drops = [
         ("Tube", IDENTITY, 0.152, 0.0),
         ("Tube", LYING, 0.06, 0.0),
@@ -87,10 +87,10 @@ def test_pieces_of_any_shape_land_without_sinking_and_come_to_rest(engine_name):
 
 
 @pytest.mark.parametrize("rolls", [True, False], ids=["rolling", "sliding"])
-def test_a_tube_rolls_and_slides_down_a_ramp_as_in_theory(rolls, engine_name):
-    """A = g sin a / (1 + I / m r^2) across the slope, g (sin a - mu cos a) along it.
+def test_a_tube_rolls_and_slides_down_a_ramp_at_the_theoretical_acceleration(rolls, engine_name):
+    """a = g sin a / (1 + I / m r^2) rolling, g (sin a - mu cos a) sliding along its axis.
 
-    A tube of 96 faces loses what each face takes: 15 % of the way after 0.8 s in steps of 4 ms on PyBullet, 8 % on
+    A tube of 96 faces loses energy at each face: 15 % of the distance after 0.8 s in steps of 4 ms on PyBullet, 8 % on
     MuJoCo.
     """
     slope, mu = math.radians(20.0), 1.0 if rolls else 0.2
@@ -116,9 +116,9 @@ def test_a_tube_rolls_and_slides_down_a_ramp_as_in_theory(rolls, engine_name):
 
 @pytest.mark.parametrize(("speed", "yaw"), [(0.8, 0.0), (1.2, math.pi / 4), (1.6, 0.0)])
 def test_a_tube_rolls_as_far_as_its_rolling_resistance_allows(speed, yaw, engine_name):
-    """A = c g / (r (1 + I / m r^2)), c the lever of the pair; it slides at first.
+    """a = c g / (r (1 + I / m r^2)), where c is the lever arm of the pair; the tube slides first.
 
-    Engines resist rolling about fixed axes, and a tube of 96 faces loses what each face takes: up to 1.8 times as much.
+    Engines resist rolling about fixed axes, and a tube of 96 faces loses energy at each face: up to 1.8 times as much.
     """
     tube_kind = replace(TUBE, friction=0.35, rolling=0.0023, stiffness=1e5)
     lever = CARPET.rolling * tube_kind.friction + tube_kind.rolling * CARPET.friction
@@ -136,10 +136,10 @@ def test_a_tube_rolls_as_far_as_its_rolling_resistance_allows(speed, yaw, engine
         assert 0.9 * 0.8 * slowing < lost < 1.8 * 0.8 * slowing
 
 
-def test_a_tumbling_body_keeps_its_energy_and_precesses(engine_name):
-    """A symmetric top: its axis goes round L at |L| / I_across, and its energy stays.
+def test_a_tumbling_body_precesses_and_conserves_its_energy(engine_name):
+    """A symmetric top: its axis turns about L at |L| / I_across with constant energy.
 
-    MuJoCo takes the gyroscopic torque at the start of its steps of 0.5 ms, which adds 1.2 % in 1.5 s.
+    MuJoCo evaluates the gyroscopic torque at the start of its steps of 0.5 ms, which adds 1.2 % in 1.5 s.
     """
     mass, h = 0.65, 0.005
     moments = mass * np.diag(mass_properties(TUBE.shape).inertia)
@@ -163,8 +163,8 @@ def test_a_tumbling_body_keeps_its_energy_and_precesses(engine_name):
 
 
 @pytest.mark.parametrize("over", [-1.2, 1.2])
-def test_a_block_starts_to_slide_at_the_angle_of_friction(over, engine_name):
-    """1.2 degrees over the friction angle it accelerates by 0.22 m/s^2 and does not fall asleep; below it stays."""
+def test_a_block_starts_to_slide_at_the_friction_angle(over, engine_name):
+    """1.2 degrees above the friction angle the block accelerates by 0.22 m/s^2 and stays awake; below, it rests."""
     friction, slope = 0.4, math.atan(0.4) + math.radians(over)
     turn = from_rpy(0.0, slope, 0.0)
     up, down = np.array(rotate(turn, (0.0, 0.0, 1.0))), np.array(rotate(turn, (1.0, 0.0, 0.0)))
@@ -183,8 +183,8 @@ def test_a_block_starts_to_slide_at_the_angle_of_friction(over, engine_name):
     assert way == pytest.approx(max(0.0, theory), rel=0.08, abs=0.002)
 
 
-def test_a_block_slides_down_a_hull_as_in_theory(engine_name):
-    """A = g (sin a - mu cos a), at steps of any length, and it does not sink in."""
+def test_a_block_slides_down_a_hull_at_the_theoretical_acceleration(engine_name):
+    """a = g (sin a - mu cos a) at any step length, and the block does not sink in."""
     slope, mu = math.radians(20.0), 0.2
     rise = 6.0 * math.tan(slope)
     points = np.array([(x, y, z) for y in (-1.0, 1.0) for x, z in ((0.0, 0.0), (6.0, 0.0), (0.0, rise))])
@@ -204,8 +204,8 @@ def test_a_block_slides_down_a_hull_as_in_theory(engine_name):
         assert (pos - start) @ up == pytest.approx(0.0, abs=0.003)
 
 
-def test_a_pipe_enters_the_bore_and_one_outside_it_does_not():
-    """The bore is 101.6 mm, the pipe 42.2 mm: a tube whose axis is within 29.7 mm goes over it, to the carpet."""
+def test_a_tube_slides_over_a_pipe_only_if_the_pipe_meets_its_bore():
+    """The bore is 101.6 mm wide and the pipe 42.2 mm: a tube with its axis within 29.7 mm slides down to the carpet."""
     steel = TerrainSurface(name="steel", friction=0.5, restitution=0.3)
     places = [(3.0, 0.0), (5.0, 0.02), (7.0, 0.045)]
     pipes = [
@@ -223,8 +223,8 @@ def test_a_pipe_enters_the_bore_and_one_outside_it_does_not():
 
 
 @pytest.mark.parametrize(("kind", "quat"), [("cube", IDENTITY), ("Tube", IDENTITY), ("Tube", LYING)])
-def test_a_robot_pushes_a_piece_to_the_wall_and_not_into_it(kind, quat):
-    """With all its force against a wall at x = 16 m: 600 N squeeze a stiffness of 1e5 N/m by 6 mm."""
+def test_a_robot_pushes_a_piece_against_the_wall_but_not_into_it(kind, quat):
+    """The robot drives into a wall at x = 16 m: 600 N compress a stiffness of 1e5 N/m by 6 mm."""
     config = KINDS[kind]
     with Match.bare(pieces=[PieceSupply(config, 1)], start=(14.0, 2.0, 0.0)) as match:
         place = np.array([[14.9, 2.0, config.rest_height_at(quat)]])
@@ -238,8 +238,8 @@ def test_a_robot_pushes_a_piece_to_the_wall_and_not_into_it(kind, quat):
 
 
 @pytest.mark.parametrize(("height", "attitude"), [(1.0, IDENTITY), (3.0, IDENTITY), (3.0, LYING)])
-def test_a_tube_that_falls_on_a_robot_stays_on_top_of_it(height, attitude, engine_name):
-    """It is never deeper in it than the 20 mm that a point of it moves in a step of the engine."""
+def test_a_tube_that_falls_on_a_robot_stays_on_top(height, attitude, engine_name):
+    """The overlap stays below 20 mm, the distance that a point of the tube moves in an engine step."""
     with PhysicsWorld(engine=engine_name) as world:
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(4.0, 4.0, 0.0))
         pieces = GamePieceManager(world, [(TUBE, 1)], field_size=(16.0, 8.0))
@@ -255,8 +255,8 @@ def test_a_tube_that_falls_on_a_robot_stays_on_top_of_it(height, attitude, engin
     assert len(depths) > 20 and max(depths) < 0.02
 
 
-def test_a_tube_is_closed_all_around():
-    """Rays from outside meet all of its staves, in both halves of its length."""
+def test_a_tube_has_no_gaps_around_its_circumference():
+    """Rays from outside hit all its staves, in both halves of its length."""
     with Match.bare(pieces=[PieceSupply(TUBE, 1)]) as match:
         match.world.add_piece_body("tube", TUBE.shape, mass=TUBE.mass, surface=TUBE.surface, pos=(6.0, 4.0, 2.0))
         turn = np.repeat(np.arange(36) * math.tau / 36 + 0.01, 2)
@@ -266,8 +266,8 @@ def test_a_tube_is_closed_all_around():
         assert 0.3 * (1.0 - hits.fraction) == pytest.approx(OUTER, abs=5e-4)
 
 
-def test_a_tube_that_spins_where_it_lies_stops_by_friction(engine_name):
-    """A line of contact of length l takes mu m g l / 4: from 5 rad/s it stops within half a second, not in ten."""
+def test_friction_stops_a_lying_tube_that_spins(engine_name):
+    """A contact line of length l resists with mu m g l / 4: 5 rad/s end within half a second, not in ten."""
     with PhysicsWorld(engine=engine_name) as world:
         rows = []
         for number, turn in enumerate((0.0, 3.75, 7.5, 15.0)):
@@ -283,9 +283,9 @@ def test_a_tube_that_spins_where_it_lies_stops_by_friction(engine_name):
 @pytest.mark.parametrize("stiffness", [1500.0, 3000.0])
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
 def test_an_inflated_cube_bounces_and_rests_as_configured(stiffness, restitution):
-    """Dropped flat from h it comes back to e^2 h, e the product with the carpet's, and lies less than m g / k deep.
+    """Dropped flat from h, the cube rebounds to e^2 h with the e of the pair, and rests less than m g / k deep.
 
-    Four corners share its weight. Within a fifth: its spring also damps, and the loop's step of 5 ms sees the turn.
+    Four corners share the weight. Within a fifth: the spring has damping, and a 5 ms step locates the reversal roughly.
     """
     cube = GamePieceConfig(
         name="Cube", shape=Box((0.2413,) * 3), mass=0.07, stiffness=stiffness, restitution=restitution

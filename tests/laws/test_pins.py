@@ -1,4 +1,4 @@
-"""Pieces that a robot presses against something with all its force: none goes into anything, and the robot is held."""
+"""Pieces that a robot presses against something with all its force: none is penetrated, and the robot is held back."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ RADIUS = 0.075
 FUEL = replace(REBUILT.pieces[0].kind, shape=Sphere(RADIUS))
 FACE = 5.0
 FORCE = 55.0 * 9.80665 * 1.1
-"""What the tires of the default chassis can push with [N]."""
+"""Largest push of the default chassis by the grip of its tires [N]."""
 pytestmark = pytest.mark.engines("bullet")
 
 
 def depth_at(force: float) -> float:
-    """How far foam gives way on a side to a force [m]."""
+    """Return the compression of one side of a ball under a force [m]."""
     return brentq(lambda d: foam_force(d, *FUEL.foam) - force, 0.0, RADIUS)
 
 
 def block(rows: int, columns: int, face: float = FACE) -> np.ndarray:
-    """Fuel on the carpet in front of a wall, a little apart."""
+    """Return places of fuel on the carpet in front of a wall, slightly apart."""
     return np.array(
         [
             [face - 0.2 - 0.153 * row, 4.0 + 0.153 * (column - (columns - 1) / 2), RADIUS]
@@ -49,7 +49,7 @@ def block(rows: int, columns: int, face: float = FACE) -> np.ndarray:
 
 
 class Pin:
-    """A robot that drives forward into fuel, then backs off."""
+    """A robot that drives into fuel and then backs off."""
 
     def __init__(self, world: PhysicsWorld, places: np.ndarray, start, field=(16.0, 8.0), kind=FUEL) -> None:
         self.world = world
@@ -64,7 +64,7 @@ class Pin:
         return self.pieces.state.pos[self.slots]
 
     def drive(self, speed: float, seconds: float, each=lambda: None) -> None:
-        """Drive at a speed [m/s] for a time."""
+        """Drive at a speed [m/s] for a duration [s]."""
         self.lone.follow(speed, 0.0, 0.0)
         for _ in range(round(seconds / DT)):
             self.motion.tick()
@@ -72,7 +72,7 @@ class Pin:
 
 
 def room(world: PhysicsWorld, thickness: float) -> None:
-    """Walls around x 0-5, y 0-8, the one at x = 5 of a thickness [m]; so high that what squirts up does not get out."""
+    """Add walls around x 0-5, y 0-8, with a given thickness at x = 5 [m]; 8 m high, so that no ball escapes."""
     world.add_static("face", Box((thickness, 8.0, 8.0)), (FACE + thickness / 2, 4.0, 4.0), surface=WALL)
     for x, y, size in ((2.5, -0.15, (6.0, 0.3, 8.0)), (2.5, 8.15, (6.0, 0.3, 8.0)), (-0.15, 4.0, (0.3, 8.6, 8.0))):
         world.add_static("side", Box(size), (x, y, 4.0), surface=WALL)
@@ -82,7 +82,7 @@ def room(world: PhysicsWorld, thickness: float) -> None:
 @pytest.mark.parametrize("speed", [1.0, 3.0, 4.5])
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 3), (6, 4)])
 def test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall(thickness, speed, rows, columns):
-    """No center comes to the face; what is not squeezed to it does not leave under bumpers of 57 mm clearance."""
+    """No ball center reaches the face; a ball that does not squeeze flat stays out of the 57 mm under the bumpers."""
     if columns > 1 and thickness == 0.05 and speed == 3.0:
         pytest.skip("a thinner wall makes no difference to a center that never comes to its face")
     places = block(rows, columns)
@@ -96,7 +96,7 @@ def test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall(thickness, speed, r
             gaps.append(FACE - pin.robot.pos[0] - 0.4)
 
         pin.drive(speed, 4.0, look)
-        held_off = float(np.mean(gaps[100:]))  # foam takes little of 55 kg, which still swing on it
+        held_off = float(np.mean(gaps[100:]))  # foam takes little energy from 55 kg, so the robot still swings
         assert farthest[0] < FACE - 0.005, "no center comes to the face"
         assert farthest[0] > FACE - RADIUS - 0.01, "but it was pressed against it"
         if rows * columns == 1:
@@ -106,7 +106,7 @@ def test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall(thickness, speed, r
             corners = np.array([(0.4, 0.4, 0.05), (0.4, -0.4, 0.05), (0.4, 0.4, 0.25), (0.4, -0.4, 0.25)])
             front = (corners @ matrix(pin.robot.quat).T + pin.robot.pos)[:, 0]
             assert front.max() < FACE + 0.01, "the robot is not in the wall, even where it climbs on fuel"
-        pin.drive(-1.0, 3.0)  # and stops before the other wall
+        pin.drive(-1.0, 3.0)  # stops short of the opposite wall
         asleep = pin.pieces.state.status[pin.slots] == PieceStatus.ASLEEP
         assert (pin.fuel[asleep, 0] < FACE - RADIUS + 0.006).all(), "none sleeps in the wall"
         assert (pin.fuel[:, :2] > 0.0).all() and (pin.fuel[:, 0] < FACE).all() and (pin.fuel[:, 1] < 8.0).all()
@@ -115,12 +115,13 @@ def test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall(thickness, speed, r
 
 
 @pytest.mark.parametrize("ahead", [0.0, 0.2, 0.36])
-def test_a_robot_that_lands_on_a_ball_is_carried_by_it(ahead):
-    """As after a jump over a bump: the ball is under the frame, with nothing around but carpet.
+def test_a_robot_that_lands_on_a_ball_rests_on_it(ahead):
+    """As after a jump over a bump: the ball is under the frame, on bare carpet.
 
-    In the middle the ball bears all of the weight. Nearer to an end the robot stands on the ball and on two wheels: of
-    moments about their axle, that of the ball's load is that of the weight. The carpet shows the load by how far the
-    ball gives way to it, in the mean of two seconds in which the robot still sways.
+    In the middle the ball bears all of the weight. Near one end the robot stands on the ball and on two wheels, and the
+    moments of ball load and weight about the axle balance. The load is read from the compression of the ball against
+    the
+    carpet, averaged over two seconds because the robot still sways.
     """
     with PhysicsWorld() as world:
         pin = Pin(world, np.array([[4.0 + ahead, 4.0, RADIUS]]), (4.0, 4.0, 0.0))
@@ -142,14 +143,14 @@ def test_a_robot_that_lands_on_a_ball_is_carried_by_it(ahead):
         assert in_frame < 1.5 * depth_at(load), "and the frame stays on it"
 
 
-# --- on the real field ----------------------------------------------------------------------------------------------
+# --- on the REBUILT field ---------------------------------------------------------------------------------------------
 
 LENGTH, WIDTH = REBUILT.field.size
 HUB_X, HUB_HALF = 4.6256, 0.597
 
 
 def spot(rng: np.random.Generator) -> tuple[float, float, float]:
-    """A place of a wall, a corner or a hub, and the heading toward it."""
+    """Draw a place on a wall, in a corner or on a hub, and the heading toward it."""
     kind = rng.integers(6)
     along, across = rng.uniform(1.0, LENGTH - 1.0), rng.uniform(1.0, WIDTH - 1.0)
     if kind < 4:
@@ -165,7 +166,7 @@ def spot(rng: np.random.Generator) -> tuple[float, float, float]:
 
 
 def inside_of(elements) -> list:
-    """A test of points for each box and hull of a field."""
+    """Return a function for each box and hull of a field that tests whether points are inside."""
     tests = []
     for element in elements:
         pos, shape = np.asarray(element.position), element.shape
@@ -184,7 +185,7 @@ def field():
 
 
 def test_random_pins_on_the_field_lose_no_fuel(field, whole):
-    """1, 6 or 24 fuel before guardrails, alliance walls, corners and hub faces, at 0.3 to 4.5 m/s."""
+    """1, 6 or 24 fuel in front of guardrails, alliance walls, corners and hub faces, at 0.3 to 4.5 m/s."""
     is_inside = inside_of(field.elements)
     assert len(is_inside) > 40
     reached = 0
@@ -212,7 +213,7 @@ def test_random_pins_on_the_field_lose_no_fuel(field, whole):
             reached += math.hypot(pin.robot.pos[0] - x, pin.robot.pos[1] - y) < back - 0.2
             pin.drive(-1.0, 6.0, look)
             assert not found, f"seed {seed}: {count} fuel at {speed} m/s, inside of something at {found[:3]}"
-            for _ in range(15):  # what was squeezed onto a guardrail is brought back once it has rolled to rest there
+            for _ in range(15):  # fuel squeezed onto a guardrail is returned once it has come to rest there
                 low, high = pin.fuel.min(axis=0), pin.fuel.max(axis=0)
                 if low[0] > 0.0 and low[1] > 0.0 and high[0] < LENGTH and high[1] < WIDTH:
                     break
@@ -222,8 +223,8 @@ def test_random_pins_on_the_field_lose_no_fuel(field, whole):
 
 
 @pytest.mark.parametrize("speed", [2.4, 2.9])
-def test_bumpers_driving_through_loose_fuel_only_compress_it(speed):
-    """It moves by 12 and 15 mm in a step of its body; m v^2 / 2 of a ball goes into less than 65 mm of foam."""
+def test_bumpers_that_drive_through_loose_fuel_only_compress_it(speed):
+    """The robot moves 12 and 15 mm in a step; the energy m v^2 / 2 of a ball compresses foam by less than 65 mm."""
     grid = np.array([(x, y) for x in np.arange(3.0, 5.6, 0.3) for y in np.arange(3.2, 4.9, 0.3)])
     grid += np.random.default_rng(0).uniform(-0.06, 0.06, grid.shape)
     deepest = [0.0]

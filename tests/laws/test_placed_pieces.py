@@ -1,4 +1,4 @@
-"""Pieces that stay on the field: placed by physics, counted by level, knocked off, taken, stacked and lodged."""
+"""Pieces in scoring places: placed by physics, counted by level, knocked off, taken, stacked and lodged."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def robot_config() -> RobotConfig:
 
 
 class Watch:
-    """Notes the events of a match."""
+    """Record the placed and removed pieces of a match."""
 
     def __init__(self, match: Match) -> None:
         self.placed: list[tuple[str, int]] = []
@@ -62,7 +62,7 @@ def game_of(**more):
     )
 
 
-def test_a_piece_counts_at_rest_in_its_place_until_it_is_knocked_off_or_taken():
+def test_a_piece_at_rest_in_its_place_counts_until_it_is_knocked_off_or_taken():
     with game_of() as match:
         watch = Watch(match)
         on_pipe = int(match.pieces.spawn("Tube", np.array([[6.0, 4.0, 1.0]]))[0])
@@ -96,7 +96,7 @@ def test_a_piece_counts_at_rest_in_its_place_until_it_is_knocked_off_or_taken():
         assert match.count.is_conserved and match.count.held == 1 and match.count.placed == 0
 
 
-def test_a_piece_in_a_full_place_or_misaligned_or_leaning_on_a_robot_does_not_count():
+def test_a_piece_does_not_count_in_a_full_place_or_misaligned_or_touching_a_robot():
     with game_of() as match:
         first, second = match.pieces.spawn("Tube", np.array([[6.0, 4.0, 0.86], [6.0, 4.0, 1.18]])).tolist()
         match.play(1.5)
@@ -120,7 +120,7 @@ def test_a_piece_in_a_full_place_or_misaligned_or_leaning_on_a_robot_does_not_co
         assert match.pieces.places.slots().tolist() == [slot], "the one on the pipe does not lie as it must"
 
 
-def test_a_piece_staged_on_another_sleeps_until_that_one_is_gone():
+def test_a_piece_staged_on_another_sleeps_until_the_lower_one_is_gone():
     with game_of() as match:
         under = match.pieces.spawn("Tube", np.array([[4.0, 4.0, 0.15]]))
         height = 0.3 + math.sqrt(0.2**2 - 0.051**2)
@@ -137,8 +137,8 @@ def test_a_piece_staged_on_another_sleeps_until_that_one_is_gone():
 
 
 @pytest.mark.parametrize(("force", "comes_free"), [(60.0, False), (15.0, True)])
-def test_a_lodged_piece_is_freed_by_its_force(force, comes_free):
-    """Hit at 0.25 m/s by its like: v sqrt(k m / 2), with k of two in a row, is 37 N as long as it is held."""
+def test_a_lodged_piece_comes_free_at_its_configured_force(force, comes_free):
+    """A hit by an equal ball at 0.25 m/s: v sqrt(k m / 2) with two springs in series is 37 N while it is held."""
     assert 0.25 * math.sqrt(0.5 * BALL.foam[0] * BALL.mass) == pytest.approx(37.5, rel=0.01)
     with game_of() as match:
         slot = int(match.pieces.spawn("Ball", np.array([[12.0, 4.0, 1.3]]), lodged=force)[0])

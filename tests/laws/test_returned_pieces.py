@@ -1,4 +1,4 @@
-"""Pieces that leave the field, and pieces where a robot is put: back on the carpet, beside everything."""
+"""Pieces that leave the field, or lie where a robot is placed, return to free carpet."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def least_distance(pos: np.ndarray) -> float:
     return float((np.linalg.norm(pos[:, None] - pos[None], axis=2) + np.eye(len(pos))).min())
 
 
-def test_thirty_shots_out_of_the_field_come_back_next_to_each_other():
+def test_thirty_shots_out_of_the_field_return_without_overlap():
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(FUEL, 30)], field_size=(16.0, 8.0))
         slots = pieces.stage("Fuel", 30)
@@ -52,7 +52,7 @@ def test_thirty_shots_out_of_the_field_come_back_next_to_each_other():
 
 
 @pytest.mark.parametrize("place", [(8.0, 8.4, 0.1), (8.0, 8.15, 0.6)], ids=["behind the wall", "on the wall"])
-def test_a_piece_at_rest_behind_or_on_a_wall_is_brought_back(place):
+def test_a_piece_at_rest_behind_or_on_a_wall_returns_to_the_field(place):
     with PhysicsWorld() as world:
         world.add_static("wall", Box((16.0, 0.3, 0.5)), (8.0, 8.15, 0.25), surface=WALL)
         pieces = GamePieceManager(world, [(FUEL, 1)], field_size=(16.0, 8.0))
@@ -64,7 +64,7 @@ def test_a_piece_at_rest_behind_or_on_a_wall_is_brought_back(place):
         )
 
 
-def test_a_piece_is_not_put_back_into_a_robot_or_a_post():
+def test_a_piece_never_returns_into_a_robot_or_a_post():
     with PhysicsWorld() as world:
         world.add_static("post", Box((0.2, 0.2, 1.0)), (8.5, 7.7, 0.5), surface=WALL)
         pieces = GamePieceManager(world, [(FUEL, 2)], field_size=(16.0, 8.0))
@@ -78,7 +78,7 @@ def test_a_piece_is_not_put_back_into_a_robot_or_a_post():
 
 
 def test_a_robot_is_never_placed_on_fuel():
-    """At the start of a match, and when it is carried to another start."""
+    """At the start of a match and when the robot changes alliance."""
     supply = PieceSupply(FUEL, 60)
     with Match.bare(pieces=[supply], start=(3.0, 3.0, 0.3)) as match:
         grid = np.array([[12.6 + 0.16 * i, 4.6 + 0.16 * j, RADIUS] for i in range(7) for j in range(7)])

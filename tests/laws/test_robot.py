@@ -1,4 +1,4 @@
-"""Truth, gyro and odometry of a robot on the engine, and the kit-bot beside it."""
+"""True pose, gyro and odometry of a robot on the engine, and a kit-bot drive."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def advance(world, robot, ticks):
         motion.tick()
 
 
-def test_odometry_follows_an_s_curve_without_skid():
-    """6 m of S-curve at 2 m/s with turning: wheels that roll count what the robot drove, within 2 %."""
+def test_odometry_follows_an_s_curve_when_no_wheel_slips():
+    """A 6 m S-curve at 2 m/s with turning: rolling wheels measure the driven path within 2 %."""
     with PhysicsWorld() as world:
         robot = make(world, (1.0, 2.0, 0.3))
         for tick in range(160):
@@ -56,8 +56,8 @@ def test_odometry_follows_an_s_curve_without_skid():
         assert robot.odometry.pose[2] == pytest.approx(yaw, abs=1e-3)
 
 
-def test_odometry_counts_spinning_wheels():
-    """40 A do not spin a wheel (at 60 A the unloaded front ones do); without a limit all four spin at the start."""
+def test_odometry_counts_the_turns_of_spinning_wheels():
+    """40 A do not spin a wheel (60 A spin the unloaded front wheels); without a limit all four spin at the start."""
     with PhysicsWorld() as world:
         robot = make(world)
         robot.drive.set_volts([12.0] * 4, [0.0] * 4)
@@ -73,7 +73,7 @@ def test_odometry_counts_spinning_wheels():
         assert skidding.odometry.pose[0] > 1.2 * skidding.chassis.pose[0]
 
 
-def test_reset_moves_truth_gyro_and_odometry_together():
+def test_reset_moves_true_pose_gyro_and_odometry_together():
     with PhysicsWorld() as world:
         robot = make(world, gyro="pigeon2")
         robot.drive.set_chassis_speeds(2.0, 0.0, 1.0)
@@ -101,8 +101,8 @@ def test_robot_code_that_resets_its_odometry_does_not_move_the_robot():
         assert (ox - 5.0, oy - 5.0) == pytest.approx((x * math.cos(1.0), x * math.sin(1.0)), abs=0.03)
 
 
-def test_a_kit_bot_drives_and_turns_on_the_engine():
-    """Six wheels on two chained sides: straight at equal volts, on the spot at opposite ones."""
+def test_a_kit_bot_drives_straight_and_turns_on_the_spot():
+    """Six wheels on two chained sides: straight at equal voltages, turning on the spot at opposite voltages."""
     config = TankConfig()
     wheels = tuple((x, side * config.trackwidth / 2) for side in (1.0, -1.0) for x in config.wheel_xs)
     body = ChassisConfig(wheel_positions=wheels, wheel_radius=config.wheel_radius, clearance=0.04)
@@ -125,12 +125,12 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         assert math.hypot(*chassis.vel[:2]) < 0.3
 
 
-# --- what a robot feels that is carried, hits a wall, or feeds its battery ------------------------------------------
+# --- robots that are reset, hit a wall or feed the battery ------------------------------------------------------------
 
 
 @pytest.mark.parametrize("ticks", [10, 100], ids=["speeding up", "pushing a wall"])
-def test_a_reset_robot_has_the_wheel_loads_of_one_at_rest(ticks):
-    """Its wheels bear what those of a robot at rest bear, in the first sub-step too."""
+def test_a_reset_robot_has_the_wheel_loads_of_a_robot_at_rest(ticks):
+    """Wheel loads already agree in the first substep."""
     wall = FieldElement(name="wall", shape=Box((0.5, 4.0, 1.0)), position=np.array([2.0, 0.0, 0.5]))
     with PhysicsWorld() as world:
         world.add_field([wall])
@@ -144,8 +144,8 @@ def test_a_reset_robot_has_the_wheel_loads_of_one_at_rest(ticks):
         assert robot.chassis.normal_loads == pytest.approx(fresh.chassis.normal_loads, abs=0.5)
 
 
-def test_a_supply_limit_holds_while_the_motors_feed_the_battery():
-    """Half the voltage at full speed: 6 V times some 100 A would be 50 A at 12 V, and 20 A is the limit both ways."""
+def test_a_supply_limit_also_holds_while_the_motors_feed_the_battery():
+    """Half the voltage at full speed: 6 V times some 100 A would be 50 A at 12 V; the limit is 20 A both ways."""
     module = SwerveModuleConfig(x=0.0, y=0.0, drive_supply_limit=20.0)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.5334, module), gyro=gyro_config("ideal"))
     with PhysicsWorld() as world:

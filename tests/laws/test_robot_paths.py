@@ -1,4 +1,4 @@
-"""A robot's path: it hardly depends on the step, and follows closed forms on the flat, on slopes and at walls."""
+"""Path of a robot: it hardly depends on the step length, and follows closed forms on the flat and at walls."""
 
 from __future__ import annotations
 
@@ -45,28 +45,28 @@ def tank():
     return TankDrive(config), ChassisConfig.around(config, bumper=(0.8, 0.8))
 
 
-# --- scripts: volts and azimuths by the time alone ------------------------------------------------------------------
+# --- scripts: voltages and module angles as functions of time ---------------------------------------------------------
 
 
 def sway(drive, time):
-    """Gently forward and back, azimuths turning slowly."""
+    """Drive gently forward and back while the modules turn slowly."""
     drive.set_volts([4.0 * math.sin(1.3 * time)] * 4, [0.6 * math.cos(2.0 * time)] * 4)
 
 
 def strain(drive, time):
-    """Wheels of unlike speed and direction: they scrub against each other."""
+    """Drive the wheels at different speeds and directions, so that they scrub."""
     speeds = [2.0 * math.sin(1.1 * time) + 0.5 * k for k in range(4)]
     drive.set_module_states(speeds, [0.8 * math.sin(1.7 * time + 0.3 * k) for k in range(4)])
 
 
 def steps(drive, time):
-    """Steps of volts, reversing at full speed, azimuths thrown around: wheels spin and slide."""
+    """Step the voltages, reverse at full speed and throw the modules around, so that wheels spin and slide."""
     k = int(time / 0.5)
     drive.set_volts([(8, -6, 12, 0, -12, 5, 10, -10, 3, -3)[k]] * 4, [(0, 2, -2, 1, 0, -1, 3, -3, 0.5, 0)[k]] * 4)
 
 
 def spin(drive, time):
-    """2.5 m/s along the field while turning with 6 rad/s from a standing start."""
+    """Drive at 2.5 m/s along the field while turning at 6 rad/s, from rest."""
     turned, speeds, angles = 6.0 * time, [], []
     for x, y in drive.config.positions:
         vx, vy = 2.5 * math.cos(turned) - 6.0 * y, -2.5 * math.sin(turned) + 6.0 * x
@@ -76,7 +76,7 @@ def spin(drive, time):
 
 
 def skid(drive, time):
-    """12 V forward and back, right wheels less: burn-outs, and slides to a stop."""
+    """Drive at 12 V forward and back with less on the right: burnouts and slides to a stop."""
     volts = 12.0 if time % 2.0 < 0.8 else -12.0 if time % 2.0 < 1.4 else 0.0
     drive.set_volts([volts, 0.8 * volts] * 2, [0.8 * math.sin(3.0 * time)] * 4)
 
@@ -86,7 +86,7 @@ def tank_sway(drive, time):
 
 
 def tank_steps(drive, time):
-    """Out, on the spot, reversing in a curve."""
+    """Drive out, turn on the spot and reverse in a curve."""
     k = int(time / 0.5)
     drive.set_volts((8, -6, 12, 0, -12, 5, 10, -10, 3, -3)[k], (8, 6, 10, 0, -12, -5, 10, -8, 3, 3)[k])
 
@@ -104,7 +104,7 @@ SCRIPTS = {
 
 
 def path(name, seconds=5.0):
-    """x, y, yaw of a robot in a world after every tick [m, m, rad], yaw unwrapped."""
+    """Return x, y and unwrapped yaw of a robot in a world after every tick [m, m, rad]."""
     make, script = SCRIPTS[name]
     drive, body = make()
     rows = []
@@ -121,7 +121,7 @@ def path(name, seconds=5.0):
 
 
 def planar_path(name, step, seconds=5.0):
-    """The same of its drivetrain alone on a plane, in steps of so long [s]."""
+    """Return the path of the drivetrain alone on a plane, with a given step [s]."""
     make, script = SCRIPTS[name]
     drive, _ = make()
     chassis, rows = DriveBench(drive), []
@@ -134,15 +134,15 @@ def planar_path(name, step, seconds=5.0):
 
 
 def apart(a, b):
-    """Largest distance of two paths at any tick [m, rad]."""
+    """Return the largest distance and heading difference of two paths at equal ticks [m, rad]."""
     return np.hypot(*(a - b)[:, :2].T).max(), np.abs(a - b)[:, 2].max()
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_a_path_hardly_depends_on_the_step(name):
-    """At every tick of 5 s of rough commands within 50 mm and 1.4 degrees of where steps of 0.1 ms bring it.
+def test_a_path_hardly_depends_on_the_step_length(name):
+    """At every tick of 5 s of rough commands, within 50 mm and 1.4 degrees of the path with steps of 0.1 ms.
 
-    In steps of 5 ms: the loop's are 1 ms, and what is of first order in them, a fifth of that.
+    Steps are 5 ms here and 1 ms in the loop, where first-order errors are a fifth.
     """
     converged = planar_path(name, 1e-4)
     assert np.ptp(converged[:, 0]) + np.ptp(converged[:, 2]) > 0.3
@@ -151,8 +151,8 @@ def test_a_path_hardly_depends_on_the_step(name):
     assert turn < math.radians(1.4)
 
 
-def test_a_constant_force_moves_a_robot_by_half_a_t2():
-    """x = F t^2 / 2m, yaw = M t^2 / 2I; it has no tires. Steps of h add a h t / 2: 2 mm."""
+def test_a_constant_force_moves_a_robot_by_half_a_t_squared():
+    """x = F t^2 / 2m, yaw = M t^2 / 2I without tires. Steps of h add a h t / 2: 2 mm."""
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig())
         chassis.apply_forces((200.0, 0.0, 0.0), (0.0, 0.0, 2.0))
@@ -162,16 +162,16 @@ def test_a_constant_force_moves_a_robot_by_half_a_t2():
         assert chassis.vel[0] == pytest.approx(200.0 / 55.0, rel=1e-3)
 
 
-# --- slopes and walls -----------------------------------------------------------------------------------------------
+# --- walls ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("longest", [math.inf, 0.004])
 @pytest.mark.parametrize("heading", [0.0, 0.2, 0.5, 1.2])
-def test_a_robot_that_leans_on_a_wall_is_quiet(heading, longest):
-    """Driven into a wall with all its grip for 4 s: in the last second it moves by less than 1 mm, in no tick fast.
+def test_a_robot_that_leans_on_a_wall_does_not_rattle(heading, longest):
+    """Driven into a wall with all its grip for 4 s; in the last second it moves by less than 1 mm and below 10 mm/s.
 
-    It meets the wall with what its tires give it in a step, 0.1 m/s; bounces of that would go on for ever. Nor do they
-    begin when pieces need steps of 4 ms.
+    In a step the tires accelerate the robot to 0.1 m/s; bounces at this speed would never end. Nor do they begin when
+    pieces need steps of 4 ms.
     """
     with Match.bare(start=(14.0, 4.0, heading)) as match:
         robot, places, speeds = match.robots[0], [], []

@@ -1,4 +1,4 @@
-"""Pieces that differ from their kind: what each factor does to their flight, their bounce and the push of a force."""
+"""Pieces that vary from their kind: effect of each factor on flight, bounce and hits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ APART = np.column_stack([np.arange(N) + 1.0, np.full(N, 4.0), np.full(N, 1.2)])
 
 
 def match_with(**spreads) -> tuple[Match, dict[str, np.ndarray]]:
-    """A bare field with balls in a row in the air, and their factors."""
+    """Return a match with a row of balls in the air on a bare field, and their factors."""
     scatter = replace(Scatter.none(), **spreads)
     variation = piece_variation(ScatterDraws(scatter, 4), (N,))
     match = Match.bare(pieces=(PieceSupply(BALL, N),), start=(2.0, 7.0, 0.0), scatter=scatter, seed=4)
@@ -31,8 +31,8 @@ def match_with(**spreads) -> tuple[Match, dict[str, np.ndarray]]:
     return match, {name: getattr(variation, name) for name in ("mass", "diameter", "restitution", "drag")}
 
 
-def test_drag_falls_with_mass_and_grows_with_area_and_coefficient():
-    """The same throw for all: after 0.3 s at 9 m/s they differ as their k does, v = v0 / (1 + k v0 t) along a line."""
+def test_drag_falls_with_mass_and_grows_with_area_and_drag_coefficient():
+    """Equal throws: after 0.3 s at 9 m/s they differ as their k does; v = v0 / (1 + k v0 t) along a line."""
     match, factors = match_with(piece_mass=0.3, piece_diameter=0.1, drag=0.2)
     with match:
         slots = match.pieces.on_field()
@@ -43,7 +43,7 @@ def test_drag_falls_with_mass_and_grows_with_area_and_coefficient():
         match.play(0.3)
         start = np.array((0.0, -9.0, 4.0))
         speed, pos = np.tile(start, (N, 1)), APART.copy()
-        for _ in range(300):  # the differential equation by small steps of the midpoint rule
+        for _ in range(300):  # integrate the differential equation by small midpoint steps
             half = speed + 0.0005 * (-k[:, None] * np.linalg.norm(speed, axis=1)[:, None] * speed - (0, 0, 9.80665))
             change = -k[:, None] * np.linalg.norm(half, axis=1)[:, None] * half - (0, 0, 9.80665)
             pos += 0.001 * half
@@ -52,8 +52,8 @@ def test_drag_falls_with_mass_and_grows_with_area_and_coefficient():
         assert match.pieces.state.pos[slots] == pytest.approx(pos, abs=2e-3)
 
 
-def test_a_hit_moves_light_pieces_more():
-    """Each is hit by a ball of the nominal mass: v' = (1 + e) v m / (m + M) of a hit that no friction turns."""
+def test_a_hit_moves_light_pieces_faster():
+    """A ball of nominal mass M hits each piece head-on: v' = (1 + e) v M / (m + M)."""
     match, factors = match_with(piece_mass=0.4)
     with match:
         balls = match.world.balls.balls
@@ -69,8 +69,8 @@ def test_a_hit_moves_light_pieces_more():
             assert balls.vel[slot, 0] == pytest.approx((1.0 + BALL.restitution**2) * pair, rel=0.03)
 
 
-def test_bounces_differ_as_restitution_does():
-    """From 1.1 m under the ball: v out = e v in, so the first apex is e^2 of the drop; air takes 3 % of both ways."""
+def test_bounce_height_varies_with_restitution():
+    """From 1.1 m: v out = e v in, so the first apex is e^2 of the drop; air drag takes 3 % each way."""
     match, factors = match_with(restitution=0.15)
     with match:
         slots = match.pieces.on_field()
@@ -80,6 +80,6 @@ def test_bounces_differ_as_restitution_does():
             state = match.pieces.state
             has_turned |= state.vel[slots, 2] > 0.5
             highest = np.where(has_turned, np.maximum(highest, state.pos[slots, 2]), 0.0)
-        e = np.minimum(1.0, BALL.restitution * factors["restitution"]) * 0.5  # of carpet
+        e = np.minimum(1.0, BALL.restitution * factors["restitution"]) * 0.5  # of the carpet
         assert (highest - 0.1) / 1.1 == pytest.approx(e**2, rel=0.08, abs=0.025)  # e within 0.03
         assert np.corrcoef(highest, e**2)[0, 1] > 0.99, "e of a hit is within 0.01, by where in a step it begins"

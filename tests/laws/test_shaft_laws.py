@@ -1,4 +1,4 @@
-"""Laws that every shaft keeps, whatever it is asked to do."""
+"""Laws that every shaft obeys under any command."""
 
 import math
 
@@ -18,7 +18,7 @@ volts = st.floats(-14.0, 14.0)
 
 
 def shafts_with(limits, frictions, stops) -> st.SearchStrategy[ShaftSim]:
-    """Shafts of any inertia and gear, with a stator limit [A], friction [N m] and stops [rad] of these."""
+    """Draw shafts of any inertia and gearing, with stator limit [A], friction [N m] and stops [rad] from lists."""
     return st.builds(
         lambda motors, gearing, limit, friction, inertia, stop: ShaftSim(
             GearboxConfig(
@@ -42,14 +42,14 @@ def shafts_with(limits, frictions, stops) -> st.SearchStrategy[ShaftSim]:
 
 
 FINE = 5e-5
-"""Step of what is compared with, itself off by as much as its step [s]."""
+"""Step of the reference run, whose own error is as large as its step [s]."""
 LIMITS, FRICTIONS, STOPS = (math.inf, 20.0, 80.0), (0.0, 0.05, 2.0), (math.inf, 0.1, 3.0)
 shafts = shafts_with(LIMITS, FRICTIONS, STOPS)
 
 
 @settings(max_examples=200)
 @given(shafts, st.lists(st.tuples(volts, st.floats(0.0005, 0.1), st.floats(3.0, 13.0)), min_size=1, max_size=20))
-def test_energy_out_is_not_above_energy_in_and_limits_hold(sim, orders):
+def test_energy_out_never_exceeds_energy_in_and_limits_hold(sim, orders):
     energy_in = 0.0
     limit = sim.gearbox.stator_current_limit * sim.motors * (1.0 + 1e-9)
     for asked, dt, battery in orders:
@@ -68,8 +68,8 @@ def test_energy_out_is_not_above_energy_in_and_limits_hold(sim, orders):
     *(shafts_with([math.inf], [0.0], [math.inf]), volts),
     *(st.floats(-300.0, 300.0), st.floats(-3.0, 3.0), st.integers(2, 7)),
 )
-def test_one_long_step_equals_many_short_ones(sim, asked, speed, load, parts):
-    """Steps of the loop are exact for a motor on constant volts: how a span is cut must not matter."""
+def test_one_long_step_equals_many_short_steps(sim, asked, speed, load, parts):
+    """The loop's steps are exact for a motor at constant voltage, so the division of a span must not matter."""
     results = []
     for count in (1, parts, 200):
         path = _run(sim, asked, speed, load, 0.04, count)
@@ -80,8 +80,8 @@ def test_one_long_step_equals_many_short_ones(sim, asked, speed, load, parts):
 
 @settings(max_examples=100)
 @given(shafts_with(LIMITS, FRICTIONS, [math.inf]), volts, st.floats(-300.0, 300.0), st.floats(-3.0, 3.0))
-def test_limits_and_friction_begin_and_end_within_one_step(sim, asked, speed, load):
-    """On constant volts the speed goes one way, so an event that moves by h moves speed and charge by h as well."""
+def test_limits_and_friction_engage_within_one_step(sim, asked, speed, load):
+    """Speed is monotonic at constant voltage, so an event h late shifts speed and charge by at most h."""
     ((x, w, charge),) = _run(sim, asked, speed, load, 0.04, 1)
     path = np.array(_run(sim, asked, speed, load, 0.04 + STEP, round((0.04 + STEP) / FINE)))
     end, around = round(0.04 / FINE), round(STEP / FINE)
@@ -97,8 +97,8 @@ def test_limits_and_friction_begin_and_end_within_one_step(sim, asked, speed, lo
 
 @settings(max_examples=100)
 @given(shafts_with(LIMITS, FRICTIONS, [0.1, 3.0]), volts, st.floats(-300.0, 300.0), st.floats(-3.0, 3.0))
-def test_a_shaft_meets_its_stops_within_one_step(sim, asked, speed, load):
-    """It is where it is by fine steps, but for the way that it goes in a step by what its speed has changed."""
+def test_a_shaft_meets_its_stop_within_one_step(sim, asked, speed, load):
+    """Position agrees with fine steps within the change of speed times one step."""
     ((x, w, _),) = _run(sim, asked, speed, load, 0.04, 1)
     path = np.array(_run(sim, asked, speed, load, 0.04, round(0.04 / FINE)))
     span = np.ptp([speed, *path[:, 1]])
@@ -109,7 +109,7 @@ def test_a_shaft_meets_its_stops_within_one_step(sim, asked, speed, load):
 
 
 def _run(sim, asked, speed, load, seconds, count):
-    """Position, velocity and charge after each of so many steps."""
+    """Return position, velocity and charge after each of `count` equal steps."""
     sim.reset(velocity=speed)
     sim.set_load(load)
     sim.set_volts(asked)

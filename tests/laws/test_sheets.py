@@ -1,4 +1,4 @@
-"""On which side of an open surface a plate grows when the file winds its faces both ways, or its halves disagree."""
+"""Side on which an open surface gets its thickness when face winding is mixed or the two halves disagree."""
 
 import math
 import warnings
@@ -24,12 +24,12 @@ CX, CY = 4.0, 4.0
 
 
 def plates_of(vertices, triangles):
-    """Plates for an open surface, behind the side that most of its faces look to."""
+    """Return the plates of an open surface, behind the side that most of its area faces."""
     return [plate for sheet in decompose(vertices, triangles) for plate in sheet.plates(0.05)]
 
 
 def funnel(name="hub_funnel", *, outward=False):
-    """Six slopes from a throat of 0.3 m at 1.2 m up to an opening of 0.6 m at 1.8 m; the inside is free."""
+    """Return six slopes from a throat of 0.3 m at 1.2 m up to an opening of 0.6 m at 1.8 m; the inside is free."""
     angle = np.arange(6) * math.tau / 6
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     low, high = (np.column_stack([r * ring + (CX, CY), np.full(6, z)]) for r, z in ((0.3, 1.2), (0.6, 1.8)))
@@ -38,7 +38,7 @@ def funnel(name="hub_funnel", *, outward=False):
 
 
 def ramp(name="hub_ramp"):
-    """From 0.8 m at the back down to the lower edge of the exit, 0.5 m; the upper side is free."""
+    """Return a ramp from 0.8 m at the back down to the lower edge of the exit, 0.5 m; the upper side is free."""
     corners = [
         (CX - 0.5, CY - 0.5, 0.8),
         (CX + 0.5, CY - 0.5, 0.5),
@@ -49,7 +49,7 @@ def ramp(name="hub_ramp"):
 
 
 def panel(name="hub_side"):
-    """An upright triangle beside the hub; the side to the hub's right, -y, is free."""
+    """Return an upright triangle next to the hub; the side toward -y is free."""
     return ObjGroup(name, np.array([(CX, 3.4, 1.2), (CX + 0.6, 3.4, 1.2), (CX + 0.6, 3.4, 3.0)]), ((0, 1, 2),))
 
 
@@ -58,7 +58,7 @@ def reversed_faces(faces):
 
 
 def flipped(group, symmetry=ROTATE, *, turned_round=False):
-    """The image of a group on the other half; turned round: with its free side behind, as careless scripts make it."""
+    """Return the image of a group on the other half; `turned_round` reverses its faces, as careless scripts do."""
     faces = group.faces if symmetry is ROTATE else reversed_faces(group.faces)
     faces = reversed_faces(faces) if turned_round else faces
     return ObjGroup(f"red_{group.name}", symmetry.flip_points(group.vertices), faces)
@@ -96,13 +96,13 @@ def points_of(field, group):
 
 
 def throat(field, group, symmetry=ROTATE):
-    """Nearest corner of a funnel's plates to its axis: 0.3 m if they grew to the outside."""
+    """Return the smallest distance of a funnel's plates from its axis: 0.3 m if they grew outward."""
     center = (CX, CY) if not group.startswith("red_") else symmetry.flip_point(CX, CY)
     return float(np.linalg.norm(points_of(field, group)[:, :2] - center, axis=1).min())
 
 
 def is_image(field, symmetry=ROTATE):
-    """Whether each element's corners, flipped, are some element's corners."""
+    """Return whether the flipped corners of each element are the corners of some element."""
     clouds = [corners(e) for e in field.elements]
 
     def same(a, b):
@@ -111,13 +111,13 @@ def is_image(field, symmetry=ROTATE):
     return all(any(same(symmetry.flip_points(a), b) for b in clouds) for a in clouds)
 
 
-# --- one group ------------------------------------------------------------------------------------------------------
+# --- single groups ----------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=50)
 @given(st.integers(1, 2**12 - 2))
-def test_triangles_of_mixed_winding_become_plates_on_the_majoritys_side(turned):
-    """Twelve triangles, any of them turned round: as if all were wound as the larger part of the area is."""
+def test_triangles_of_mixed_winding_become_plates_on_the_side_of_the_larger_area(turned):
+    """Any of twelve triangles may be reversed; the plates are those of uniform winding by the larger area."""
     group = funnel()
     triangles = group.triangles()
     mask = np.array([bool(turned >> i & 1) for i in range(12)])
@@ -128,21 +128,21 @@ def test_triangles_of_mixed_winding_become_plates_on_the_majoritys_side(turned):
     got = plates_of(group.vertices, mixed)
     assert len(got) == 6
     if abs(more) < 1e-9:
-        return  # a tie: either side, but one
+        return  # a tie: all on either side
     want = plates_of(group.vertices, triangles if more > 0.0 else triangles[:, ::-1])
     for a, b in zip(got, want, strict=True):
         assert a.position == pytest.approx(b.position)
         assert np.sort(a.shape.points, axis=0) == pytest.approx(np.sort(b.shape.points, axis=0))
 
 
-def test_a_square_of_two_triangles_of_opposite_winding_is_one_plate():
+def test_two_triangles_of_opposite_winding_become_one_square_plate():
     square = np.array([[0.0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]])
     (part,) = plates_of(square, np.array([[0, 1, 2], [0, 3, 2]]))
     assert isinstance(part.shape, Box) and part.shape.size == pytest.approx((2.0, 3.0, T))
 
 
 @each("turned", [{0}, {1, 2}, {0, 2, 4}, {0, 1, 2, 3}, {0, 1, 2, 3, 4}])
-def test_a_lone_funnel_of_mixed_winding_opens_upward_and_is_named(load, turned):
+def test_a_lone_funnel_of_mixed_winding_opens_upward_with_a_warning(load, turned):
     group = funnel()
     mixed = ObjGroup(
         group.name, group.vertices, tuple(f[::-1] if i in turned else f for i, f in enumerate(group.faces))
@@ -153,7 +153,7 @@ def test_a_lone_funnel_of_mixed_winding_opens_upward_and_is_named(load, turned):
     assert throat(field, "hub_funnel") == pytest.approx(0.3)
 
 
-def test_an_upright_wall_of_mixed_winding_is_named(load):
+def test_an_upright_wall_of_mixed_winding_gives_a_warning(load):
     wall = ObjGroup("fence", np.array([(2.0, 1, 0), (2, 2, 0), (2, 4, 0), (2, 1, 1), (2, 2, 1), (2, 4, 1)]),
                     ((0, 1, 4, 3), (1, 4, 5, 2)))  # fmt: skip
     with pytest.warns(UserWarning, match=r"\['fence'\] now face where most"):
@@ -162,17 +162,17 @@ def test_an_upright_wall_of_mixed_winding_is_named(load):
     assert (low[0], high[0]) == pytest.approx((2.0, 2.0 + T)), "the face of 2 m looks to -x"
 
 
-def test_consistently_wound_surfaces_keep_the_side_of_the_file(quietly):
-    """Without another half to compare with, a ceiling may look down and a funnel may be a dome."""
+def test_consistently_wound_surfaces_keep_the_side_in_the_file(quietly):
+    """Without another half to compare with, a ceiling may face down and a funnel may be a dome."""
     field = quietly(funnel(outward=True), symmetry=None)
     assert throat(field, "hub_funnel") < 0.3
 
 
-# --- two halves -----------------------------------------------------------------------------------------------------
+# --- two halves -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("symmetry", [ROTATE, MIRROR])
-def test_halves_that_agree_give_no_warning(quietly, symmetry):
+def test_two_halves_that_agree_give_no_warning(quietly, symmetry):
     groups = [funnel(), ramp(), panel()]
     field = quietly(*groups, *(flipped(group, symmetry) for group in groups), symmetry=symmetry)
     assert is_image(field, symmetry)
@@ -183,7 +183,7 @@ def test_halves_that_agree_give_no_warning(quietly, symmetry):
 @each("symmetry", [ROTATE, MIRROR])
 @each("upside_down", [False, True])
 def test_a_half_with_reversed_faces_is_corrected(load, symmetry, upside_down):
-    """A ramp and a funnel face up on both halves, whichever half was wrong; upright panels face as the first ones do.
+    """A ramp and a funnel face up on both halves, whichever half was wrong; upright panels follow the first half.
 
     Before, the red ramp grew 0.05 m up into an exit of 0.2 m, and balls of 0.15 m stuck there.
     """
@@ -206,8 +206,8 @@ def test_a_half_with_reversed_faces_is_corrected(load, symmetry, upside_down):
 
 
 @pytest.mark.parametrize("symmetry", [ROTATE, MIRROR])
-def test_a_group_of_mixed_winding_faces_as_its_image(quietly, symmetry):
-    """Most of its faces are wrong, but those of its image are all wound one way."""
+def test_a_group_of_mixed_winding_faces_like_its_mirror_image(quietly, symmetry):
+    """Most of the group's faces are reversed, but its image has uniform winding."""
     group = funnel()
     mixed = ObjGroup(group.name, group.vertices, tuple(f if i < 1 else f[::-1] for i, f in enumerate(group.faces)))
     for some in ([mixed, flipped(group, symmetry)], [flipped(group, symmetry), mixed]):
@@ -216,8 +216,8 @@ def test_a_group_of_mixed_winding_faces_as_its_image(quietly, symmetry):
         assert throat(field, "hub_funnel") == pytest.approx(0.3)
 
 
-def test_a_group_without_an_image_is_named(load):
-    """A ramp that was forgotten, and one that stands 0.1 m beside its image."""
+def test_groups_without_a_mirror_image_give_a_warning(load):
+    """One ramp has no image, another is 0.1 m away from its image."""
     aside = ObjGroup("red_hub_ramp", ROTATE.flip_points(ramp().vertices) + np.array([0.0, 0.1, 0.0]), ramp().faces)
     with pytest.warns(
         UserWarning, match=r"\['hub_ramp', 'red_hub_ramp', 'hub_side'\] have nothing in their place"
@@ -226,16 +226,16 @@ def test_a_group_without_an_image_is_named(load):
     assert len(said) == 1
 
 
-def test_halves_that_are_divided_differently_agree(quietly):
-    """An L-shaped floor plate as two quads, and on the other half as two others."""
+def test_halves_that_are_split_into_different_faces_agree(quietly):
+    """An L-shaped floor plate as two quads, and on the other half as two different quads."""
     outline = np.array([(1.0, 1, 1), (3, 1, 1), (3, 2, 1), (2, 2, 1), (2, 3, 1), (1, 3, 1), (1, 2, 1), (2, 1, 1)])
     one = ObjGroup("ledge", outline, ((0, 7, 1, 2, 3, 6), (6, 3, 4, 5)))
     two = ObjGroup("red_ledge", ROTATE.flip_points(outline), ((0, 7, 3, 4, 5, 6), (7, 1, 2, 3)))
     quietly(one, two)
 
 
-def test_two_sides_of_one_wall_in_the_middle_are_each_others_image(quietly):
-    """Two sheets back to back on the field's middle line, each with vertices of its own."""
+def test_two_sides_of_a_wall_on_the_middle_line_are_each_others_image(quietly):
+    """Two back-to-back sheets on the field's middle line, each with separate vertices."""
     square = np.array([(8.0, 3, 0), (8, 5, 0), (8, 5, 1), (8, 3, 1)])
     quietly(ObjGroup("divider_a", square, ((0, 1, 2, 3),)), ObjGroup("divider_b", square, ((3, 2, 1, 0),)))
 

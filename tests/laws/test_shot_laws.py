@@ -1,4 +1,4 @@
-"""Every solved shot, flown by solve_ivp from the real muzzle, falls through the target; red mirrors blue."""
+"""Every solved shot, integrated by solve_ivp from the actual muzzle, falls through the target."""
 
 import math
 
@@ -29,7 +29,7 @@ drags = st.sampled_from([0.0, 0.0232, 0.06])
 
 
 def fallen(start, velocity, drag: float, height: float) -> tuple[float, np.ndarray]:
-    """When and where a ball falls through a height [s, m], by scipy."""
+    """Return the time and place at which a ball falls through a height [s, m], integrated by scipy."""
 
     def law(_, state):
         return [*state[3:], *np.array(air_acceleration(*state[3:], 0.0, 0.0, 0.0, drag, 0.0, 0.0)) - (0, 0, GRAVITY)]
@@ -38,7 +38,7 @@ def fallen(start, velocity, drag: float, height: float) -> tuple[float, np.ndarr
         return state[2] - height
 
     falls_through.terminal, falls_through.direction = True, -1.0
-    # A step must not jump over the time that it is above the height: solve_ivp would see no crossing.
+    # keep steps shorter than the time above the height, or solve_ivp misses the crossing
     found = solve_ivp(law, (0.0, 10.0), [*start, *velocity], events=falls_through, rtol=1e-9, atol=1e-10, max_step=0.02)
     return float(found.t[-1]), found.y[:3, -1]
 
@@ -50,7 +50,7 @@ def test_a_solved_shot_falls_through_the_target(muzzle, target, velocity, questi
         shot = solve_shot(muzzle, target, drag=drag, robot_velocity=velocity, **question)
     except NoShotError:
         assume(False)
-    assume(shot.entry_angle > 0.1)  # over the target for long enough that solve_ivp sees it come down
+    assume(shot.entry_angle > 0.1)  # above the target for long enough that solve_ivp finds the crossing
     start = shot.speed * launch_direction(shot.yaw, shot.elevation) + np.array(velocity)
     time, place = fallen(muzzle, start, drag, target[2])
     assert np.linalg.norm(place - target) < 0.005

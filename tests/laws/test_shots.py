@@ -1,4 +1,4 @@
-"""Shots of robots that move, and of robots that stand before a wall, lie on their head, or touch another robot."""
+"""Shots of robots that move, stand at a wall, lie upside down or touch another robot."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ RADIUS = 0.075
 BALL = GamePieceConfig(name="Ball", shape=Sphere(RADIUS), mass=0.2)
 GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=1.5)
 WHEEL_RADIUS, RATE = 0.05, 7.3
-"""Shots 137 ms apart: each leaves at another instant of its tick."""
+"""Shots are 137 ms apart, so each leaves at a different instant of its tick."""
 
 
 def robot(*, forward=0.3, height=0.6, elevation=0.9, turret=False) -> RobotConfig:
@@ -68,7 +68,7 @@ def spin_wheels(match, exit_speed) -> None:
 
 
 def tick_and_find(match):
-    """One tick; of each shot in it, place and velocity at its end."""
+    """Advance one tick; return position and velocity at its end for each shot that it fired."""
     before = len(match.record.shots)
     match.tick()
     state = match.pieces.state
@@ -76,9 +76,9 @@ def tick_and_find(match):
 
 
 def traced_back(pos, velocity, chassis, muzzle):
-    """When a shot crossed the path of the muzzle, how closely, and its velocity relative to the muzzle then.
+    """Trace a shot back to the path of the muzzle; return time [s], gap [m], relative speed [m/s], heading [rad].
 
-    The robot moves evenly within a tick: r(-t) = r - v t, yaw(-t) = yaw - w t; the shot is on its parabola.
+    Within a tick the robot moves uniformly, r(-t) = r - v t and yaw(-t) = yaw - w t; the shot follows its parabola.
     """
     (x, y, z), (vx, vy, _), w, yaw = chassis.pos, chassis.origin_velocity, chassis.rate[2], chassis.pose[2]
 
@@ -96,9 +96,10 @@ def traced_back(pos, velocity, chassis, muzzle):
 
 
 @pytest.mark.parametrize("speeds", [(2.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1.5, 0.0, 4.0), (-1.0, 1.5, -3.0)])
-def test_a_shot_of_a_moving_robot_leaves_from_the_muzzle_at_its_time(speeds):
-    """Traced back it meets the muzzle's path within 1 mm, in the direction and at the speed of the shooter, whatever
-    part of the tick it flew; and the instants are a period apart.
+def test_a_shot_of_a_moving_robot_leaves_the_muzzle_at_its_scheduled_time(speeds):
+    """Traced back, each shot meets the muzzle's path within 1 mm, with the direction and speed of the shooter.
+
+    This holds at any part of a tick, and shots are one period apart.
     """
     with match_with(robot(), (4.0, 3.0, 0.0)) as match:
         one, shots = match.robots[0], []
@@ -107,7 +108,7 @@ def test_a_shot_of_a_moving_robot_leaves_from_the_muzzle_at_its_time(speeds):
             c, s = math.cos(heading), math.sin(heading)
             one.drive.set_chassis_speeds(
                 c * speeds[0] + s * speeds[1], c * speeds[1] - s * speeds[0], speeds[2]
-            )  # along one line of the field, while it turns
+            )  # along one line of the field while turning
             if tick >= 50:
                 spin_wheels(match, 9.0)
             for pos, velocity in tick_and_find(match):
@@ -122,8 +123,8 @@ def test_a_shot_of_a_moving_robot_leaves_from_the_muzzle_at_its_time(speeds):
     assert np.diff(times) == pytest.approx(1.0 / RATE, abs=1e-4)
 
 
-def test_a_turret_that_turns_against_the_robot_shoots_in_one_direction():
-    """Robot +4 rad/s, turret -4 rad/s about the robot's middle: muzzle and direction stand still in the field."""
+def test_a_turret_that_counters_the_robots_rotation_shoots_in_one_direction():
+    """Robot at +4 rad/s, turret at -4 rad/s about the robot center: muzzle and direction are fixed in the field."""
     with match_with(robot(turret=True), (8.0, 4.0, 0.0)) as match:
         one, turret, headings = match.robots[0], match.robots[0].mechanisms["turret"], []
         for tick in range(150):
@@ -138,8 +139,8 @@ def test_a_turret_that_turns_against_the_robot_shoots_in_one_direction():
 
 
 @pytest.mark.parametrize(("attitude", "along"), [(from_rpy(0.0, 0.5 * math.pi, 0.0), 1.0), (IDENTITY, 0.0)])
-def test_a_piece_that_is_not_a_ball_has_the_muzzles_attitude(attitude, along):
-    """A tube that lies along the robot leaves along its velocity, a ring that lies flat edge on; both at 40 degrees."""
+def test_a_piece_other_than_a_ball_leaves_with_the_attitude_of_the_muzzle(attitude, along):
+    """A tube stored along the robot leaves along its velocity, an upright one across it; both at 40 degrees."""
     tube = GamePieceConfig(name="Tube", shape=Cylinder(0.05, 0.2), mass=0.3)
     config = replace(robot(elevation=0.7), storage=StorageConfig(capacity=60, attitude=attitude))
     with match_with(config, (8.0, 4.0, 1.1), kind=tube, count=1) as match:
@@ -147,7 +148,7 @@ def test_a_piece_that_is_not_a_ball_has_the_muzzles_attitude(attitude, along):
         ((_, velocity),) = tick_and_find(match)
         ((w, x, y, z),) = match.pieces.attitudes(np.array([0])).tolist()
     axis = rotate((x, y, z, w), (0.0, 0.0, 1.0))
-    # in the tick gravity turns the velocity by g dt cos 40 deg / v = 1 degree
+    # within the tick gravity turns the velocity by g dt cos 40 deg / v = 1 degree
     assert np.dot(axis, velocity) / np.linalg.norm(velocity) == pytest.approx(along, abs=0.02)
     assert rotate((x, y, z, w), (0.0, 1.0, 0.0))[2] == pytest.approx(0.0, abs=1e-6), "it does not roll"
 
@@ -156,7 +157,7 @@ def test_a_piece_that_is_not_a_ball_has_the_muzzles_attitude(attitude, along):
 
 
 def play_shooting(match, seconds, exit_speed):
-    """Lowest and highest place that any piece on the field or in the air had."""
+    """Play while shooting; return the lowest and highest coordinates of any piece on the field or in the air [m]."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for _ in range(round(seconds / TICK)):
         spin_wheels(match, exit_speed)
@@ -168,8 +169,8 @@ def play_shooting(match, seconds, exit_speed):
     return low, high
 
 
-def test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off(caplog):
-    """Muzzle 0.1 m before the bumpers: its center would be 0.09 m in the wall."""
+def test_a_muzzle_inside_the_alliance_wall_holds_fire_until_the_robot_backs_off(caplog):
+    """The muzzle is 0.1 m ahead of the bumpers, so a ball center would be 0.09 m inside the wall."""
     with match_with(robot(forward=0.5), (0.41, 4.0, math.pi)) as match:
         play_shooting(match, 1.0, 9.0)
         assert match.count.held == 60 and match.record.shots == []
@@ -181,8 +182,8 @@ def test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off(
 
 @pytest.mark.parametrize("exit_speed", [6.0, 12.0, 25.0])
 @pytest.mark.parametrize("yaw", [0.0, 0.6])
-def test_a_robot_shoots_nothing_through_a_thin_wall(exit_speed, yaw):
-    """0.05 m of wall before the bumpers, up to 0.5 m flown within a tick, at all delays: they stay before it."""
+def test_a_robot_cannot_shoot_through_a_thin_wall(exit_speed, yaw):
+    """A wall of 0.05 m at the bumpers; shots from any instant fly up to 0.5 m in their first tick and stay in front."""
     wall = box_element("thin", (8.0, 0.0, 0.0), (8.05, 8.0, 3.0))
     half = 0.4 * (math.cos(yaw) + math.sin(yaw))
     with match_with(robot(elevation=0.2), (8.0 - half - 0.01, 4.0, yaw), elements=(wall,)) as match:
@@ -193,7 +194,7 @@ def test_a_robot_shoots_nothing_through_a_thin_wall(exit_speed, yaw):
 
 
 def test_a_shot_at_a_wall_bounces_back_within_its_first_tick():
-    """Muzzle 0.21 m from the wall, 12 m/s: it is there after 11 ms, and comes back."""
+    """12 m/s from a muzzle 0.21 m away from the wall: the shot hits after 11 ms and rebounds."""
     wall = box_element("wall", (8.0, 0.0, 0.0), (8.3, 8.0, 3.0))
     with match_with(robot(elevation=0.0), (8.0 - 0.51, 4.0, 0.0), elements=(wall,), count=1) as match:
         spin_wheels(match, 12.0)
@@ -201,8 +202,8 @@ def test_a_shot_at_a_wall_bounces_back_within_its_first_tick():
         assert 7.8 < pos[0] < 8.0 - 0.1 * RADIUS and -12.0 < velocity[0] < 0.0
 
 
-def test_an_overturned_robot_shoots_nothing_under_the_carpet():
-    """It keeps them, and shoots when it stands again."""
+def test_an_overturned_robot_holds_fire_until_it_stands_again():
+    """No shot leaves below the carpet, and all pieces stay in storage."""
     with match_with(robot(), (8.0, 4.0, 0.0)) as match:
         row = match.robots[0].chassis.row
         match.world.set_pose(row, (8.0, 4.0, 0.52), from_rpy(math.pi, 0.0, 0.0))
@@ -216,7 +217,7 @@ def test_an_overturned_robot_shoots_nothing_under_the_carpet():
 
 
 def test_a_robot_does_not_shoot_into_the_body_of_another(caplog):
-    """Muzzle 0.1 m before the bumpers, at the height of the other's frame."""
+    """The muzzle is 0.1 m ahead of the bumpers, at the height of the other robot's frame."""
     config = robot(forward=0.5, height=0.4)
     with match_with(config, (4.0, 4.0, 0.0), (4.81, 4.0, 0.0)) as match:
         play_shooting(match, 0.5, 9.0)
@@ -228,8 +229,8 @@ def test_a_robot_does_not_shoot_into_the_body_of_another(caplog):
 
 
 @pytest.mark.parametrize("exit_speed", [1.0, 2.0])
-def test_no_shot_leaves_into_the_one_before_it(exit_speed, caplog):
-    """Slow wheels let a ball fall back on the shooter, which jams it; nothing leaves deeper in it than foam gives."""
+def test_no_shot_overlaps_the_previous_one(exit_speed, caplog):
+    """Slow wheels let a ball fall back on the shooter and block it; shots overlap by no more than foam compresses."""
     with match_with(robot(forward=0.0, height=0.62, elevation=1.5), (8.0, 4.0, 0.0), count=8) as match:
         deepest, free = 0.0, match.pieces.on_field()
         for _ in range(150):
@@ -246,8 +247,8 @@ def test_no_shot_leaves_into_the_one_before_it(exit_speed, caplog):
 
 
 @pytest.mark.parametrize("blocked", [0, 1])
-def test_a_piece_at_one_muzzle_blocks_only_that_barrel(blocked, caplog):
-    """Muzzles 0.4 m apart, a ball at rest on one of them: in that tick the other one shoots, and this one does not."""
+def test_a_piece_at_one_muzzle_blocks_only_its_own_barrel(blocked, caplog):
+    """Two muzzles 0.4 m apart, a ball at rest at one of them: only the other barrel shoots in this tick."""
     sides, config = (0.2, -0.2), robot(forward=0.0, height=0.62, elevation=1.2)
     (shooter,) = config.shooters
     config = replace(config, shooters=(replace(shooter, launch=replace(shooter.launch, barrels=sides)),))
@@ -267,7 +268,7 @@ def test_a_piece_at_one_muzzle_blocks_only_that_barrel(blocked, caplog):
 
 @pytest.mark.parametrize(("height", "hits"), [(0.4, 1), (0.0, 0)])
 def test_a_shot_that_rests_above_the_carpet_can_still_score(height, hits):
-    """A ball that rolls in a goal for longer than 2 s has been shot all the same; one on the carpet has missed."""
+    """A ball that rolls in a goal for over 2 s may still score; a ball on the carpet has missed."""
     table = box_element("table", (8.0, 5.0, 0.0), (10.0, 7.0, 0.4))
     with match_with(robot(), (3.0, 2.0, 0.0), elements=(table,), count=1) as match:
         play_shooting(match, 0.5, 8.0)

@@ -1,4 +1,4 @@
-"""What pieces look like from outside is never old, and nothing is made anew while none moves."""
+"""Published poses of pieces are never stale, and their arrays are reused while nothing moves."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def seen(pieces: GamePieceManager, name: str) -> tuple[np.ndarray, np.ndarray]:
     return slots, np.hstack((pieces.state.pos[slots], pieces.attitudes(slots)))
 
 
-def test_shown_pieces_are_those_on_the_field():
-    """Through a fall, a knock that is passed on, pieces that are taken and put back: at every tick."""
+def test_published_pieces_are_those_on_the_field():
+    """At every tick of a fall, a chain of hits, and pieces that are taken and put back."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(BALL, 4), (CRATE, 2)], field_size=(16.0, 8.0))
         balls = pieces.spawn("Ball", np.array([[2.0 + 0.2 * k, 4.0, 0.1] for k in range(3)]))

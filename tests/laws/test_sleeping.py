@@ -1,4 +1,4 @@
-"""Sleep is invisible: nothing hangs in the air, and what sleeps does what it would have done awake."""
+"""Sleep is invisible: no piece hangs in the air, and sleeping pieces react as awake ones do."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ def play(world, pieces, seconds, movers=(), each=lambda: None):
 
 
 def keep_awake(pieces: GamePieceManager) -> None:
-    """Everything visible and awake, whatever the manager thinks: how the scene runs without sleep."""
+    """Wake every piece, to run the scene without sleep."""
     for slot in np.nonzero(pieces.state.status == PieceStatus.ASLEEP)[0].tolist():
         pieces._wake(slot)
 
 
-# --- nothing hangs in the air -------------------------------------------------------------------------------------
+# --- no piece hangs in the air ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("distance", [0.5, 1.0, 2.0, 3.0, 5.0, 12.0])
-def test_a_ball_at_its_apex_falls_whether_a_robot_is_near_or_far(distance):
-    """The reference froze a slow ball in mid-air when the robot was farther than 3 m."""
+def test_a_ball_at_its_apex_falls_however_far_a_robot_is(distance):
+    """A ball that is slow for an instant must not fall asleep in mid-air."""
     with PhysicsWorld() as world:
         pieces = make(world, 1)
         pieces.hold(pieces.stage("Fuel", 1), 0)
@@ -74,8 +74,8 @@ def test_a_ball_spawned_in_the_air_falls_without_a_robot_near():
 
 
 @pytest.mark.parametrize("rate", [0.5, 2.0])
-def test_a_sleeper_is_always_supported_while_a_heap_falls_and_settles(rate):
-    """Each sleeper has the floor, a wall or another ball below its middle, in contact, at every tick."""
+def test_a_sleeping_ball_is_always_supported_while_a_heap_falls_and_settles(rate):
+    """At every tick each sleeping ball touches the floor or a ball below its center."""
     rng = np.random.default_rng(2)
     with PhysicsWorld() as world:
         for x, y, size in ((4.0, 4.5, (1.2, 0.1, 1.0)), (4.0, 3.5, (1.2, 0.1, 1.0)), (3.5, 4.0, (0.1, 1.0, 1.0)),
@@ -105,16 +105,16 @@ def test_a_sleeper_is_always_supported_while_a_heap_falls_and_settles(rate):
         assert seen_asleep[0] > 5, "some slept on others"
 
 
-# --- support that goes away wakes ---------------------------------------------------------------------------------
+# --- removing support wakes the pieces above --------------------------------------------------------------------------
 
 
 def pyramid(pieces: GamePieceManager, world: PhysicsWorld, x: float = 4.0) -> tuple[np.ndarray, int]:
-    """Three balls in a corner of walls, with a fourth on top, asleep."""
+    """Spawn three balls between posts, with a fourth on top."""
     side = 2 * RADIUS
     height = RADIUS + side * math.sqrt(2.0 / 3.0)
     base = np.array([[x, 4.0, RADIUS], [x + side, 4.0, RADIUS], [x + side / 2, 4.0 + side * math.sqrt(3) / 2, RADIUS]])
     middle = base.mean(axis=0)
-    for angle in (30.0, 150.0, 270.0):  # posts that keep the three from rolling apart
+    for angle in (30.0, 150.0, 270.0):  # posts that keep the three balls from rolling apart
         a = math.radians(angle)
         away = side / math.sqrt(3) + 0.0005
         for turn in (-0.55, 0.55):
@@ -152,11 +152,11 @@ def test_a_ball_falls_when_the_balls_under_it_are_moved():
         assert pieces.state.pos[top, 2] == pytest.approx(RADIUS, abs=0.003)
 
 
-# --- a sleeper wakes before anything reaches it -------------------------------------------------------------------
+# --- a sleeping piece wakes before anything reaches it ----------------------------------------------------------------
 
 
 def shoot_at_row(count: int, gap: float, speed: float, awake: bool):
-    """A ball at `speed` into a row of sleepers along x; returns where all end [m]."""
+    """Shoot a ball at `speed` into a row of balls along x; return where all balls end [m]."""
     with PhysicsWorld() as world:
         pieces = make(world, count + 1)
         row = pieces.spawn("Fuel", np.array([[5.0 + i * (2 * RADIUS + gap), 4.0, RADIUS] for i in range(count)]))
@@ -171,12 +171,12 @@ def shoot_at_row(count: int, gap: float, speed: float, awake: bool):
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, 4.0, 20.0, 40.0])
 @pytest.mark.parametrize("gap", [0.0, 0.0024, 0.05])
-def test_a_ball_meets_a_sleeping_row_as_if_all_were_awake(speed, gap):
-    """Within 5 mm and 3 % of the way: awake ones have settled into the carpet by half a millimeter.
+def test_a_ball_meets_a_sleeping_row_as_if_it_were_awake(speed, gap):
+    """Within 5 mm plus 3 % of the distance: awake balls have settled into the carpet by half a millimeter.
 
-    None passes another: the carpet holds a row together with 1.7 N a ball, so the middle of nine with 7.6 N at most,
-    which squeeze two by 3 mm. Of touching ones each hands (1 + e) / 2 of its speed on: of 4 m/s the last gets 0.13,
-    and rolls 18 mm.
+    No ball passes another: the carpet holds the row with 1.7 N a ball, so at most 7.6 N at the middle of nine, which
+    compress two balls by 3 mm. Touching balls hand on (1 + e) / 2 of their speed: of 4 m/s the last gets 0.13 m/s and
+    rolls 18 mm.
     """
     asleep, awake = shoot_at_row(8, gap, speed, False), shoot_at_row(8, gap, speed, True)
     assert (np.diff(asleep[:, 0]) > 2 * RADIUS - 0.003).all(), "none passed another"
@@ -186,11 +186,11 @@ def test_a_ball_meets_a_sleeping_row_as_if_all_were_awake(speed, gap):
 
 
 @pytest.mark.parametrize("speed", [0.7, 1.5, 2.4])
-def test_a_robot_ploughs_through_sleepers_as_if_all_were_awake(speed):
-    """2 m into 12 x 5 fuel: its way is the same within 2 %, and so is that of the fuel.
+def test_a_robot_ploughs_through_sleeping_fuel_as_if_it_were_awake(speed):
+    """Over 2 m through 12 x 5 fuel, the displacements of robot and fuel agree within 2 %.
 
-    Means over eight blocks whose balls are up to 0.4 mm off their places: in a perfect one all rows do the same, and
-    which of two ways that is the last bit decides. All are as deep in the carpet as their weight presses them.
+    Means over eight blocks with balls up to 0.4 mm off the grid: in a perfect grid all rows behave alike, and rounding
+    decides between two outcomes. All balls start compressed by their weight.
     """
     from simcore.robot.chassis import ChassisSimulation
     from simcore.robot.chassis_config import ChassisConfig
@@ -219,8 +219,8 @@ def test_a_robot_ploughs_through_sleepers_as_if_all_were_awake(speed):
     assert asleep == pytest.approx(all_awake, rel=0.02)
 
 
-def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
-    """Bumpers of a kinematic box at 4 m/s through sleepers on both sides of a border: no overlap, ever."""
+def test_a_fast_robot_overlaps_no_sleeping_ball():
+    """Bumpers at 4 m/s through sleeping balls: the overlap stays below 30 mm."""
     from simcore.robot.chassis import ChassisSimulation
     from simcore.robot.chassis_config import ChassisConfig
 
@@ -243,7 +243,7 @@ def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
         assert deepest < 0.03, "a middle may come no nearer than 45 mm outside of the bumper"
 
 
-# --- results do not depend on what happens elsewhere --------------------------------------------------------------
+# --- results do not depend on distant events --------------------------------------------------------------------------
 
 
 def travel(kind: str, elsewhere: float | None) -> np.ndarray:
@@ -272,11 +272,11 @@ def test_a_fast_ball_elsewhere_does_not_change_a_balls_path(kind, speed):
     assert (busy == alone).all(), "nobody changes another one's steps"
 
 
-# --- the mercy of the referee -------------------------------------------------------------------------------------
+# --- pieces that leave the field --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("out", [(65.0, 4.0, 1.0), (-3.0, 4.0, 0.1), (8.0, 30.0, 0.1), (8.0, 4.0, -5.0)])
-def test_a_ball_that_leaves_the_field_comes_back_inside(out):
+def test_a_ball_that_leaves_the_field_is_returned_inside(out):
     with PhysicsWorld() as world:
         pieces = make(world, 1)
         slot = pieces.spawn("Fuel", np.array([out]))[0]
@@ -289,7 +289,7 @@ def test_a_ball_that_leaves_the_field_comes_back_inside(out):
         assert pieces.recovered == 1
 
 
-def test_balls_that_leave_together_do_not_explode_when_they_come_back():
+def test_balls_that_leave_together_return_without_bursting_apart():
     with PhysicsWorld() as world:
         pieces = make(world, 12)
         pieces.spawn("Fuel", np.array([[-3.0, 2.0 + 0.2 * i, 1.0] for i in range(12)]))

@@ -1,4 +1,4 @@
-"""Odometry goes along arcs: the closed form of a circle."""
+"""Odometry integrates arcs: the closed form of a circle."""
 
 import math
 
@@ -13,8 +13,8 @@ SQUARE = ((0.3, 0.25), (0.3, -0.25), (-0.3, 0.25), (-0.3, -0.25))
 
 
 @each("turn", [math.pi / 2.0, -math.pi / 2.0, 0.3])
-def test_one_long_sample_of_a_circle_ends_where_the_circle_does(turn):
-    """A chord along the heading at the start, or at the end, would be off by the radius."""
+def test_odometry_of_one_long_sample_ends_on_the_circle(turn):
+    """A chord along the heading at the start or end of the sample would be off by the radius."""
     radius = 2.0
     ways = [(radius * abs(turn) - turn * y, turn * x) for x, y in SQUARE]
     odometry = SwerveOdometry(SQUARE)

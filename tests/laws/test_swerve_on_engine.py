@@ -1,4 +1,4 @@
-"""The drivetrain model and the engine together: one truth, felt by both."""
+"""Drivetrain model on the engine: both use the same forces."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def volts(r: Robot, value: float) -> None:
     r.drive.set_volts([value] * 4, [0.0] * 4)
 
 
-def test_pushing_a_wall_slips_the_wheels_and_stays_within_the_friction_circle():
-    """12 V give 942 N a wheel where the tires hold 162 N: the wheels spin, the wall feels mu m g, nobody climbs."""
+def test_pushing_a_wall_spins_the_wheels_within_the_friction_circle():
+    """12 V give 942 N a wheel and the tires hold 162 N: the wheels spin, the wall bears mu m g, and no robot climbs."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 4.0, 1.0)), (0.75, 0.0, 0.5), surface=WALL)
         r = robot(world)
@@ -79,8 +79,8 @@ def test_pushing_a_wall_slips_the_wheels_and_stays_within_the_friction_circle():
         assert abs(r.chassis.roll_pitch_yaw[1]) < math.radians(2.0)
 
 
-def test_a_wall_stalls_the_motors_at_their_limit():
-    """40 A: too little to slip; the wheels stand and each motor draws its limit, 52 W of heat (facts 5.1)."""
+def test_pushing_a_wall_stalls_the_motors_at_their_current_limit():
+    """40 A are too little to slip: the wheels stand still and each motor draws its limit, 52 W of heat."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 4.0, 1.0)), (0.75, 0.0, 0.5), surface=WALL)
         r = robot(world, module=replace(MODULE, drive_stator_limit=40.0))
@@ -92,21 +92,21 @@ def test_a_wall_stalls_the_motors_at_their_limit():
 
 
 @pytest.mark.parametrize(("treads", "expected"), [((1.2, 1.2), 0.0), ((1.2, 0.9), 0.5 * (1.2 - 0.9) * GRAVITY)])
-def test_a_push_match_is_won_by_grip(treads, expected):
-    """Head on at 12 V, all wheels slip: a = (mu1 - mu2) g / 2 for equal masses; equal treads: no net motion."""
+def test_a_pushing_match_is_won_by_grip(treads, expected):
+    """Head-on at 12 V with all wheels slipping: a = (mu1 - mu2) g / 2 at equal masses; with equal treads none moves."""
     with PhysicsWorld() as world:
         a = robot(world, (0.0, 0.0, 0.0), name="a", module=replace(MODULE, wheel_cof=treads[0]))
         b = robot(world, (0.81, 0.0, math.pi), name="b", module=replace(MODULE, wheel_cof=treads[1]))
         volts(a, 12.0)
         volts(b, 12.0)
 
-        def pair():  # one alone may be on its way back from the other's bumper
+        def pair():  # a single robot may be rebounding from the other's bumper
             return 0.5 * (a.chassis.vel[0] + b.chassis.vel[0])
 
         advance(world, a, b, ticks=10)
         speed, place = pair(), (a.chassis.pos[0], b.chassis.pos[0])
         advance(world, a, b, ticks=25)
-        if expected == 0.0:  # bumpers rattle by millimeters, so net motion is what counts
+        if expected == 0.0:  # bumpers rattle by millimeters, so the net motion counts
             for r, start in zip((a, b), place, strict=True):
                 assert abs(r.chassis.pos[0] - start) / 0.5 < 0.05
         else:
@@ -114,14 +114,14 @@ def test_a_push_match_is_won_by_grip(treads, expected):
 
 
 def hit_of_two_squares(offset: float, speed: float, mass: float, inertia: float) -> tuple[float, float]:
-    """Speed and spin of a square that another one of its size hits flush, without friction or bounce.
+    """Return speed and spin of a square hit flush by an equal square, without friction or bounce.
 
-    The faces touch from y = offset - 0.4 to y = 0.4, seen from the hitter's center. Impulses J at both ends leave no
-    approach there; an end that would have to pull has none.
+    The faces touch from y = offset - 0.4 to y = 0.4, relative to the hitter's center. Impulses J at both ends stop the
+    approach there; an end that would need to pull has none.
     """
     ends = np.array([offset - 0.4, 0.4])
     arm_a, arm_b = ends, ends - offset
-    # approach at an end: (v_a - w_a arm_a) - (v_b - w_b arm_b); an impulse J at an end takes 1/m and arm J / I of both
+    # approach at an end: (v_a - w_a arm_a) - (v_b - w_b arm_b); J changes the speed by 1/m and arm^2 / I of both
     give = 2.0 / mass + (np.outer(arm_a, arm_a) + np.outer(arm_b, arm_b)) / inertia
     impulse = np.linalg.solve(give, [speed, speed])
     if impulse.min() < 0.0:
@@ -132,8 +132,8 @@ def hit_of_two_squares(offset: float, speed: float, mass: float, inertia: float)
 
 
 @pytest.mark.parametrize("offset", [0.1, 0.3, 0.5])
-def test_a_robot_hit_off_center_turns_by_angular_momentum(offset):
-    """No tires; momentum, linear and angular, is kept within 2 %, spin and speed are the closed form's within 5 %."""
+def test_a_robot_hit_off_center_turns_as_angular_momentum_requires(offset):
+    """Without tires: linear and angular momentum hold within 2 %, spin and speed match the closed form within 5 %."""
     smooth = ChassisConfig(surface=FRICTIONLESS, bumper_friction=0.0)
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, smooth, pose=(0.0, 0.0, 0.0), name="a")
@@ -158,8 +158,8 @@ def test_a_robot_hit_off_center_turns_by_angular_momentum(offset):
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
-def test_a_robot_drives_over_the_bump_by_voltage(speed):
-    """Wheels in the air spin up, odometry counts it, the gyro sees the slope; it lands and drives on."""
+def test_a_robot_driven_by_voltage_crosses_the_bump(speed):
+    """Wheels in the air spin up and odometry counts their turns; the gyro measures the slope; it lands upright."""
     height, depth = inches(6.513), inches(44.4)
     slope = math.degrees(math.atan2(height, depth / 2))
     with PhysicsWorld() as world:

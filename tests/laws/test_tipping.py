@@ -1,4 +1,4 @@
-"""Where a robot tips: a h = g b."""
+"""Acceleration at which a robot tips: a h = g b."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def test_a_robot_whose_center_of_mass_is_not_between_its_wheels_is_refused(cente
     replace(ROBOT, drivetrain=replace(ROBOT.drivetrain, center_of_mass=(0.299, 0.199, 0.2)))
 
 
-def test_an_elevator_that_is_up_and_full_storages_lower_the_limit():
+def test_a_raised_elevator_and_full_storages_lower_the_tipping_limit():
     lifting = replace(ROBOT, moving_masses=(MovingMass(name="carriage", mass=10.0, joints=(SLIDE,)),))
     raised = tipping_limit(lifting)
     assert raised.height == pytest.approx(0.25 + 10.0 * 1.5 / 50.0)

@@ -1,4 +1,4 @@
-"""The world: materials that act, worlds that do not disturb each other, and what is refused."""
+"""The world: material pairs, independent worlds and refused input."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def run(world: PhysicsWorld, seconds: float, substeps: int = 4) -> None:
         world.step(0.02, substeps=substeps)
 
 
-# --- surfaces act on the pair that touches ------------------------------------------------------------------------
+# --- surfaces of the touching pair ------------------------------------------------------------------------------------
 
 
 @settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.2))
-def test_a_sliding_box_slows_by_the_product_of_both_frictions(engine_name, of_floor, of_box):
-    """v = v0 - mu g t, mu the product of both; on MuJoCo what slides hops, by less than 3 mm at 3 m/s."""
+def test_a_sliding_box_slows_by_the_product_of_both_friction_coefficients(engine_name, of_floor, of_box):
+    """v = v0 - mu g t with the product mu; on MuJoCo a sliding box hops by less than 3 mm at 3 m/s."""
     is_mujoco = engine_name == "mujoco"
     mu, speed, seconds = of_floor * of_box, 3.0 if is_mujoco else 6.0, 0.3
     with PhysicsWorld(floor=surface(of_floor)) as world:
@@ -54,8 +54,8 @@ def test_a_sliding_box_slows_by_the_product_of_both_frictions(engine_name, of_fl
 
 
 @pytest.mark.parametrize("away", [40.0, 900.0])
-def test_the_floor_has_no_end(away):
-    """Balls, boxes, cylinders and robots stand far out as they stand in the middle, within 1 mm."""
+def test_the_floor_extends_without_end(away):
+    """Balls, boxes, cylinders and robots move far out as they do in the middle, within 1 mm."""
     with PhysicsWorld() as world:
         shapes = {"ball": Sphere(0.075), "box": Box((0.3, 0.3, 0.28)), "cylinder": Cylinder(0.06, 0.3)}
         pieces = {
@@ -87,8 +87,8 @@ class Element:
     surface: TerrainSurface
 
 
-def test_each_element_of_a_field_keeps_its_own_material():
-    """Two plates side by side; the override of one does not leak to the other."""
+def test_each_field_element_keeps_its_own_material():
+    """Two plates side by side; the restitution of one does not leak to the other."""
     plates = [
         Element("dead", Box((1.0, 1.0, 0.2)), (0.0, 0.0, 0.1), replace(WALL, restitution=0.0)),
         Element("live", Box((1.0, 1.0, 0.2)), (2.0, 0.0, 0.1), replace(WALL, restitution=0.9)),
@@ -103,20 +103,20 @@ def test_each_element_of_a_field_keeps_its_own_material():
         for tick in range(80):
             world.step(0.02, substeps=4)
             for i, row in enumerate(balls):
-                if tick > 25:  # it takes 0.32 s to fall
+                if tick > 25:  # the fall takes 0.32 s
                     top[i] = max(top[i], world.engine.pose(row)[0][2] - 0.3)
         assert top[0] < 0.02
         assert top[1] == pytest.approx(0.9**2 * 0.5, rel=0.12)
 
 
-def test_a_pattern_without_a_match_lists_the_elements():
+def test_an_unmatched_drivable_pattern_lists_the_elements():
     plate = Element("blue_bump_left", Box((1.0, 1.0, 0.2)), (0.0, 0.0, 0.1), WALL)
     with PhysicsWorld() as world, pytest.raises(UnknownNameError, match="blue_bump_left"):
         world.add_field([plate], drivable=["blue_bmp_*"])
 
 
-def test_drivable_elements_have_no_friction_for_robots_but_for_pieces():
-    """All grip of a robot is its tires'; a piece on the same carpet is slowed by it."""
+def test_drivable_elements_have_friction_for_pieces_but_not_for_robots():
+    """A robot's grip comes from its tires alone; the carpet slows a piece."""
     with PhysicsWorld(floor=CARPET) as world:
         robot = world.add_robot_body(
             "robot", Box((0.5, 0.5, 0.2)), mass=50.0, surface=surface(1.0), center_of_mass=(0.0, 0.0, 0.0),
@@ -131,7 +131,7 @@ def test_drivable_elements_have_no_friction_for_robots_but_for_pieces():
         assert world.engine.velocity(piece)[0][0] == pytest.approx(0.0, abs=0.02)
 
 
-# --- worlds -------------------------------------------------------------------------------------------------------
+# --- several worlds ---------------------------------------------------------------------------------------------------
 
 
 class Scene:
@@ -160,8 +160,8 @@ def alone(seed: int, ticks: int = 60) -> bytes:
         return scene.state()
 
 
-def test_two_worlds_in_one_process_do_not_disturb_each_other():
-    """Stepped in turn, with another made and closed in between, each moves as it does alone."""
+def test_two_worlds_in_one_process_do_not_affect_each_other():
+    """Stepped alternately, while another world opens and closes, each moves as it does alone."""
     one, two = Scene(1), Scene(2)
     with one.world, two.world:
         for tick in range(60):
@@ -180,7 +180,7 @@ def memory_mb() -> float:
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="reads Linux's /proc")
 def test_closing_frees_the_engine():
-    """A world holds about 30 MB; forty that were not freed would be 1.2 GB."""
+    """A world takes about 30 MB; forty leaked worlds would take 1.2 GB."""
     for _ in range(5):
         Scene(0).world.close()
     before = memory_mb()
@@ -189,7 +189,7 @@ def test_closing_frees_the_engine():
     assert memory_mb() - before < 150.0
 
 
-def test_every_call_of_a_closed_world_says_so():
+def test_every_call_on_a_closed_world_raises():
     scene = Scene(0)
     scene.world.close()
     scene.world.close()
@@ -206,7 +206,7 @@ def test_every_call_of_a_closed_world_says_so():
             use()
 
 
-def test_an_error_inside_a_with_block_still_frees_the_world():
+def test_an_error_inside_a_with_block_still_closes_the_world():
     with pytest.raises(RuntimeError, match="robot code"), PhysicsWorld() as world:
         assert world.engine.name
         raise RuntimeError("robot code")
@@ -214,7 +214,7 @@ def test_an_error_inside_a_with_block_still_frees_the_world():
         world.step(0.02)
 
 
-# --- what is refused ----------------------------------------------------------------------------------------------
+# --- refused input ----------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -224,13 +224,13 @@ def world():
 
 
 @pytest.mark.parametrize("dt", [0.0, -0.02, math.nan, math.inf])
-def test_time_must_go_forward(world, dt):
+def test_a_step_that_is_not_positive_and_finite_is_refused(world, dt):
     with pytest.raises(ConfigError, match="dt must be finite and > 0"):
         world.step(dt)
 
 
 @pytest.mark.parametrize("substeps", [0, -3])
-def test_a_step_has_at_least_one_substep(world, substeps):
+def test_a_step_without_substeps_is_refused(world, substeps):
     with pytest.raises(ConfigError, match="substeps"):
         world.step(0.02, substeps=substeps)
 

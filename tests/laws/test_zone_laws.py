@@ -1,4 +1,4 @@
-"""A sweep finds exactly what fine samples of the path find."""
+"""Swept zone tests agree with fine samples of the path."""
 
 import numpy as np
 import pytest
@@ -21,8 +21,8 @@ ZONES = {
 
 @pytest.mark.parametrize("kind", ZONES)
 @given(start=point, end=point)
-def test_crossings_agree_with_brute_force(kind, start, end):
-    """Where a sample lies inside, the sweep sees it; where the sweep sees it, a sample lies within half a spacing."""
+def test_zone_crossings_agree_with_fine_samples(kind, start, end):
+    """A sampled point inside implies a crossing; a crossing implies a sample within half a spacing of the zone."""
     a, b = np.array([start]), np.array([end])
     path = a + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (b - a)
     spacing = float(np.linalg.norm(b - a)) / (SAMPLES - 1)
@@ -35,8 +35,8 @@ def test_crossings_agree_with_brute_force(kind, start, end):
 
 @pytest.mark.parametrize("kind", ZONES)
 @given(start=point, middle=point, end=point)
-def test_a_path_of_two_ticks_crosses_if_one_of_them_does(kind, start, middle, end):
-    """Rows are independent, and what is inside at a tick's end was seen in that tick and is seen in the next."""
+def test_a_path_of_two_ticks_crosses_a_zone_if_either_tick_does(kind, start, middle, end):
+    """Rows are independent; a point inside at the end of a tick crosses in that tick and in the next."""
     zone = ZONES[kind](0.0)
     a, b, c = np.array([start]), np.array([middle]), np.array([end])
     both = zone.crossed(np.vstack((a, b)), np.vstack((b, c)))

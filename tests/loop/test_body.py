@@ -1,4 +1,4 @@
-"""Rigid bodies in plain Python: turning, impulses, soft contacts and boxes by their closed forms."""
+"""Rigid bodies in plain Python: rotation, impulses, soft contacts and boxes against closed forms."""
 
 import math
 from types import SimpleNamespace
@@ -15,7 +15,7 @@ H = 1e-3
 
 @pytest.fixture
 def plain(monkeypatch):
-    """Return the module without its compiler, so that what it calls of itself is plain Python, too."""
+    """Return the module with its compiled functions replaced by plain Python, for internal calls as well."""
     for name, function in list(vars(bodies).items()):
         if hasattr(function, "py_func"):
             monkeypatch.setattr(bodies, name, function.py_func)
@@ -40,14 +40,14 @@ def tumbling(plain):
 
 
 def test_a_body_turns_by_eulers_equations(plain):
-    """I dw/dt + w x I w = M, in its own axes."""
+    """I dw/dt + w x I w = M, in body axes."""
     body, _ = tumbling(plain)
     inertia, rate, moment = body.inertia, np.array((1.0, -2.0, 3.0)), np.array((0.5, -1.0, 2.0))
     after = rate + H * (moment - np.cross(rate, inertia * rate)) / inertia
     assert plain.turned_rate(body, *moment, H) == pytest.approx(after, abs=1e-12)
 
 
-def test_an_impulse_changes_momentum_and_moment_of_momentum(plain):
+def test_an_impulse_changes_linear_and_angular_momentum(plain):
     body, turn = tumbling(plain)
     arm, impulse = np.array((0.3, 0.2, -0.1)), np.array((2.0, -3.0, 1.0))
     inertia = turn @ np.diag(body.inertia) @ turn.T
@@ -61,7 +61,7 @@ def test_an_impulse_changes_momentum_and_moment_of_momentum(plain):
     assert not stands.vel.any() and stands.impulse[:3] == pytest.approx(impulse), "the engine moves it after the call"
 
 
-def test_a_body_moves_on_about_its_center_of_mass_and_a_kick_counts_from_the_start_of_the_step(plain):
+def test_a_body_moves_about_its_center_of_mass_and_a_kick_counts_from_the_start_of_a_step(plain):
     body, _ = tumbling(plain)
     com, away = body.com.copy(), np.linalg.norm(body.pos - body.com)
     plain.drift(body, H)
@@ -75,7 +75,7 @@ def test_a_body_moves_on_about_its_center_of_mass_and_a_kick_counts_from_the_sta
 
 
 def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
-    """N = k d - c v; along it a spring of k / 2 until it has mu N. What nobody has pressed gives no force."""
+    """N = k d - c v; along the surface a spring of k / 2 up to mu N. An initial overlap gives no force."""
     robot, springs = record(ROBOT), np.zeros((1, SPRINGS), SPRING).view(np.recarray)
     step = 0
 
@@ -100,7 +100,7 @@ def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
     assert press(0.0102, (0.0, 0.0, 0.0), key=8)[0] == pytest.approx(20.0)
 
 
-def test_a_contact_is_found_again_in_the_next_step_and_a_new_one_takes_the_oldest_place(plain):
+def test_a_contact_keeps_its_spring_and_a_new_one_takes_the_oldest_place(plain):
     springs = np.zeros((1, SPRINGS), SPRING).view(np.recarray)
     for key in range(SPRINGS):
         assert plain.find_spring(springs, 0, 100 + key, 10 + key)[1]
@@ -111,7 +111,7 @@ def test_a_contact_is_found_again_in_the_next_step_and_a_new_one_takes_the_oldes
     assert plain.find_spring(springs, 0, 105, 18)[1], "not touched in the step before"
 
 
-def test_what_a_robot_touches_is_noted_once_and_as_much_as_there_is_room_for(plain):
+def test_each_touched_element_is_recorded_once_while_there_is_room(plain):
     robot = record(ROBOT)
     for row in (3, 3, 4, *range(100)):
         plain.add_touch(robot, row)
@@ -120,7 +120,7 @@ def test_what_a_robot_touches_is_noted_once_and_as_much_as_there_is_room_for(pla
     assert robot.press.tolist() == [1.0, 2.0, 3.0] and robot.twist.tolist() == [1.5, 0.0, -0.5]
 
 
-def test_the_way_out_of_a_box_is_through_its_nearest_face(plain):
+def test_the_shortest_way_out_of_a_box_is_through_its_nearest_face(plain):
     part = SimpleNamespace(bottom=0.0, top=0.2, half_length=0.4, half_width=0.3, x=0.1, y=0.0)
     third = 1.0 / math.sqrt(3.0)
     for place, wanted in (
@@ -133,7 +133,7 @@ def test_the_way_out_of_a_box_is_through_its_nearest_face(plain):
         assert plain._box_gap(part, *place) == pytest.approx(wanted)
 
 
-def test_an_edge_is_cut_off_at_the_sides_of_a_box(plain):
+def test_an_edge_is_clipped_at_the_faces_of_a_box(plain):
     half, ends = (0.4, 0.3, 0.1), np.zeros((24, 3))
     assert plain._clip(-1.0, 0.0, 0.05, 1.0, 0.0, 0.05, half, ends, 0) == 2
     assert ends[:2] == pytest.approx(np.array([(-0.4, 0.0, 0.05), (0.4, 0.0, 0.05)]))
@@ -144,7 +144,7 @@ def test_an_edge_is_cut_off_at_the_sides_of_a_box(plain):
     assert plain._clip(-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, ends, 23) == 23, "no room for both ends"
 
 
-def test_several_contacts_of_a_point_have_the_mean_place_and_direction_of_their_load(plain):
+def test_several_contacts_of_a_point_get_the_load_weighted_mean_place_and_direction(plain):
     point = SimpleNamespace(load=0.0, normal=np.zeros(3), arm=np.zeros(3))
     plain._add_load(point, 30.0, 0.0, 0.0, 1.0, 0.2, 0.0, -0.1)
     plain._add_load(point, 10.0, 1.0, 0.0, 0.0, 0.4, 0.0, 0.1)

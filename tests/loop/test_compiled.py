@@ -1,4 +1,4 @@
-"""Where what is compiled is kept, and what is said about it."""
+"""Cache of compiled functions: its place, its messages and its failures."""
 
 import os
 import subprocess
@@ -36,29 +36,29 @@ def run(program: str = _TICK, **environment: str) -> subprocess.CompletedProcess
     )
 
 
-def test_what_is_compiled_is_kept_by_the_contents_of_its_sources():
+def test_compiled_code_is_cached_by_the_contents_of_its_sources():
     folder = Path(compiled.__file__).parent
     assert compiled.cache_folder is not None and compiled.cache_folder.name.startswith("simcore-")
     assert compiled.cache_folder.parent in (folder / "__pycache__", compiled._user_caches() / "simcore")
     assert compiled.is_prepared(), "this test run has compiled it"
 
 
-def test_a_second_process_says_nothing_and_compiles_nothing():
+def test_a_second_process_compiles_nothing_and_prints_nothing():
     done = run()
     assert done.stdout.split()[1] == "True" and "Preparing" not in done.stderr
 
 
-def test_without_the_compiler_the_same_lines_run():
+def test_the_same_code_runs_without_the_compiler():
     done = run(NUMBA_DISABLE_JIT="1")
     assert done.stdout.split() == ["None", "True"] and not done.stderr
 
 
-def test_bumpers_that_touch_do_the_same_in_plain_python_to_the_last_bit():
+def test_touching_bumpers_give_equal_results_in_plain_python_to_the_last_bit():
     plain, made = run(_BUMPERS, NUMBA_DISABLE_JIT="1").stdout, run(_BUMPERS).stdout
     assert plain == made and plain.startswith("True True")
 
 
-def test_folders_that_cannot_be_written_are_no_error(monkeypatch, tmp_path):
+def test_unwritable_cache_folders_cause_no_error(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setattr(compiled, "_HERE", blocked)
@@ -71,7 +71,7 @@ def test_folders_that_cannot_be_written_are_no_error(monkeypatch, tmp_path):
     assert compiled._choose_folder().parent == tmp_path / "simcore"
 
 
-def test_a_folder_that_is_prepared_is_used_where_it_can_only_be_read(monkeypatch, tmp_path):
+def test_a_prepared_read_only_folder_is_used(monkeypatch, tmp_path):
     monkeypatch.setattr(compiled, "_HERE", tmp_path)
     folder = compiled._choose_folder()
     for name in compiled._PREPARED:
@@ -80,7 +80,7 @@ def test_a_folder_that_is_prepared_is_used_where_it_can_only_be_read(monkeypatch
     assert compiled._choose_folder() == folder
 
 
-def test_it_is_said_what_takes_a_while_and_how_long_it_took(monkeypatch, capsys, tmp_path):
+def test_a_slow_compilation_is_announced_and_timed(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(compiled, "_said", set())
     monkeypatch.setattr(compiled, "cache_folder", tmp_path)
     with compiled.preparing("a.function_of_nobody"):
@@ -99,7 +99,7 @@ print(compiled.compiled(twice)(3.0), compiled.not_kept)
 
 
 def small(folder: Path) -> subprocess.CompletedProcess[str]:
-    """Compile a small function in a new process with the caches of a user in a folder."""
+    """Compile a small function in a new process with its cache in a folder."""
     script = folder / "small.py"
     if not script.exists():
         script.write_text(
@@ -110,7 +110,7 @@ def small(folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 @pytest.mark.parametrize("content", [b"", b"half", b"\x80\x05garbage."])
-def test_a_damaged_file_is_compiled_again_with_one_sentence(kind, content, tmp_path):
+def test_a_damaged_cache_file_is_compiled_again_with_one_sentence(kind, content, tmp_path):
     assert small(tmp_path).stdout == "6.0 \n"
     (file,) = tmp_path.rglob(f"*.{kind}")
     file.write_bytes(content)
@@ -121,7 +121,7 @@ def test_a_damaged_file_is_compiled_again_with_one_sentence(kind, content, tmp_p
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a device that is full")
-def test_a_full_disk_costs_the_keeping_and_not_the_run(monkeypatch, tmp_path):
+def test_a_full_disk_costs_the_cache_but_not_the_run(monkeypatch, tmp_path):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -133,7 +133,7 @@ def test_a_full_disk_costs_the_keeping_and_not_the_run(monkeypatch, tmp_path):
     assert compiled.not_kept == f"{twice._cache.cache_path} cannot be written: No space left on device"
 
 
-def test_one_process_compiles_while_others_wait(tmp_path):
+def test_one_process_compiles_while_the_others_wait(tmp_path):
     script = f"""
 import sys, time
 from pathlib import Path
@@ -150,7 +150,7 @@ with compiled.preparing("a.slow"):
 
 
 @pytest.mark.parametrize("system", ["win32", "darwin", "linux"])
-def test_each_system_has_its_place_for_caches(system, monkeypatch, tmp_path):
+def test_each_system_has_its_own_cache_folder(system, monkeypatch, tmp_path):
     monkeypatch.setattr(compiled.sys, "platform", system)
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))

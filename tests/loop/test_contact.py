@@ -1,4 +1,4 @@
-"""The laws of contact, one by one, against closed forms."""
+"""Laws of contact, one by one, against closed forms."""
 
 import math
 from itertools import pairwise
@@ -27,11 +27,11 @@ INCH, POUND = 0.0254, 4.4482216
 
 @each(("inches", "pounds"), [(1.0, 20.6), (1.5, 42.0), (2.0, 77.0)])
 def test_foam_between_two_plates_gives_the_makers_force(inches, pounds):
-    """Each side of the fuel gives way by half of what the plates move: AndyMark's figures within 1 %."""
+    """Each side of the fuel takes half of the compression; AndyMark's figures hold within 1 %."""
     assert foam_force(0.5 * inches * INCH, *FUEL.foam) == pytest.approx(pounds * POUND, rel=0.01)
 
 
-def test_the_slope_is_that_of_the_force_where_foam_is_dense_too():
+def test_the_foam_slope_is_the_derivative_of_the_force_up_to_dense_foam():
     for depth in (0.001, 0.02, 0.044, 0.05, 0.065):
         rise = foam_force(depth + 1e-7, *FUEL.foam) - foam_force(depth - 1e-7, *FUEL.foam)
         assert foam_slope(depth, *FUEL.foam) == pytest.approx(rise / 2e-7, rel=1e-4)
@@ -43,7 +43,7 @@ def test_dense_foam_absorbs_300_joules_within_nine_tenths_of_the_radius():
     assert np.trapezoid(force, depth) > 300.0
 
 
-def test_the_energy_is_the_work_of_the_force_where_foam_is_dense_too():
+def test_the_foam_energy_is_the_work_of_the_force_up_to_dense_foam():
     """Simpson's rule is exact for cubics, so the sum over two intervals equals U up to rounding."""
     start = FUEL.foam[2]
     for low, high in ((0.0, start), (start, 0.065)):
@@ -63,8 +63,8 @@ CURVES = {
 
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("restitution", [0.0, 0.1, 0.2, 0.3, 0.31, 0.55, 0.8, 1.0])
-def test_a_contact_returns_the_square_of_its_restitution_whatever_its_curve(curve, restitution):
-    """Squeezed by 60 mm and let go fast, in 40,000 steps, of which the thinnest band has three."""
+def test_a_contact_returns_the_square_of_its_restitution_for_any_force_curve(curve, restitution):
+    """Compressed by 60 mm and released fast, in 40,000 steps, of which the thinnest band has three."""
     foam, (loss, band) = CURVES[curve], foam_loss(restitution)
     inward = np.linspace(0.0, 0.06, 20_001)
     memory, last, work = 1.0, 0.0, [0.0, 0.0]
@@ -76,14 +76,14 @@ def test_a_contact_returns_the_square_of_its_restitution_whatever_its_curve(curv
     assert math.sqrt(-work[1] / work[0]) == pytest.approx(max(restitution, 0.0387), abs=0.005)
 
 
-def test_foam_that_is_let_go_pushes_with_the_part_of_its_force_that_it_gives_back():
-    """1 - c = e^2, never nothing: a pair of balls comes apart."""
+def test_released_foam_pushes_with_the_returned_fraction_of_its_force():
+    """1 - c = e^2, which is never zero, so a pair of balls separates."""
     for restitution in (0.1, 0.3, 0.7, 1.0):
         assert 1.0 - foam_loss(restitution)[0] == pytest.approx(restitution**2)
 
 
-def test_foam_at_rest_comes_to_its_curve():
-    """What is held forgets as 1 / (1 + 2 h / w T) a step, from either side: 1 % is left of 1 after 5 ms."""
+def test_foam_at_rest_relaxes_to_its_curve():
+    """Memory decays by 1 / (1 + 2 h / w T) a step, from either side: 1 % is left after 5 ms."""
     _, band = foam_loss(0.55)
     for memory in (-1.0, 1.0):
         for _ in range(1000):
@@ -93,8 +93,8 @@ def test_foam_at_rest_comes_to_its_curve():
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.7, 1.0])
-def test_a_contact_never_pulls_nor_gives_more_than_it_took(restitution):
-    """-1 <= s <= 1 and 0 <= c <= 1 for any way that foam is squeezed, held and let go; the books of 400 such ways."""
+def test_a_contact_never_pulls_and_never_returns_more_energy_than_it_took(restitution):
+    """-1 <= s <= 1 and 0 <= c <= 1 for any compression history; energy is summed over 400 histories."""
     rng, foam = np.random.default_rng(7), FUEL.foam
     loss, band = foam_loss(restitution)
     assert 0.0 <= loss <= 1.0
@@ -111,16 +111,16 @@ def test_a_contact_never_pulls_nor_gives_more_than_it_took(restitution):
         assert work > -0.02 * foam_energy(float(depths.max()), *foam)
 
 
-def test_a_contact_that_gives_little_back_needs_shorter_steps():
-    """Its stiffness as its memory turns is 4 c k / w, with w = e^2: at e = 0.1 eleven times that at 0.35."""
+def test_a_contact_with_little_restitution_needs_shorter_steps():
+    """Stiffness at a reversal is 4 c k / w with w = e^2: at e = 0.1 eleven times that at 0.35."""
     assert hardened(1000.0, 0.1) == pytest.approx(1000.0 * 0.12 / 0.011)
     assert hardened(1000.0, 0.35) == 1000.0
     assert steps_for(1000.0, 0.2, 3e-3) == 1, "k h^2 / m = 0.045 is at most 0.05"
     assert steps_for(1000.0, 0.2, 6e-3) == 2, "0.18 needs a quarter of that, and has 0.045 in half the step"
 
 
-def test_foam_resists_rolling_with_what_it_loses():
-    """3/16 (1 - e^2) a of a patch a = sqrt(R d): 0.97 mm of two fuel that press with 2.2 N, a fuel's weight."""
+def test_foam_resists_rolling_in_proportion_to_its_loss():
+    """3/16 (1 - e^2) a with a patch a = sqrt(R d): 0.97 mm for two fuel pressed by 2.2 N, the weight of one."""
     for spin in (0.1, 10.0):
         torque = spin * rolling_resistance(2.2, spin**2, 0.00086, 0.0375, 0.3)
         assert torque == pytest.approx(2.2 * 0.00097, rel=0.01)
@@ -134,12 +134,12 @@ def test_a_friction_spring_is_no_stiffer_than_its_step_allows():
     assert friction_stiffness(1000.0, 0.2, 1e-3)[0] == pytest.approx(800.0)
 
 
-def test_a_contact_that_is_four_times_as_stiff_takes_twice_the_steps():
+def test_a_contact_four_times_as_stiff_takes_twice_as_many_steps():
     assert steps_for(1.0, 0.2, 1e-3) == 1
     assert steps_for(4e6, 0.2, 1e-3) == pytest.approx(2 * steps_for(1e6, 0.2, 1e-3), abs=1)
 
 
-def test_drag_is_against_the_flight_and_lift_across_it_and_the_spin():
+def test_drag_opposes_the_velocity_and_lift_is_normal_to_velocity_and_spin():
     """a = -k |v| v + c (omega x v) v^2 / (v^2 + s |omega x v|), with the factors of the piece."""
     rng = np.random.default_rng(3)
     factors = air_factors(Aerodynamics(lift_slope=1.0), radius=0.075, mass=0.215)

@@ -1,4 +1,4 @@
-"""A motor behind current limits, gears and friction."""
+"""Motor behind current limits, gears and friction."""
 
 import math
 
@@ -30,7 +30,7 @@ class TestSolution:
     @each("volts", [-12.0, -3.0, 0.0, 0.05, 5.0])
     @each("a", [-80.0, -1.0, 0.0, 2.0, 60.0])
     @each("limit", [10.0, math.inf])
-    def test_solution_satisfies_its_own_equation(self, volts, a, limit):
+    def test_the_solution_satisfies_its_own_equation(self, volts, a, limit):
         w, i, t0, t1 = self.solve(0.7, a, volts, limit)
         assert abs(i) <= limit
         if t1 == LOCKED:
@@ -40,17 +40,17 @@ class TestSolution:
             f = self.M.torque_driving if i * w >= 0 else self.M.torque_driven
             assert a + f * i - math.copysign(self.M.friction, w) == pytest.approx(0.7 * w, abs=1e-9)
 
-    def test_friction_voltage_just_turns_the_shaft(self):
+    def test_the_friction_voltage_just_turns_the_shaft(self):
         assert self.solve(1.0, 0.0, 0.0999)[0] == 0.0
         assert self.solve(1.0, 0.0, 0.1001)[0] > 0.0
 
-    def test_friction_is_geared(self):
+    def test_friction_torque_includes_the_gearing(self):
         m = motor("Kraken X60")
         assert self.M.friction == pytest.approx(6.75 * m.kt * 0.1 / m.resistance * 0.9)
 
     @each(("a", "volts"), [(0.0, 12.0), (300.0, 3.0), (-300.0, -3.0), (-300.0, 6.0)])
-    def test_supply_limit_holds_drawing_and_feeding_back(self, a, volts):
-        """Within the half of what would flow without it, and the shaft obeys its equation with that current."""
+    def test_the_supply_limit_holds_while_drawing_and_while_feeding_back(self, a, volts):
+        """At half of the unlimited power, with the shaft's equation satisfied at that current."""
         m = self.M
         w, i, *_ = self.solve(0.7, a, volts)
         limit = 0.5 * abs((m.emf * w + i * m.resistance) * i)
@@ -64,15 +64,15 @@ class TestSolution:
 
 
 class TestLaw:
-    """What a controller puts on a motor of 0.03 ohm at a given speed."""
+    """Output of a controller on a motor of 0.03 ohm at a given speed."""
 
     R, BUS, STATOR, SUPPLY = 0.03, 12.0, 60.0, 40.0
     EMF = 0.1
     HEAVY = 1e9
-    """[N m s]: a shaft that keeps its speed, within 1e-6 rad/s."""
+    """Inertia of a shaft that keeps its speed within 1e-6 rad/s [N m s]."""
 
     def at_speed(self, wanted, emf, *, stator=STATOR, supply=SUPPLY):
-        """Volts and current."""
+        """Return voltage and current."""
         volts, resistance = line_in_force(wanted, self.BUS, emf, stator, self.R, self.R)
         w = emf / self.EMF
         _, current, at, _, _ = solve_limited(
@@ -83,7 +83,7 @@ class TestLaw:
 
     @each("wanted", [-40.0, -12.0, -4.0, 0.0, 0.3, 7.0, 12.0, 40.0])
     @each("emf", [-11.0, -3.0, 0.0, 2.0, 9.5])
-    def test_limits_hold_in_all_four_quadrants(self, wanted, emf):
+    def test_current_limits_hold_in_all_four_quadrants(self, wanted, emf):
         v, current = self.at_speed(wanted, emf)
         assert v == pytest.approx(emf + current * self.R, abs=1e-6)
         assert abs(current) <= self.STATOR * (1 + 1e-9)
@@ -97,8 +97,8 @@ class TestLaw:
         assert back > 4.0, "less braking torque, not more"
 
     @each(("wanted", "emf"), [(12.0, 2.0), (3.0, 6.0), (-12.0, 1.0), (6.0, -3.0), (12.0, 11.5)])
-    def test_the_torque_line_is_the_same_law(self, wanted, emf):
-        """The line's current at the speed where it was taken, times the torque per current."""
+    def test_the_torque_line_is_the_same_law_at_its_speed(self, wanted, emf):
+        """The current of the line at the speed at which it was taken, times the torque per current."""
         w = emf / self.EMF
         *_, t0, t1 = torque_line(
             *(False, wanted, self.BUS, 0.0, w, self.STATOR, self.SUPPLY * self.BUS),
@@ -106,14 +106,14 @@ class TestLaw:
         )
         assert t0 - t1 * w == pytest.approx(0.7 * self.at_speed(wanted, emf)[1])
 
-    def test_an_open_circuit_has_friction_alone(self):
+    def test_an_open_circuit_has_only_friction(self):
         for w, torque in ((50.0, -0.4), (-50.0, 0.4)):
             assert torque_line(True, 9.0, 12.0, 0.0, w, 60.0, 480.0, 0.1, 0.03, 0.7, 0.8, 0.4) == (0, 0, torque, 0)
         assert torque_line(True, 9.0, 12.0, 0.0, 0.0, 60.0, 480.0, 0.1, 0.03, 0.7, 0.8, 0.4)[3] == LOCKED
 
     @pytest.mark.parametrize("current", [50.0, -50.0])
     def test_the_line_of_a_supply_limit_touches_its_curve_from_below(self, current):
-        """(e + I R) I = P at the speed where it was taken, and no more before and after it."""
+        """(e + I R) I = P at the speed at which it was taken, and less at any other speed."""
         i0, i1 = supply_line(
             math.copysign(4.0, current), 0.1, math.copysign(40.0, current), self.R, 300.0, current, 1.0
         )
@@ -127,13 +127,13 @@ class TestLaw:
 
 
 @each("z", [1e-6, 9.99e-4, 1.01e-3, 0.1, 1.0, 10.0, 500.0])
-def test_the_weight_of_the_end_makes_a_step_of_back_emf_exact(z):
+def test_the_end_weight_makes_a_step_of_back_emf_exact(z):
     """(w1 - w0) / h = -rate (w0 + weight (w1 - w0)) gives w1 = w0 exp(-rate h)."""
     weight = end_weight(0.001, z / 0.001)
     assert 0.5 <= weight < 1.0
     assert (1.0 - z * (1.0 - weight)) / (1.0 + z * weight) == pytest.approx(math.exp(-z), rel=1e-9, abs=1e-12)
 
 
-def test_within_is_the_nearest_number():
+def test_within_clamps_to_the_nearest_allowed_number():
     assert [within(value, 2.0) for value in (-3.0, -2.0, 0.5, 2.5)] == [-2.0, -2.0, 0.5, 2.0]
     assert within(1e300, math.inf) == 1e300

@@ -1,4 +1,4 @@
-"""The shaft against closed forms: exponential spin-up, limits, friction, stops."""
+"""Shaft against closed forms: exponential spin-up, limits, friction and stops."""
 
 import math
 
@@ -25,7 +25,7 @@ def run(sim: ShaftSim, seconds: float, dt: float) -> None:
 
 
 def fine_euler(sim: ShaftSim, volts: float, seconds: float, h: float = 1e-5) -> tuple[float, float, float]:
-    """Brute force of the same law with limit and Coulomb friction; position, velocity, charge per motor."""
+    """Integrate the law with limit and Coulomb friction in fine steps; return position, velocity, charge per motor."""
     box = sim.gearbox
     x, w, charge = sim.position, sim.velocity, 0.0
     for _ in range(round(seconds / h)):
@@ -44,8 +44,8 @@ def fine_euler(sim: ShaftSim, volts: float, seconds: float, h: float = 1e-5) -> 
     return x, w, charge
 
 
-def test_speed_follows_the_exponential_and_dt_does_not_matter():
-    """w = w_free (1 - exp(-t / tau)): exact, so rounding is the only error."""
+def test_speed_follows_the_exponential_for_any_step():
+    """w = w_free (1 - exp(-t / tau)) is exact, so rounding is the only error."""
     sims = {dt: ShaftSim(gearbox(), 0.05) for dt in (0.001, 0.02, 0.25)}
     for dt, sim in sims.items():
         sim.set_volts(9.0)
@@ -60,14 +60,14 @@ def test_stall_and_free_speed_are_those_of_the_motor():
     box = gearbox(motors=1, gearing=1.0)
     assert box.stall_torque(12.0) == pytest.approx(KRAKEN.stall_torque)
     assert box.free_speed(12.0) == pytest.approx(KRAKEN.kv * 12.0)
-    sim = ShaftSim(box, 1e3)  # too heavy to turn: stall
+    sim = ShaftSim(box, 1e3)  # too heavy to turn: stalled
     sim.set_volts(12.0)
     sim.step(0.02)
     assert sim.current == pytest.approx(KRAKEN.stall_current, rel=1e-6)
     assert sim.supply_current == pytest.approx(KRAKEN.stall_current, rel=1e-6)
 
 
-def test_current_counts_every_motor():
+def test_the_current_includes_every_motor():
     one, four = (ShaftSim(gearbox(motors=n), 0.05 * n) for n in (1, 4))
     for sim in (one, four):
         sim.set_volts(6.0)
@@ -77,7 +77,7 @@ def test_current_counts_every_motor():
     assert four.supply_current == pytest.approx(4.0 * one.supply_current)
 
 
-def test_volts_are_limited_by_the_battery():
+def test_the_voltage_is_limited_by_the_battery():
     weak, asked = ShaftSim(gearbox(), 0.05), ShaftSim(gearbox(), 0.05)
     weak.set_volts(12.0)
     asked.set_volts(6.0)
@@ -85,12 +85,12 @@ def test_volts_are_limited_by_the_battery():
     asked.step(0.02)
     assert weak.velocity == asked.velocity
     assert weak.volts == 12.0
-    assert weak.supply_current == pytest.approx(2.0 * asked.supply_current)  # the same power from half the voltage
+    assert weak.supply_current == pytest.approx(2.0 * asked.supply_current)  # equal power at half the voltage
 
 
 @each("start", [-150.0, 0.0, 40.0, 110.0, 260.0])
 @each("volts", [-12.0, 0.0, 3.0, 12.0])
-def test_limit_and_friction_match_brute_force(start, volts):
+def test_limit_and_friction_agree_with_fine_integration(start, volts):
     sim = ShaftSim(gearbox(stator_current_limit=60.0, friction_torque=1.5), 0.05)
     sim.reset(velocity=start)
     expected = fine_euler(sim, volts, 0.2)
@@ -106,7 +106,7 @@ def test_limit_and_friction_match_brute_force(start, volts):
     assert charge == pytest.approx(expected[2], abs=1e-3 * 60.0)
 
 
-def test_load_above_the_limited_torque_drives_the_shaft_back():
+def test_a_load_above_the_limited_torque_drives_the_shaft_back():
     sim = ShaftSim(gearbox(stator_current_limit=20.0), 0.05)
     sim.set_load(-2.0 * gearbox(stator_current_limit=20.0).stall_torque(12.0))
     sim.set_volts(12.0)
@@ -116,7 +116,7 @@ def test_load_above_the_limited_torque_drives_the_shaft_back():
     assert sim.velocity == pytest.approx(expected[1], rel=1e-3)
 
 
-def test_friction_holds_until_the_torque_is_above_it():
+def test_friction_holds_the_shaft_until_the_torque_exceeds_it():
     box = gearbox(friction_torque=2.0)
     sim = ShaftSim(box, 0.05)
     sim.set_volts(0.99 * box.holding_volts(2.0))
@@ -129,7 +129,7 @@ def test_friction_holds_until_the_torque_is_above_it():
 
 
 def test_friction_brings_a_coasting_wheel_to_rest_on_time():
-    """J dw/dt = -friction: at rest after J w / friction seconds, after J w^2 / (2 friction) radians."""
+    """J dw/dt = -friction: rest after J w / friction seconds and J w^2 / (2 friction) radians."""
     sim = ShaftSim(gearbox(friction_torque=0.5), 0.05)
     sim.reset(velocity=20.0)
     sim.coast()
@@ -142,14 +142,14 @@ def test_friction_brings_a_coasting_wheel_to_rest_on_time():
 
 
 def test_friction_stops_a_wheel_that_hardly_turns():
-    """At 5e-324 rad/s the product of the speeds before and after is zero, and friction once pushed it backward."""
+    """At 5e-324 rad/s the product of the old and new speeds is zero, and friction once pushed the wheel backward."""
     sim = ShaftSim(gearbox(friction_torque=0.5), 0.05)
     sim.reset(velocity=5e-324)
     sim.step(0.02)
     assert (sim.position, sim.velocity) == (0.0, 0.0)
 
 
-def test_coasting_ends_when_volts_are_set_again():
+def test_coasting_ends_when_a_voltage_is_set():
     sim = ShaftSim(gearbox(), 0.05)
     sim.reset(velocity=20.0)
     sim.coast()
@@ -160,7 +160,7 @@ def test_coasting_ends_when_volts_are_set_again():
     assert sim.velocity < 20.0
 
 
-def test_hard_stop_holds_the_shaft_and_stalls_the_motors():
+def test_a_hard_stop_holds_the_shaft_and_stalls_the_motors():
     box = gearbox(stator_current_limit=50.0)
     sim = ShaftSim(box, 0.05, lower_stop=-1.0, upper_stop=2.0)
     sim.set_volts(12.0)
@@ -175,7 +175,7 @@ def test_hard_stop_holds_the_shaft_and_stalls_the_motors():
 
 
 def test_a_weight_without_friction_or_limit_rests_on_its_only_stop():
-    """An elevator of which only the lower stop is known sank below it, and was thrown out by it when it came back."""
+    """An elevator with only a lower stop once sank below it and was thrown out on its return."""
     lift = ShaftSim(gearbox(), 0.01, lower_stop=0.0)
     lift.set_load(-2.0)
     lift.set_volts(0.0)
@@ -199,7 +199,7 @@ def test_an_impulse_into_a_stop_does_not_hold_a_shaft_that_is_driven_away():
 
 @pytest.mark.parametrize("h", [STEP, 1e-4])
 def test_a_shaft_that_meets_its_stop_takes_the_right_charge(h):
-    """J w = (torque per current) x charge until it hits, then it stalls; the step of the hit is one of moving."""
+    """J w = (torque per current) x charge until it hits, then it stalls; the step of the hit counts as moving."""
     sim, box = ShaftSim(gearbox(), 0.05, upper_stop=0.3), gearbox()
     free, tau, stall = box.free_speed(12.0), sim.time_constant, box.motors * 12.0 / box.resistance
     hit = brentq(lambda t: free * (t - tau * (1.0 - math.exp(-t / tau))) - 0.3, 1e-3, 0.1)
@@ -215,7 +215,7 @@ def test_a_shaft_that_meets_its_stop_takes_the_right_charge(h):
     assert sim.position == 0.3 and missing < 0.02 * exact
 
 
-def test_braking_feeds_the_battery_and_never_more_than_the_wheel_held():
+def test_braking_feeds_back_no_more_than_the_kinetic_energy():
     sim = ShaftSim(gearbox(stator_current_limit=60.0), 0.05)
     sim.reset(velocity=200.0)
     sim.set_volts(8.0)
@@ -226,7 +226,7 @@ def test_braking_feeds_the_battery_and_never_more_than_the_wheel_held():
 
 
 @each("bad", [math.nan, math.inf, -math.inf])
-def test_bad_numbers_are_refused_at_the_door(bad):
+def test_non_finite_numbers_are_refused_and_change_nothing(bad):
     sim = ShaftSim(gearbox(), 0.05)
     with pytest.raises(NonFiniteError, match="volts"):
         sim.set_volts(bad)
@@ -252,7 +252,7 @@ def test_bad_numbers_are_refused_at_the_door(bad):
         {"friction_torque": -0.1},
     ],
 )
-def test_gearbox_that_cannot_work_is_refused(change):
+def test_an_impossible_gearbox_is_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         gearbox(**change)
 
@@ -263,12 +263,12 @@ def test_inertia_must_be_positive(inertia):
         ShaftSim(gearbox(), inertia)
 
 
-def test_start_must_be_between_the_stops():
+def test_the_start_must_be_between_the_stops():
     with pytest.raises(ConfigError, match="stop"):
         ShaftSim(gearbox(), 1.0, lower_stop=0.0, upper_stop=1.0, position=2.0)
 
 
-def test_a_supply_limit_holds_what_is_drawn_and_what_is_fed_back():
+def test_a_supply_limit_bounds_the_current_drawn_and_fed_back():
     from dataclasses import replace
 
     from simcore.robot.dc_motor import motor

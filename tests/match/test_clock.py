@@ -1,4 +1,4 @@
-"""The match clock."""
+"""Match clock and timer."""
 
 import math
 
@@ -20,7 +20,7 @@ def test_a_phase_includes_its_start_time(time, name):
 
 
 def test_summed_ticks_change_the_phase_at_the_right_tick():
-    """1000 x 0.02 added up is 20.00000000000014, and 1149 ticks 22.98: neither rounding moves a border."""
+    """1000 x 0.02 summed is 20.00000000000014, and 1149 ticks give 22.98: rounding moves neither border."""
     time, names = 0.0, []
     for _ in range(1200):
         names.append(CLOCK.phase(time).name)
@@ -29,7 +29,7 @@ def test_summed_ticks_change_the_phase_at_the_right_tick():
     assert names.index("teleop") == 1150
 
 
-def test_starts_and_remaining_time():
+def test_phases_have_their_start_times_and_the_match_its_remaining_time():
     assert [CLOCK.start(p.name) for p in CLOCK.phases] == [0.0, 20.0, 23.0]
     assert CLOCK.duration == 163.0
     assert (CLOCK.remaining(100.0), CLOCK.remaining(200.0)) == (63.0, 0.0)
@@ -54,8 +54,8 @@ def after(timer: MatchTimer, ticks: int) -> MatchTimer:
     return timer
 
 
-def test_the_time_of_many_ticks_is_their_number_times_their_length():
-    """A sum of 8150 times 0.02 is off by some 1e-11."""
+def test_the_time_of_many_ticks_is_exactly_their_number_times_their_length():
+    """Summing 0.02 s for 8150 ticks would be off by some 1e-11 s."""
     timer = after(MatchTimer(CLOCK), 8150)
     assert timer.time == 8150 * 0.02 and timer.is_over and timer.remaining == 0.0
 

@@ -1,4 +1,4 @@
-"""The table of actions refuses what it cannot read; what the actions do is in tests/games/test_field_control.py."""
+"""Refusals of the table of actions; effects of the actions are in tests/games/test_field_control.py."""
 
 import pytest
 from each_case import each
@@ -58,7 +58,7 @@ def test_an_impossible_command_is_refused_in_the_next_tick_with_the_reason(match
     assert {name for name, _, _ in UNREADABLE[:-3] + NOT_DONE} == set(ACTIONS), "each action is tried"
 
 
-def test_a_piece_is_put_ahead_of_a_robot_but_within_the_field(match):
+def test_a_piece_is_put_down_in_front_of_a_robot_but_within_the_field(match):
     match.control.do("spawn", {"kind": "Ball", "robot": 0})
     match.tick()
     assert match.control.results[-1].text == "1 Ball put down at (3.20, 2.00) m"

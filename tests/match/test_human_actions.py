@@ -1,4 +1,4 @@
-"""What a human player can do is data of a game: one way for the game's policy and for a person."""
+"""Actions of human players are data of a game, used alike by the game's policy and by a person."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 
 
 class Tables(Rules):
-    """Each human player has three balls on a table; the policy rolls one each half second, and lobs none."""
+    """Rules with three balls on the table of each human player; the policy rolls one every 0.5 s and tips none."""
 
     def start(self) -> None:
         self.feeders = {"blue": Feeder(self.match, range(3)), "red": Feeder(self.match, range(3, 6))}
@@ -64,8 +64,8 @@ def test_policy_and_person_are_limited_by_the_period_of_an_action(match):
     assert stocks(match) == [0, 0] and match.persons == {"red": {}}
 
 
-def test_clumsy_hands_take_longer_and_throw_worse(match):
-    """Twice as clumsy: a ball each second, and errors twice as large."""
+def test_a_clumsy_human_player_takes_longer_and_throws_worse(match):
+    """Twice as clumsy: one ball a second, and errors twice as large."""
     feeders = match.rules.feeders
     feeders["red"] = Feeder(match, range(3, 6), clumsiness=2.0)
     match.play(0.9)
@@ -86,7 +86,7 @@ def test_a_lasting_action_continues_and_ends_by_itself(match):
 
 
 def refusal(match: Match, give, *arguments: object) -> str:
-    """Why a command is refused in the next tick, which changes nothing."""
+    """Return the reason for which a command is refused in the next tick; check that it changes nothing."""
     give(*arguments)
     match.control.before_tick()
     result = match.control.results[-1]

@@ -1,4 +1,4 @@
-"""A robot project may have modules called `games` of its own: both are found."""
+"""A robot project may have a package named `games`: both packages can be imported."""
 
 import os
 import subprocess
@@ -24,7 +24,7 @@ from games.rebuilt import REBUILT
     [("games.py", ""), ("games/chess.py", ".chess"), ("games/__init__.py", "")],
     ids=["module", "folder", "package"],
 )
-def test_a_project_with_its_own_games_package_sees_both(tmp_path, file, inside):
+def test_a_project_with_its_own_games_package_finds_both_packages(tmp_path, file, inside):
     (tmp_path / file).parent.mkdir(exist_ok=True)
     (tmp_path / file).write_text("MINE = 7\n")
     done = subprocess.run(

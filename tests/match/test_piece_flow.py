@@ -1,4 +1,4 @@
-"""Which piece goes where in a robot with several places for them."""
+"""Destination of each piece in a robot with several places for pieces."""
 
 from types import SimpleNamespace
 from unittest.mock import Mock
@@ -12,7 +12,7 @@ from simcore.world.rotation import IDENTITY
 
 
 def flow_and_robot(held=(), *, placers=()):
-    """Of coral in even slots and algae in odd ones, with some in the robot's storage."""
+    """Return a piece flow with coral in even slots and algae in odd slots, and a robot with some of them in storage."""
     state = SimpleNamespace(
         kind=np.array([0, 1] * 3), pos=np.zeros((6, 3)), vel=np.zeros((6, 3)), before=np.zeros((6, 3))
     )
@@ -36,7 +36,7 @@ def test_a_shooter_shoots_its_kinds_until_another_kind_is_next(held, kinds, read
     assert flow._ready(robot, SimpleNamespace(kinds=kinds)) == ready
 
 
-def test_two_intakes_that_reach_one_piece_take_it_once():
+def test_two_intakes_that_reach_one_piece_take_it_only_once():
     flow, robot = flow_and_robot()
     robot.intakes = [Mock(config=SimpleNamespace(kinds=(), roller="rollers")) for _ in range(2)]
     for intake in robot.intakes:

@@ -1,4 +1,4 @@
-"""A game package that does not load takes itself out, and no other game, command or robot test."""
+"""A game package that does not load is left out, without an effect on other games, commands or robot tests."""
 
 import re
 
@@ -32,7 +32,7 @@ WAYS = {
 
 @pytest.fixture
 def installed(tmp_path, monkeypatch):
-    """Leaves in a folder of the path what pip leaves of a game's package; returns what writes one."""
+    """Return a function that writes a game's package and its metadata as pip installs them."""
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.chdir(tmp_path)
 
@@ -52,7 +52,7 @@ def installed(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_broken_game_leaves_the_others_installed(installed, way, capsys):
+def test_a_broken_game_is_left_out_and_the_others_stay_installed(installed, way, capsys):
     source, why = WAYS[way]
     installed(source)
     said = []
@@ -77,7 +77,7 @@ def test_only_the_named_game_is_loaded(installed):
     assert not list(__import__("pathlib").Path().glob("was_loaded"))
 
 
-def test_a_traceback_starts_in_the_games_rules(installed, capsys):
+def test_a_traceback_starts_in_the_rules_of_the_game(installed, capsys):
     installed(
         OTHER
         + """
@@ -110,7 +110,7 @@ def test_the_page_of_a_log_reports_its_broken_game(installed, capsys):
     assert "mine/game.py, line 1: RuntimeError: half written; its field is drawn bare" in said
 
 
-def test_two_games_with_the_same_name_are_both_left_out(installed):
+def test_two_games_with_one_name_are_both_left_out(installed):
     installed(OTHER)
     installed(OTHER, package="other")
     said = []
@@ -118,7 +118,7 @@ def test_two_games_with_the_same_name_are_both_left_out(installed):
     assert len(said) == 1 and "mine-game (mine.game:GAME)" in said[0] and "other-game (other.game:GAME)" in said[0]
 
 
-def test_simcores_own_game_keeps_its_name(installed):
+def test_an_installed_game_cannot_take_the_name_of_simcores_game(installed):
     installed(OTHER, name="rebuilt")
     said = []
     assert installed_games(say=said.append)["rebuilt"].year == find_game("rebuilt").year == 2026

@@ -55,7 +55,7 @@ FIGURES: dict[str, Any] = dict(
 
 
 def report_of(**figures: object) -> RunReport:
-    """A report with figures in place of those of a match of one tick."""
+    """Return a report of a match of one tick, with given figures."""
     with Match.bare() as match:
         match.tick()
         report = RunReport(match, "depot", startup_seconds=0.4, wall_seconds=2.34, ticks=[(0.001, 4, 33)])
@@ -75,8 +75,8 @@ def printed(report: RunReport, encoding: str, *, verbose: bool = False) -> str:
     return raw.getvalue().decode(encoding)
 
 
-def test_columns_change_only_with_events_and_show_the_last_second() -> None:
-    """What was read of them stays as it was; a row has the event's number and place [mm]."""
+def test_record_columns_change_only_with_events_and_show_the_last_second() -> None:
+    """Columns that were read before stay unchanged; a row has the event's number and place [mm]."""
     state = SimpleNamespace(pos=np.array([[1.0, 2.0, 0.1], [3.0, 4.5, 0.1]]))
     record = RunRecord(SimpleNamespace(state=state), [], 0.02)  # type: ignore[arg-type]
     record.note_taken_in(np.array([0]), 0)
@@ -92,7 +92,7 @@ def test_columns_change_only_with_events_and_show_the_last_second() -> None:
     assert record.columns.taken_in.tolist() == [2, 3000, 4500, 3, 1000, 2000]
 
 
-def test_json_has_the_documented_fields() -> None:
+def test_the_json_report_has_the_documented_fields() -> None:
     got = json.loads(REPORT.to_json())
     assert list(got) == [
         *(
@@ -122,19 +122,19 @@ def test_json_has_the_documented_fields() -> None:
     assert "\n" not in REPORT.to_json()
 
 
-def test_json_has_plain_numbers_for_numpy_ones() -> None:
+def test_numpy_numbers_become_plain_numbers_in_json() -> None:
     report = report_of(shots=np.int64(5), min_battery_v=np.float64(9.5), distance_m=np.float32(0.5))
     got = json.loads(report.to_json())
     assert (got["shots"], got["min_battery_v"], got["distance_m"]) == (5, 9.5, 0.5)
 
 
-def test_nan_is_refused_with_its_field() -> None:
+def test_a_nan_in_the_report_is_refused_with_its_field() -> None:
     with pytest.raises(NonFiniteError, match=r"report\.tick_ms\.max"):
         report_of(tick_ms=TickTimes(median=1.0, p95=1.0, p99=1.0, max=float("nan"))).to_json()
 
 
 @each("encoding", ["utf-8", "cp1252", "ascii"])
-def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
+def test_the_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
     report = report_of(outputs={"log": "out/" + "長い/" * 40 + " [bold]run.wpilog"})
     text = printed(report, encoding, verbose=True)
     assert all(len(line) <= 80 for line in text.splitlines())
@@ -172,8 +172,8 @@ def digest(*ticks: tuple[object, ...]) -> str:
     return recorder.hexdigest()
 
 
-def test_digest_of_a_known_state() -> None:
-    """Fixed for good: another value means that digests of old reports no longer compare."""
+def test_the_digest_of_a_known_state_is_fixed() -> None:
+    """Another value means that digests of old reports can no longer be compared."""
     assert digest(([1.0, 2.0],)) == "f2942cc692d15d574dc0dd7f6b46695441e9fedd690d3b7ce38ad1f5127d1924"
 
 
@@ -185,7 +185,7 @@ def test_tick_times_have_percentiles() -> None:
     assert Spread.of([1, 2, 6]) == Spread(mean=3.0, max=6) and Spread.of([]) == Spread(mean=0.0, max=0)
 
 
-def test_memory_layout_and_sign_of_zero_do_not_change_the_digest() -> None:
+def test_memory_layout_and_the_sign_of_zero_do_not_change_the_digest() -> None:
     values = np.arange(12.0).reshape(3, 4)
     assert digest((values,)) == digest((np.asfortranarray(values),)) == digest((values.astype(">f8"),))
     assert digest(([0.0],)) == digest(([-0.0],))

@@ -1,4 +1,4 @@
-"""What scatter draws: each spread alone, by its size, whatever else is on."""
+"""Draws of scatter: each spread separately, by its size, independent of the others."""
 
 import dataclasses
 import math
@@ -28,7 +28,7 @@ def only(name: str, factor: float = 1.0) -> Scatter:
 
 
 def leaves(value: object, path: str = "") -> Iterator[tuple[str, float | tuple[float, ...]]]:
-    """Every number of a built robot, by where it stands; of a supplier its next hundred."""
+    """Yield every number of a built robot with its path; for a supplier its next hundred values."""
     if isinstance(value, dict):
         for key, part in value.items():
             yield from leaves(part, f"{path}.{key}")
@@ -45,7 +45,7 @@ def leaves(value: object, path: str = "") -> Iterator[tuple[str, float | tuple[f
 
 
 def drawn(scatter: Scatter, robot: int = 0, config: RobotConfig = ROBOT, seed: int = 5) -> dict[str, object]:
-    """All that a match draws of its scatter for one robot, and for its pieces."""
+    """Return all draws of a match's scatter for one robot, and for its pieces."""
     draws = ScatterDraws(scatter, seed)
     found = dict(leaves(built_robot(config, draws, robot)))
     found |= {f"start.{axis}": value for axis, value in zip("xyw", start_error(draws, robot), strict=True)}
@@ -76,14 +76,14 @@ CHANGED = {
 
 
 @each("name", Scatter.names())
-def test_each_spread_changes_what_it_must_and_draws_the_same_whichever_others_are_on(name):
+def test_each_spread_changes_its_own_values_and_draws_the_same_whichever_others_are_on(name):
     config = TANK if name == "drive_friction" else ROBOT
     none, alone, every = (drawn(scatter, config=config) for scatter in (Scatter.none(), only(name), Scatter()))
     wanted = tuple(f".{end}" for end in CHANGED.get(name, {name}))
     changed = {path for path, value in alone.items() if value != none[path]}
     assert changed == {path for path in none if f".{path}".endswith(wanted)}
     for path in changed:
-        if not path.endswith(("stall_torque", "free_speed")):  # where both spreads of motors are in one number
+        if not path.endswith(("stall_torque", "free_speed")):  # both spreads of motors affect this number
             assert alone[path] == every[path], path
     assert drawn(only(name), config=config, seed=6) != alone
     assert (drawn(only(name), robot=1, config=config) == alone) == (
@@ -98,7 +98,7 @@ def test_a_robot_without_scatter_is_built_as_configured():
 
 
 def samples() -> dict[str, tuple[str, np.ndarray]]:
-    """Of each spread: its distribution, and samples of it over its size."""
+    """Return for each spread its distribution, and samples divided by its size."""
     size, draws = Scatter(), [ScatterDraws(Scatter(), seed) for seed in range(ROBOTS)]
     built = [built_robot(ROBOT, one, 0) for one in draws]
     pieces = piece_variation(draws[0], (PIECES,))
@@ -168,12 +168,12 @@ def samples() -> dict[str, tuple[str, np.ndarray]]:
 
 
 def test_each_spread_has_its_stated_size():
-    """Means and mean squares of n samples, within 4 of their own standard deviations; one number in 16,000 is out."""
+    """Means and mean squares of n samples, within 4 standard errors, which one number in 16,000 exceeds."""
     found = samples()
     assert set(found) == set(Scatter.names())
     for name, (kind, values) in found.items():
         z, n = values.ravel(), values.size
-        if kind == "even":  # from -1 to 1: variance 1/3, and of the squares 4/45
+        if kind == "even":  # even from -1 to 1: variance 1/3, and of the squares 4/45
             assert np.abs(z).max() <= 1.0 + 1e-9, name
             variance, of_squares = 1.0 / 3.0, 4.0 / 45.0
         else:
@@ -203,7 +203,7 @@ def test_invalid_scatter_is_refused(make, problem):
         Scatter.parse("1,elevatoin=0.1")
 
 
-def test_a_robot_stands_at_the_missed_pose_and_believes_the_intended_one():
+def test_a_robot_stands_at_the_missed_pose_but_estimates_the_intended_one():
     start = (4.0, 3.0, 0.5)
     scatter = replace(Scatter.none(), start_position=0.05, start_heading=0.1)
     with Match.bare(start=start, scatter=scatter, seed=2) as match:
@@ -218,7 +218,7 @@ def test_a_robot_stands_at_the_missed_pose_and_believes_the_intended_one():
         match.play(0.5)
         gone = robot.chassis.pose[0] - there[0], robot.chassis.pose[1] - there[1]
         way = math.hypot(*gone)
-        assert way > 0.5  # straight ahead, as it believes: the true way is turned by what it was put down turned
+        assert way > 0.5  # straight ahead by its estimate: the true path is rotated by the error of its start heading
         assert robot.reckoned_pose[:2] == pytest.approx((4.0 + c * way, 3.0 + s * way), abs=0.01)
         match.carry_to(0, (2.0, 2.0, 0.0))
         assert robot.chassis.pose == pytest.approx((2.0, 2.0, 0.0)) == robot.reckoned_pose
@@ -226,8 +226,8 @@ def test_a_robot_stands_at_the_missed_pose_and_believes_the_intended_one():
         assert robot.chassis.pose == pytest.approx((2.0 + ahead, 2.0 + left, turn))
 
 
-def test_a_missed_pose_is_never_in_a_wall():
-    """Along the wall y = 0 with 2 mm of air, on 12 seeds."""
+def test_a_missed_start_pose_is_never_inside_a_wall():
+    """Next to the wall y = 0 with 2 mm of clearance, for 12 seeds."""
     scatter = replace(Scatter.none(), start_position=0.03)
     moved = []
     with Match.bare(start=(4.0, 0.402, 0.0), scatter=scatter) as match:
@@ -239,7 +239,7 @@ def test_a_missed_pose_is_never_in_a_wall():
     assert sum(moved) >= 8
 
 
-def test_scatter_changes_the_noise_of_cameras():
+def test_scatter_scales_the_noise_of_cameras():
     cameras = tuple(CameraConfig(name=name, pipelines=(PiecePipeline(),)) for name in ("a", "b"))
     with Match.bare(replace(TANK, cameras=cameras), scatter=only("camera_noise")) as match:
         factors = []

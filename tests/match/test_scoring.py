@@ -1,4 +1,4 @@
-"""Counting pieces through zones."""
+"""Scoring of pieces through zones."""
 
 import numpy as np
 import pytest
@@ -36,13 +36,13 @@ def test_a_rising_piece_scores_only_in_a_zone_that_allows_it():
     assert len(fall(ScoringTracker([both]), 0.0, 0.5, up=True)) == 1
 
 
-def test_in_overlapping_zones_a_piece_counts_once_in_the_first():
+def test_in_overlapping_zones_a_piece_counts_only_in_the_first():
     second = ScoringZone(name="Second", alliance="red", zone=BLUE.zone)
     tracker = ScoringTracker([BLUE, second])
     assert [e.zone for e in fall(tracker, 0.0, 0.5)] == ["BlueHub"]
 
 
-def test_worth_is_called_per_piece_and_a_piece_without_points_is_still_counted():
+def test_worth_is_called_per_piece_and_a_piece_without_points_still_counts():
     asked = []
 
     def worth(zone):

@@ -1,4 +1,4 @@
-"""What a script can ask of its robot: motion within limits, timeouts that end, and red turned into blue."""
+"""Actions of scripted robots: motion within limits, and timeouts that end."""
 
 import math
 from types import SimpleNamespace
@@ -19,7 +19,7 @@ GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
 
 
 class Ideal(SwerveDrive):
-    """A robot that does at once what it is told; `stuck`: one that a wall holds."""
+    """Robot that follows commands at once, or is held by a wall if `stuck`."""
 
     def __init__(self, pose, stuck=False):
         self.pose, self.stuck, self.asked = list(pose), stuck, []
@@ -53,7 +53,7 @@ def made(script, alliance="blue", symmetry="rotate", pieces=None):
 
 
 def follow(script, robot, *, ticks=2000, **more):
-    """Play a script on the ideal robot; returns the number of ticks until it ended."""
+    """Play a script on the ideal robot; return the number of ticks until it ends."""
     code = made(script, **more)
     for tick in range(ticks):
         code(robot, DT * tick)
@@ -62,7 +62,7 @@ def follow(script, robot, *, ticks=2000, **more):
     raise AssertionError("the script does not end")
 
 
-def test_it_keeps_to_its_speed_and_acceleration():
+def test_a_scripted_robot_stays_within_its_speed_and_acceleration():
     robot = Ideal((2.0, 3.0, 0.0))
     follow(lambda r: r.drive_to(7.0, 3.0, 0.0, speed=2.0), robot)
     speeds = np.array(robot.asked)[:, :2]
@@ -71,14 +71,14 @@ def test_it_keeps_to_its_speed_and_acceleration():
     assert steps.max() <= 6.0 * DT + 1e-9, "6 m/s^2: half of what the tires give"
 
 
-def test_it_gives_up_after_the_timeout_when_something_is_in_the_way():
+def test_a_blocked_drive_ends_at_its_timeout():
     robot = Ideal((2.0, 3.0, 0.0), stuck=True)
     assert follow(lambda r: r.drive_to(7.0, 3.0, 0.0, timeout=1.0), robot) == 51
 
 
-def test_collecting_ends_when_the_region_is_empty_and_when_time_is_up():
+def test_collecting_ends_when_the_region_is_empty_or_time_is_up():
     region = {"low": (0.0, 5.0), "high": (1.0, 7.0), "aside": 0.2}
-    elsewhere = np.array([[5.0, 5.0, 0.075], [0.5, 6.0, 0.9]])  # the second lies too high to be on the carpet
+    elsewhere = np.array([[5.0, 5.0, 0.075], [0.5, 6.0, 0.9]])  # the second is too high to be on the carpet
     assert follow(lambda r: r.collect_in(**region, timeout=5.0), Ideal((3.0, 6.0, 0.0)), pieces=elsewhere) == 1
     there = np.array([[0.3, 6.1, 0.075]])
     robot = Ideal((3.0, 6.0, 0.0))
@@ -101,7 +101,7 @@ def test_a_finished_script_stops_the_robot_and_a_new_robot_restarts_it():
     assert not code.is_done
 
 
-def test_mechanisms_hold_their_positions_and_volts():
+def test_mechanisms_hold_their_positions_and_voltages():
     arm, claw = ShaftSim(GEARBOX, 0.5), ShaftSim(GEARBOX, 0.01)
     robot = Ideal((2.0, 3.0, 0.0))
     robot.mechanisms = {"arm": arm, "claw": claw}

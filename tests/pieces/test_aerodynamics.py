@@ -17,8 +17,8 @@ def lift_acceleration(velocity, spin, factors):
     return air_acceleration(*velocity, *spin, 0.0, factors.lift, factors.lift_saturation)
 
 
-def test_drag_over_weight_of_fuel_is_as_published():
-    """0.15, 0.24, 0.34 of the weight at 8, 10, 12 m/s."""
+def test_the_drag_of_fuel_over_its_weight_is_as_published():
+    """0.15, 0.24 and 0.34 of the weight at 8, 10 and 12 m/s."""
     k = air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag
     speeds = np.array([8.0, 10.0, 12.0])
     drag = drag_acceleration(np.column_stack([speeds, 0 * speeds, 0 * speeds]), k)
@@ -26,13 +26,13 @@ def test_drag_over_weight_of_fuel_is_as_published():
     assert math.sqrt(9.81 / k) == pytest.approx(20.6, abs=0.05)  # terminal speed
 
 
-def test_drag_factor_may_differ_from_piece_to_piece():
+def test_the_drag_factor_may_differ_from_piece_to_piece():
     velocity = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, -2.0], [0.0, 0.0, 0.0]])
     drag = drag_acceleration(velocity, np.array([0.1, 0.5, 0.1]))
     assert drag == pytest.approx(np.array([[-1.5, -2.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 0.0]]))
 
 
-def test_backspin_lifts_and_sidespin_bends():
+def test_backspin_lifts_a_ball_and_sidespin_bends_its_path():
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
     forward = (10.0, 0.0, 0.0)
     up = lift_acceleration(forward, (0.0, -30.0, 0.0), factors)

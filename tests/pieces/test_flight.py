@@ -1,4 +1,4 @@
-"""Flights in the loop: equation of motion, parabola, and independence."""
+"""Flights in the loop: equation of motion, parabola and independence."""
 
 import math
 from dataclasses import replace
@@ -28,7 +28,7 @@ def flown(balls, seconds):
     return balls
 
 
-def test_drag_and_lift_are_those_of_the_equation_of_motion():
+def test_a_flight_with_drag_and_lift_follows_the_equation_of_motion():
     """dv/dt = -g - k |v| v + c (omega x v) / (1 + s |omega x v| / v^2), dw/dt = -f w^2: within 2 mm after 1.5 s."""
     air = CURVED.air
 
@@ -53,7 +53,7 @@ def test_a_flight_without_air_is_a_parabola():
 
 
 def test_balls_fly_independently_with_their_own_factors():
-    """Two from one place pass through each other; a heavier one has less drag, to the last bit as if it were alone."""
+    """Two balls from one place pass through each other; the heavier one flies exactly as it would alone."""
     mass = np.array([1.0, 1.1])
     both = flown(flying_balls(FUEL, POS.repeat(2, 0), VEL.repeat(2, 0), SPIN.repeat(2, 0), mass=mass), 1.0)
     one = flown(flying_balls(FUEL, POS, VEL, SPIN, mass=mass[1:]), 1.0)
@@ -62,7 +62,7 @@ def test_balls_fly_independently_with_their_own_factors():
 
 
 @pytest.mark.parametrize(("factor", "spent"), [(0.99, True), (1.01, False)])
-def test_the_rise_of_a_ball_follows_its_kinetic_and_spin_energy(factor, spent):
+def test_the_rise_of_a_ball_follows_from_its_kinetic_and_spin_energy(factor, spent):
     """v^2 / 2 + (2/5) r^2 omega^2 / 2 = g h for a solid ball."""
     rim = 3.0
     up = math.sqrt(2.0 * (GRAVITY * 1.5 * factor - 0.2 * rim**2))

@@ -13,7 +13,7 @@ from simcore.world.contact_law import FoamStiffness
 from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere, centered, tube
 
 
-def test_a_shape_gives_its_height_and_its_bounding_ball():
+def test_a_shape_gives_a_piece_its_rest_height_and_its_bounding_radius():
     ball = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=1.0)
     can = GamePieceConfig(name="Can", shape=Cylinder(0.3, 0.8), mass=1.0)
     crate = GamePieceConfig(name="Crate", shape=Box((0.2, 0.4, 0.4)), mass=1.0)
@@ -34,22 +34,22 @@ def test_a_shape_gives_its_height_and_its_bounding_ball():
         ("rolling", -1.0),
     ],
 )
-def test_impossible_pieces_are_refused_by_field(field, value):
+def test_impossible_pieces_are_refused_with_the_field(field, value):
     with pytest.raises(ConfigError, match=field):
         GamePieceConfig(**{"name": "Fuel", "shape": Sphere(0.075), "mass": 0.2, field: value})
 
 
-def test_a_ball_too_stiff_for_its_mass_is_refused_with_what_would_do():
-    """2.5e6 N/m per kg: 1e5 N/m take 40 g, and the 2.7 g of a ping-pong ball 6,750 N/m."""
+def test_a_ball_too_stiff_for_its_mass_is_refused_with_what_would_work():
+    """The limit is 2.5e6 N/m per kg: 1e5 N/m need 40 g, and a ping-pong ball of 2.7 g allows 6,750 N/m."""
     with pytest.raises(ConfigError, match=r"at most 6.75e\+03 N/m can be simulated, or at least 0.04 kg"):
         GamePieceConfig(name="Ping", shape=Sphere(0.02), mass=0.0027, stiffness=1e5)
     GamePieceConfig(name="Ping", shape=Sphere(0.02), mass=0.0027, stiffness=6750.0)
-    foam = FoamStiffness(linear=1e3, cubic=1e9)  # at 7.5 mm it has 170 kN/m
+    foam = FoamStiffness(linear=1e3, cubic=1e9)  # 170 kN/m at 7.5 mm
     with pytest.raises(ConfigError, match=r"a stiffness of 1.7e\+05 N/m"):
         GamePieceConfig(name="Rubber", shape=Sphere(0.075), mass=0.05, stiffness=foam)
 
 
-def test_a_piece_that_does_not_say_is_as_stiff_as_its_mass_takes():
+def test_a_piece_without_a_stiffness_is_as_stiff_as_its_mass_allows():
     def stiffness(shape, mass):
         return GamePieceConfig(name="Piece", shape=shape, mass=mass).surface.stiffness
 

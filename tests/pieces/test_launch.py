@@ -29,20 +29,20 @@ def state(
     return launch_state(LAUNCH, Aim(elevation, 8.0, turret_angle, turret_rate), robot, barrel)
 
 
-def test_a_robot_at_rest_shoots_ahead():
+def test_a_robot_at_rest_shoots_forward():
     pos, velocity = state()
     assert pos == pytest.approx([2.168, 3.08, 0.55])
     assert velocity == pytest.approx([4.0, 0.0, 8.0 * math.sqrt(0.75)])
 
 
-def test_yaw_turns_muzzle_and_velocity_to_the_left():
+def test_yaw_turns_the_muzzle_and_the_velocity_to_the_left():
     pos, velocity = state(robot_rotation=yaw_rotation(math.pi / 2), barrel=1)
     assert pos == pytest.approx([2.08, 3.168, 0.55])
     assert velocity == pytest.approx([0.0, 4.0, 8.0 * math.sqrt(0.75)])
 
 
-def test_a_turret_that_turns_against_the_robot_keeps_the_muzzle_where_it_is():
-    """Robot and turret at +-2 rad/s about the same axis: the muzzle is at rest in the field."""
+def test_a_turret_that_counters_the_robots_rotation_keeps_the_muzzle_at_rest():
+    """Robot and turret turn at +-2 rad/s about one axis, so the muzzle is at rest in the field."""
     _, velocity = state(robot_spin=np.array([0.0, 0.0, 2.0]), turret_rate=-2.0)
     assert velocity == pytest.approx(state()[1])
 
@@ -52,7 +52,7 @@ def test_a_launcher_at_the_back_shoots_backward():
     assert muzzle_offset(rear) == pytest.approx([-0.2, -0.1, 0.5])
 
 
-def test_turret_turns_about_its_pivot():
+def test_a_turret_turns_the_muzzle_about_its_pivot():
     turret = LaunchParameters(height=0.5, forward=0.1, pivot_x=-0.2, pivot_y=0.05)
     assert muzzle_offset(turret, turret_angle=math.pi / 2) == pytest.approx([-0.2, 0.15, 0.5])
 

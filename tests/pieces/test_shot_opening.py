@@ -54,37 +54,37 @@ def fly(balls, *more, **how):
 
 
 def through(x, rise):
-    """Return the velocity without drag that comes down through the opening's plane at x, after a rise [m]."""
+    """Return the velocity, without drag, of a shot with a rise [m] that falls through the opening's plane at x."""
     up = math.sqrt(2.0 * GRAVITY * rise)
     time = up / GRAVITY + math.sqrt(2.0 * (rise - (HEIGHT - 0.5)) / GRAVITY)
     return (x / time, 0.0, up)
 
 
-def test_a_scoring_ball_clears_the_rim_in_front_and_behind():
-    """A steep shot must pass a radius inside of both edges, and the last one a little more on its way down."""
+def test_a_scoring_ball_clears_the_rim_at_the_front_and_back():
+    """A steep shot must pass both edges by a radius inside, a little more on the near side where it descends."""
     reach = np.linspace(4.3, 5.7, 281)
     found = fly(shots([through(x, 6.0) for x in reach]))
     inside = reach[found.goes_in & ~found.by_rim]
     steep = through(5.0, 6.0)
     down = math.sqrt(2.0 * GRAVITY * 4.5)  # speed of the fall from 6 m to the opening, 4.5 m below
-    slope = steep[0] / down  # along the floor for each meter down
-    spare = RADIUS * math.sqrt(1.0 + slope * slope)  # along the floor, from a straight path to the edge
-    assert inside.min() == pytest.approx(4.5 + spare, abs=0.008)  # the step, and the path's curvature
-    # behind it may touch the wall below the rim, once it has come through
+    slope = steep[0] / down  # horizontal distance per meter of fall
+    spare = RADIUS * math.sqrt(1.0 + slope * slope)  # horizontal distance from a straight path to the edge
+    assert inside.min() == pytest.approx(4.5 + spare, abs=0.008)  # the step, and the curvature of the path
+    # at the back it may touch the wall below the rim after coming through
     assert inside.max() == pytest.approx(5.5 - RADIUS, abs=0.02)
     assert not fly(shots([(0.0, 0.0, 5.0)])).goes_in.any()
 
 
 def test_clean_shots_are_judged_as_with_full_flights():
-    """A shot that goes in without touching the rim does so whether or not the others are followed to their end."""
+    """Shots that go in without touching the rim are the same whether or not other flights end early."""
     vel = [through(x, rise) for x in np.linspace(4.3, 5.7, 71) for rise in (2.0, 4.0)]
     all_of_them, some = fly(shots(vel), NET), fly(shots(vel), NET, clean=True)
     assert np.array_equal(all_of_them.goes_in & ~all_of_them.by_rim, some.goes_in & ~some.by_rim)
     assert all_of_them.goes_in.sum() > some.goes_in.sum(), "some go in by the rim"
 
 
-def test_a_ball_falling_on_an_edge_goes_to_the_side_of_its_center():
-    """After a fall of 0.5 s straight down, a fraction of the radius off an edge."""
+def test_a_ball_that_falls_on_an_edge_goes_to_the_side_of_its_center():
+    """It falls straight down for 0.5 s, a fraction of its radius off the edge."""
     for side, goes_in in ((1.0, True), (-1.0, False)):
         edge = 4.5 if side > 0.0 else 4.5 - THICKNESS
         found = fly(shots([(0.0, 0.0, 0.0)], pos=(edge + side * 0.06, 0.0, HEIGHT + RADIUS + 1.2)))
@@ -92,8 +92,8 @@ def test_a_ball_falling_on_an_edge_goes_to_the_side_of_its_center():
         assert found.goes_in[0] == goes_in
 
 
-def test_a_board_sends_shots_back_in():
-    """A long shot hits it, keeps half of its normal speed in the other direction, and drops in."""
+def test_a_board_returns_long_shots_into_the_opening():
+    """A long shot hits the board, reverses with half of its normal speed, and drops in."""
     flat = through(6.5, 2.5)
     assert not fly(shots([flat])).goes_in[0]
     found = fly(shots([flat]), NET)
@@ -110,7 +110,7 @@ def test_an_obstacle_in_front_of_the_opening_stops_a_shot():
 
 
 def test_a_zone_without_downward_accepts_rising_shots():
-    """A slot in a wall, open to the front: the parabola is in it at 45 degrees up, and would top out a meter higher."""
+    """A slot in a wall, open to the front: the parabola meets it rising at 45 degrees, with its apex a meter higher."""
     slot = ((1.0, -0.5, 1.2), (1.0, 0.5, 1.2), (1.0, 0.5, 1.8), (1.0, -0.5, 1.8))
     opening, inside = ShotOpening(corners=slot, approach=0.0), BoxZone((1.0, -0.5, 1.2), (1.5, 0.5, 2.5))
     field, time = StandingField.of((), CARPET), 0.25
@@ -127,7 +127,7 @@ def test_a_zone_without_downward_accepts_rising_shots():
     "corners",
     [SQUARE[:2], (*SQUARE[:3], (4.5, 0.5, HEIGHT + 0.1)), (SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3])],
 )
-def test_an_opening_is_flat_and_convex(corners):
+def test_an_opening_must_be_flat_and_convex(corners):
     with pytest.raises(ConfigError, match="corners"):
         ShotOpening(corners=corners, approach=0.0)
 

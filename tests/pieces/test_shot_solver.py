@@ -1,4 +1,4 @@
-"""Solved shots: known and impossible ones."""
+"""Shot solver: known and impossible shots."""
 
 import math
 from dataclasses import astuple
@@ -14,12 +14,12 @@ K = 0.0232
 
 
 @each(("speed", "degrees", "x"), [(7, 65, 2.75), (8, 60, 4.18), (10, 55, 7.13), (12, 50, 10.42)])
-def test_the_table_of_fuel_flights_is_reproduced(speed, degrees, x):
+def test_the_solver_reproduces_the_table_of_fuel_flights(speed, degrees, x):
     muzzle, hub = (0.0, 0.0, 0.5), (x, 0.0, inches(72))
     assert solve_shot(muzzle, hub, elevation=math.radians(degrees), drag=K).speed == pytest.approx(speed, rel=0.01)
 
 
-def test_a_shot_in_a_vacuum_is_the_parabola():
+def test_a_shot_in_vacuum_is_a_parabola():
     """v^2 = g x^2 / (2 cos^2 (x tan - h))."""
     shot = solve_shot((1.0, 1.0, 0.5), (4.0, 5.0, 2.0), elevation=1.0)
     speed = math.sqrt(GRAVITY * 25.0 / (2.0 * math.cos(1.0) ** 2 * (5.0 * math.tan(1.0) - 1.5)))
@@ -28,14 +28,14 @@ def test_a_shot_in_a_vacuum_is_the_parabola():
     assert shot.time_of_flight == pytest.approx(5.0 / (speed * math.cos(1.0)), rel=1e-9)
 
 
-def test_a_given_speed_has_two_arcs():
+def test_a_given_speed_has_a_high_and_a_low_arc():
     high, low = (solve_shot((0, 0, 0.5), (4, 0, 1.8), speed=9.0, drag=K, high_arc=arc) for arc in (True, False))
     assert high.elevation > low.elevation
     assert high.entry_angle > low.entry_angle > 0.0
     assert (high.speed, low.speed) == pytest.approx((9.0, 9.0))
 
 
-def test_a_turning_robot_includes_the_velocity_of_its_muzzle():
+def test_a_turning_robot_adds_the_velocity_of_its_muzzle():
     turning = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, yaw_rate=3.0, muzzle_offset=(0.2, 0.1, 0.5))
     driving = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, robot_velocity=(-0.3, 0.6, 0.0))
     assert astuple(turning) == pytest.approx(astuple(driving))
@@ -52,7 +52,7 @@ def test_a_turning_robot_includes_the_velocity_of_its_muzzle():
         ({"speed": 200.0}, "steeper or flatter"),
     ],
 )
-def test_impossible_shots_say_why(arguments, reason):
+def test_an_impossible_shot_raises_with_the_reason(arguments, reason):
     with pytest.raises(NoShotError, match=reason) as caught:
         solve_shot((0, 0, 0.5), (4, 0, 2.5), drag=K, **arguments)
     assert (caught.value.distance, caught.value.height) == (4.0, 2.0)
@@ -60,7 +60,7 @@ def test_impossible_shots_say_why(arguments, reason):
 
 
 def test_a_goal_open_to_the_front_accepts_rising_shots():
-    """From 1.2 m in front of a slot at 2.05 m at 58 degrees, like the parabola: v^2 = g x^2 / (2 cos^2 (x tan - h))."""
+    """From 1.2 m before of a slot at 2.05 m, at 58 degrees; the parabola gives v^2 = g x^2 / (2 cos^2 (x tan - h))."""
     muzzle, slot, elevation = (1.37, 5.54, 0.45), (0.23, 5.54, 2.05), math.radians(58.0)
     with pytest.raises(NoShotError, match="rising"):
         solve_shot(muzzle, slot, elevation=elevation)
@@ -70,7 +70,7 @@ def test_a_goal_open_to_the_front_accepts_rising_shots():
     assert shot.entry_angle < 0.0
 
 
-def test_right_under_the_target_there_is_no_direction():
+def test_a_shot_from_right_under_the_target_is_refused():
     with pytest.raises(NoShotError, match="over or under"):
         solve_shot((4, 0, 0.5), (4, 0, 1.8), elevation=1.1)
 
@@ -82,7 +82,7 @@ def test_ambiguous_arguments_are_refused(arguments):
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_numbers_must_be_finite(bad):
+def test_positions_and_velocities_must_be_finite(bad):
     with pytest.raises(NonFiniteError):
         solve_shot((0, 0, bad), (4, 0, 1.8), elevation=1.1)
     with pytest.raises(NonFiniteError):

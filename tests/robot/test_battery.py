@@ -9,14 +9,14 @@ from simcore.robot.battery import Battery, BatteryConfig
 
 
 def draw(battery: Battery, h: float, amps: float, at_voltage: float = math.nan) -> float:
-    """Draw a current for h [s], computed at a voltage, as the loop of robots does; return the voltage [V]."""
+    """Draw a current for h [s] as the loop of robots does, computed at a voltage; return the battery's voltage [V]."""
     loop_battery.draw(battery.records, 0, h, amps, at_voltage)
     battery.report()
     return battery.voltage
 
 
-def test_load_drops_the_voltage_at_once_and_then_slowly():
-    """V = V_open - R I - R_slow I (1 - exp(-t / tau)), without discharge."""
+def test_a_load_drops_the_voltage_at_once_and_then_slowly():
+    """V = V_open - R I - R_slow I (1 - exp(-t / tau)); the capacity is infinite."""
     c = BatteryConfig(capacity_ah=math.inf)
     battery = Battery(c)
     draw(battery, 1e-6, 100.0)
@@ -31,7 +31,7 @@ def test_load_drops_the_voltage_at_once_and_then_slowly():
     assert battery.voltage == pytest.approx(c.full_voltage, abs=1e-3)
 
 
-def test_charge_counts_ampere_hours():
+def test_the_charge_counts_ampere_hours():
     battery = Battery(BatteryConfig(capacity_ah=10.0))
     for _ in range(3600):
         draw(battery, 1.0, 5.0)
@@ -50,13 +50,13 @@ def made(**changes) -> Battery:
 
 
 def sag(battery: Battery, volts: float, h: float) -> bool:
-    """Make one step at this terminal voltage; return whether motors are off afterwards."""
+    """Make one step at this terminal voltage; return whether the motors are off afterwards."""
     draw(battery, h, (12.9 - volts) / 0.02)
     return battery.browned_out
 
 
-def test_brownout_enters_below_6_75_and_leaves_above_7_5():
-    """With steps as long as a heartbeat the motors follow each of them."""
+def test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts():
+    """With steps as long as a heartbeat, the motors follow each of them."""
     battery = made()
     seen = [sag(battery, volts, 0.02) for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0)]
     assert seen == [False, False, True, True, True, False, False]
@@ -70,8 +70,11 @@ def test_brownout_enters_below_6_75_and_leaves_above_7_5():
 
 @each("h", [0.00125, 0.0025, 0.005])
 def test_motors_follow_a_brownout_at_heartbeats(h):
-    """On until the next heartbeat and off until the one after: a load that returns with the motors is on for half the
-    time, for any step, and the tick that contains a brown-out reports it."""
+    """They are on until the next heartbeat and off until the one after it.
+
+    So for any step, a load that returns with the motors is on for half the time. The tick that contains a brown-out
+    reports it.
+    """
     battery = made()
     begun = []
     battery.on_brownout = lambda: begun.append((battery.voltage, battery.current))
@@ -91,15 +94,15 @@ def test_motors_follow_a_brownout_at_heartbeats(h):
 
 
 def test_a_dip_between_two_heartbeats_stops_nothing():
-    """12 ms at 6 V and back above 7.5 V before the roboRIO's flag is read."""
+    """The battery is at 6 V for 12 ms and back above 7.5 V before the roboRIO's flag is read."""
     battery = made()
     assert not any(sag(battery, volts, 0.004) for volts in (12.0, 6.0, 6.0, 6.0, 7.6, 12.0))
     assert battery.brownouts == 0 and battery.min_voltage == pytest.approx(6.0)
 
 
 @pytest.mark.parametrize("h", [0.00125, 0.005])
-def test_a_roborio_without_4_5_volts_resets_and_boots(h):
-    """Its capacitors carry 10 ms, not 15 ms, and the boot counts from the end of the sag."""
+def test_a_roborio_below_4_5_volts_resets_and_boots(h):
+    """Its capacitors last for 10 ms, not 15 ms, and the boot counts from the end of the sag."""
     battery = made(reboot_time=0.5)
     told = []
     battery.on_reset = lambda: told.append(battery.voltage)
@@ -116,7 +119,7 @@ def test_a_roborio_without_4_5_volts_resets_and_boots(h):
 
 @each("load", [0.005, 0.02, 0.1])
 def test_currents_proportional_to_voltage_settle_as_with_a_resistor(load):
-    """Computed from the previous voltage, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
+    """Currents computed from the previous voltage alone overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
     battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
     divided = 12.9 * load / (load + battery.config.resistance)
     lowest = math.inf
@@ -128,7 +131,7 @@ def test_currents_proportional_to_voltage_settle_as_with_a_resistor(load):
     assert lowest > 0.99 * divided
 
 
-def test_stiff_supply_never_sags():
+def test_a_stiff_supply_never_sags():
     battery = Battery(BatteryConfig.stiff(12.0))
     assert draw(battery, 0.02, 5000.0) == 12.0
     assert not battery.browned_out

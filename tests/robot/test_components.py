@@ -1,4 +1,4 @@
-"""Parts and pieces of all robots at once follow their chains of joints, to the last bit."""
+"""Parts and pieces of all robots at once follow their chains of joints, exact to the last bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Modules and treads on the market."""
+"""Swerve modules and treads that are on the market."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.robot.cots import MODULES, TREADS, swerve_module, tread
 
 
-def test_catalogue_builds():
+def test_every_module_of_the_catalogue_can_be_built():
     for name, product in MODULES.items():
         for gearing in product.drive_gearings:
             assert swerve_module(name, gearing=gearing).drive_gearing == gearing

@@ -1,4 +1,4 @@
-"""Motor table and linear model."""
+"""Table of motors and linear model of a motor."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from simcore.robot.dc_motor import MOTOR_NAMES, as_motor, motor
 from simcore.robot.wheel_config import LimitedMotor
 
 
-def test_the_table_is_all_of_wpilib_to_the_last_bit():
+def test_the_table_holds_all_motors_of_wpilib_to_the_last_bit():
     plant = pytest.importorskip("wpimath.system.plant")
     theirs = [m for name in dir(plant.DCMotor) if isinstance(m := _one(plant.DCMotor, name), plant.DCMotor)]
     assert len(MOTOR_NAMES) == len(theirs)
@@ -41,16 +41,16 @@ def test_an_object_that_is_not_a_motor_is_refused():
     ("name", "torque", "amps", "rpm"),
     [("Kraken X60", 7.09, 366, 6000), ("Kraken X60 FOC", 9.37, 483, 5800), ("NEO Vortex", 3.6, 211, 6784)],
 )
-def test_figures_match_the_datasheet(name, torque, amps, rpm):
+def test_the_figures_match_the_datasheet(name, torque, amps, rpm):
     m = motor(name)
     assert (m.stall_torque, m.stall_current) == (torque, amps)
     assert m.free_speed * 60 / math.tau == pytest.approx(rpm)
     assert m.kt * amps == pytest.approx(torque)
-    # At free speed and nominal voltage exactly the free current flows.
+    # # At the free speed and nominal voltage, exactly the free current flows.
     assert (12.0 - m.free_speed / m.kv) / m.resistance == pytest.approx(m.free_current)
 
 
-def test_names_ignore_case_and_spaces_and_errors_suggest():
+def test_names_ignore_case_and_spaces_and_errors_suggest_a_name():
     assert motor("kraken-x60") is motor("Kraken X60")
     with pytest.raises(UnknownNameError, match="Kraken X60"):
         motor("Kraken X6")
@@ -62,8 +62,8 @@ def test_a_motor_without_resistance_is_refused(wrong):
         replace(motor("Kraken X60"), **wrong)
 
 
-def test_a_falcon_at_4_volts_has_the_torque_of_the_dynamometer():
-    """2.15 N m and 39 A from a 12 V supply; at 12 V its own 4.69 N m and 257 A (motors.vex.com)."""
+def test_a_falcon_at_4_volts_has_the_torque_of_its_dynamometer():
+    """2.15 N m and 39 A from a 12 V supply; at 12 V, its 4.69 N m and 257 A (motors.vex.com)."""
     m = LimitedMotor.of(motor("Falcon 500"), gearing=1.0)
     for volts, torque, supply in ((4.0, 2.15, 39.0), (12.0, 4.69, 257.0)):
         at, resistance = line_in_force(volts, 12.0, 0.0, math.inf, m.resistance, m.winding)
@@ -79,8 +79,8 @@ def test_a_falcon_at_4_volts_has_the_torque_of_the_dynamometer():
     limit=st.floats(5.0, 400.0),
     share=st.floats(0.0, 0.9),
 )
-def test_less_duty_never_draws_more_than_full_duty(volts, bus, emf, limit, share):
-    """The smallest of (V - e) / R_winding, (V_bus - e) / R and the limit while driving; the first while it brakes."""
+def test_a_smaller_duty_never_draws_more_than_the_full_duty(volts, bus, emf, limit, share):
+    """The least of (V - e) / R_winding, (V_bus - e) / R and the limit while it drives; the first while it brakes."""
     model = motor("Kraken X60")
     m = LimitedMotor.of(replace(model, supply_resistance=share * model.resistance), gearing=1.0)
     at, resistance = line_in_force(volts, bus, emf, limit, m.resistance, m.winding)
@@ -93,7 +93,7 @@ def test_less_duty_never_draws_more_than_full_duty(volts, bus, emf, limit, share
         assert amps == pytest.approx((volts - emf) / m.winding)
 
 
-def test_supply_resistance_must_be_below_the_total_resistance():
+def test_the_supply_resistance_must_be_below_the_total_resistance():
     model = motor("Falcon 500")
     with pytest.raises(ConfigError, match="supply_resistance"):
         replace(model, supply_resistance=model.resistance)

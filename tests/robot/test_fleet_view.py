@@ -1,4 +1,4 @@
-"""What telemetry shows of all robots at once is what each of them says."""
+"""Telemetry shows all robots at once as each robot reports itself."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from simcore.robot.swerve_drive import SwerveDrive
 
 
 def settled(speed: float, angle: float) -> list[float]:
-    """Return a state to 1 mm/s and 1 mrad, the angle within half a turn."""
+    """Return a module state rounded to 1 mm/s and 1 mrad, with the angle within half a turn."""
     return [round(speed, 3), round(math.remainder(angle, math.tau), 3)]
 
 
-def test_a_row_of_each_robot_is_what_the_robot_says() -> None:
+def test_each_row_shows_what_its_robot_reports() -> None:
     tank = RobotConfig(drivetrain=TankConfig())
     robots = [RobotEntry(start=(2.0, 2.0, 0.3)), RobotEntry(start=(2.0, 5.0, 0.0), config=tank)]
     robots.append(RobotEntry(start=(8.0, 4.0, 2.0)))

@@ -10,8 +10,8 @@ from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityCon
 from simcore.robot.mechanisms import ArmConfig, ArmSim, FlywheelConfig, FlywheelSim
 
 
-def test_feedforward_alone_reaches_the_goal():
-    """Friction included: ks compensates for it exactly, so the final speed is the goal's."""
+def test_the_feedforward_alone_reaches_the_goal():
+    """Even with friction: ks compensates for it exactly, so the final speed is the goal."""
     box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36, friction_torque=0.2)
     wheel = FlywheelSim(FlywheelConfig(gearbox=box, inertia=0.01))
     control = VelocityController.for_gearbox(box)
@@ -21,7 +21,7 @@ def test_feedforward_alone_reaches_the_goal():
     assert wheel.velocity == pytest.approx(300.0, rel=1e-6)
 
 
-def test_proportional_term_makes_it_faster():
+def test_a_proportional_term_makes_a_flywheel_faster():
     box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
 
     def ticks(kp):
@@ -37,7 +37,7 @@ def test_proportional_term_makes_it_faster():
     assert ticks(0.05) < 0.7 * ticks(0.0)
 
 
-def test_arm_reaches_its_angle_and_stays():
+def test_an_arm_reaches_its_angle_and_stays():
     box = GearboxConfig(motor=motor("Kraken X44"), gearing=50.0)
     arm = ArmSim(ArmConfig(gearbox=box, inertia=0.1, mass=2.0, center_of_mass=0.2, min_angle=0.0, max_angle=1.5))
     control = PositionController(kp=20.0, kd=0.5)
@@ -47,7 +47,7 @@ def test_arm_reaches_its_angle_and_stays():
     assert arm.position == pytest.approx(0.8, abs=1e-4)
 
 
-def test_volts_stay_within_the_limit():
+def test_the_volts_stay_within_the_limit():
     assert VelocityController(kv=1.0, max_volts=9.0).volts(-100.0, 0.0) == -9.0
     assert PositionController(kp=100.0, max_volts=9.0).volts(1.0, 0.0, 0.0, 5.0) == 9.0
 

@@ -1,4 +1,4 @@
-"""Balls in a hopper: feed rate, fill, effects of acceleration, jams and their clearing, invalid input."""
+"""Balls in a hopper: feed rate, fill, effects of acceleration, jams and how they clear, and invalid input."""
 
 import math
 
@@ -18,7 +18,7 @@ BELT = 0.6  # [m/s]
 
 
 def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config) -> Hopper:
-    """Return a hopper with balls at rest at places on its floor [m]."""
+    """Return a hopper with balls at rest at the given places on its floor [m]."""
     made = Hopper(HopperConfig(**{"outlet_width": 0.4, "outlet_height": 0.16, **config}), low, high)
     made.follow(list(range(len(places))), [R] * len(places), [(0.0, 0.0, R)])
     slope = config.get("slope", 0.0)
@@ -28,7 +28,7 @@ def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config
 
 
 def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
-    """Return places at which balls of one layer do not touch."""
+    """Return random places at which the balls of one layer do not touch."""
     rng, places = np.random.default_rng(seed), []
     while len(places) < count:
         x, y = rng.uniform(-0.6 + R, 0.3 - R), rng.uniform(-half + R, half - R)
@@ -50,7 +50,7 @@ def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, ga
 
 
 def filled(radius: float, **room) -> Storage:
-    """Return a storage filled by intakes: four at once at most, until nothing has entered for two seconds."""
+    """Return a storage filled by intakes, at most four balls at once, until none has entered for two seconds."""
     storage = Storage(StorageConfig(capacity=500, hopper=HopperConfig(outlet_width=0.01), **room))
     idle = 0
     while idle < 100:
@@ -70,8 +70,8 @@ def deepest(pos, radius: float) -> float:
 
 
 @each("speed", (0.3, 0.7, 1.5))
-def test_a_lane_feeds_belt_speed_over_diameter(speed):
-    """n / (t_n - t_0) = v / d once the belt moves them; each time is known to a tick."""
+def test_a_lane_feeds_balls_at_the_belt_speed_over_the_diameter(speed):
+    """n / (t_n - t_0) = v / d once the belt moves them; each time is known to one tick."""
     lane = hopper(
         [(1.0 - R - 2.0 * R * number, 0.0) for number in range(30)],
         low=(-4.0, -R - 0.001, 0.0), high=(1.0, R + 0.001, 0.16), outlet_width=0.152, belt="belt",
@@ -82,8 +82,8 @@ def test_a_lane_feeds_belt_speed_over_diameter(speed):
     assert (times[-1] - times[0]) * TICK == pytest.approx(took, abs=1.5 * TICK + 0.01 * took)
 
 
-def test_the_foremost_leaves_first_whatever_came_first():
-    """Its outlet is at x = 0.3 m: the last one in is the farthest through it."""
+def test_the_foremost_ball_leaves_first_in_whatever_order_they_came():
+    """The outlet is at x = 0.3 m: the ball that came in third is the farthest through it."""
     storage = Storage(StorageConfig(capacity=4, hopper=HopperConfig(outlet_width=0.4), high=(0.3, 0.305, 0.5)))
     storage.add([7, 8, 9, 5])
     storage.follow([R] * 4)
@@ -99,15 +99,15 @@ def test_a_closed_gate_holds_balls_until_it_opens():
 
 
 @pytest.mark.parametrize(("radius", "least", "most"), [(R, 0.35, 0.55), (0.05, 0.42, 0.64)])
-def test_a_hopper_fills_to_a_loose_packing(radius, least, most):
-    """Random packings of spheres fill 0.55 to 0.64 of a large box, less of one of four to eight diameters."""
+def test_a_hopper_fills_to_a_loose_packing_of_spheres(radius, least, most):
+    """Random packings of spheres fill 0.55 to 0.64 of a large box, and less of a box of four to eight diameters."""
     storage = filled(radius, **ROOM)
     size = np.subtract(ROOM["high"], ROOM["low"])
     assert least < len(storage.pieces) * 4.0 / 3.0 * math.pi * radius**3 / np.prod(size) < most
     assert storage.room > 0 and storage.room_for(radius) == 0, "the intake has no free place"
     pos = storage.hopper.pos
     assert (pos >= np.add(ROOM["low"], radius) - 1e-9).all() and (pos <= np.subtract(ROOM["high"], radius) + 1e-9).all()
-    # k balls on a contact: 2 k g h^2 / share; twice that where balls wedge others apart
+    # # k balls on a contact: 2 k g h^2 / share; twice that where balls wedge others apart
     layers = (size[2] - 2.0 * radius) / (math.sqrt(2.0) * radius)
     assert deepest(pos, radius) < 2.0 * 2.0 * layers * GRAVITY * (TICK / _STEPS) ** 2 / _SHARE
     assert np.median(np.abs(storage.hopper.vel)) < 0.01, "and they lie still"
@@ -124,12 +124,12 @@ def test_two_intakes_share_the_places_at_an_inlet():
     assert storage.room_for(R) == 0
 
 
-# --- what the robot does to them --------------------------------------------------------------------------------------
+# # --- what the robot does to the balls
 
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
 def test_pieces_move_against_the_acceleration_of_the_robot(pull, side):
-    """In a robot that accelerates forward they move to the rear; on a stopped belt they roll."""
+    """In a robot that accelerates forward, they move to the rear; on a stopped belt, they roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
     before = made.pos.mean(axis=0)
     run(made, 75, pull=(*pull, -GRAVITY))
@@ -144,7 +144,7 @@ def test_a_spinning_robot_throws_pieces_to_the_walls():
     assert np.hypot(*made.pos[:, :2].T).mean() > before + 0.05
 
 
-def test_a_sloping_floor_and_a_bottom_outlet_need_no_belt():
+def test_hoppers_with_a_sloping_floor_or_a_bottom_outlet_need_no_belt():
     assert len(run(hopper([(-0.4, 0.0), (-0.2, 0.1)], slope=0.2, high=(0.3, 0.305, 0.5), funnel=0.5), 150)) == 2
     assert len(run(hopper([(0.0, 0.0), (0.1, 0.0)], outlet="bottom", outlet_height=0.4), 150)) >= 1
 
@@ -153,12 +153,16 @@ def test_a_sloping_floor_and_a_bottom_outlet_need_no_belt():
 
 
 def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
-    """Return two balls that touch each other and the edges of an opening of 1.5 diameters, one at an angle to it."""
+    """Return the contacts of two balls that touch each other and the edges of an opening 1.5 diameters wide.
+
+    Returns:
+        The normals at the two edges, the first at an angle [rad] to the opening, and the vector between the balls.
+    """
     (ex, ey), (fx, fy) = (0.0, 1.5 * R), (0.0, -1.5 * R)
     x, y = ex - R * math.cos(angle), ey - R * math.sin(angle)
     dx, dy = fx - x, fy - y
     far = math.hypot(dx, dy)
-    along = (4.0 * R * R - R * R + far * far) / (2.0 * far)  # the other is 2 R from it and R from its edge
+    along = (4.0 * R * R - R * R + far * far) / (2.0 * far)  # # the other is 2 R from it and R from its edge
     aside = math.sqrt(4.0 * R * R - along * along)
     other = (x + along * dx / far + aside * dy / far, y + along * dy / far - aside * dx / far)
     normals = [((x - ex) / R, (y - ey) / R), ((other[0] - fx) / R, (other[1] - fy) / R)]
@@ -166,7 +170,7 @@ def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
 
 
 def test_an_arch_holds_within_the_limit_of_friction():
-    """Side by side, at 30 degrees, it needs no friction; turned by 10 it holds with that of foam, not of ice."""
+    """Side by side, at 30 deg, it needs no friction; turned by 10, it holds with the friction of foam, not of ice."""
     for turn, friction, holds in ((0.0, 0.001, True), (10.0, 0.5, True), (3.0, 0.01, False), (10.0, 0.05, False)):
         for sign in (1.0, -1.0):
             normals, between = arch(math.radians(30.0 + sign * turn))
@@ -176,8 +180,8 @@ def test_an_arch_holds_within_the_limit_of_friction():
 
 
 @each(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
-def test_narrow_outlets_jam_sometimes_and_wide_ones_never(width, least, most):
-    """Four balls in a channel of 2.7 diameters, for many initial places: the narrower the outlet, the more jams."""
+def test_narrow_outlets_jam_sometimes_and_wide_outlets_never_do(width, least, most):
+    """Four balls in a channel of 2.7 diameters, from many initial places: the narrower the outlet, the more jams."""
     jams = []
     for seed in range(12):
         made = hopper(
@@ -202,12 +206,12 @@ def test_reversing_the_belt_clears_a_jam():
     fore = made.pos[:, 0].max()
     run(made, 25, belt=-BELT)
     assert not made.is_jammed and made.pos[:, 0].max() < fore - 0.1
-    made.pos[0] += (0.2, 0.0, 0.0)  # one comes to lie before the other
+    made.pos[0] += (0.2, 0.0, 0.0)  # # one ball gets ahead of the other
     assert len(run(made, 200, belt=BELT)) >= 1
 
 
 def test_a_jolt_stronger_than_the_belt_clears_a_jam():
-    """The belt pushes with mu g = 3.9 m/s^2."""
+    """The belt pushes the balls with mu g = 3.9 m/s^2."""
     made = jammed()
     run(made, 5, belt=BELT, pull=(-3.0, 0.0, -GRAVITY))
     assert made.is_jammed
@@ -215,11 +219,11 @@ def test_a_jolt_stronger_than_the_belt_clears_a_jam():
     assert not made.is_jammed
 
 
-# --- bad input ------------------------------------------------------------------------------------------------------
+# # --- invalid input
 
 
-def test_hopper_and_storage_always_hold_the_same_pieces():
-    """Taken out and put in by hand, the same one twice, more than fit, and invalid numbers."""
+def test_a_hopper_and_its_storage_always_hold_the_same_pieces():
+    """Pieces are taken out and put in by hand, the same one twice, and more than fit; some numbers are invalid."""
     storage = Storage(StorageConfig(capacity=100, hopper=HopperConfig(outlet_width=0.4, belt="belt"), **ROOM))
     storage.add(list(range(90)))
     storage.pieces.remove(4)

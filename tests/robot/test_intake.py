@@ -19,19 +19,19 @@ def points(*rows):
     return np.array(rows, dtype=np.float64)
 
 
-def test_center_inside_the_box_counts():
+def test_a_piece_counts_if_its_center_is_inside_the_box():
     pos = points([-0.4, 0, 0.075], [-0.34, 0, 0.075], [-0.4, 0.26, 0.075], [-0.4, 0, 0.21], [-0.5, 0.25, 0.2])
     assert ZONE.contains(pos).tolist() == [True, False, False, False, True]
 
 
-def test_a_piece_that_went_through_within_a_tick_is_caught():
-    """At 20 m/s a piece moves 0.4 m a tick, the zone is 0.15 m deep."""
+def test_a_piece_that_passes_through_the_zone_within_a_tick_is_caught():
+    """At 20 m/s, a piece moves 0.4 m in a tick; the zone is 0.15 m deep."""
     prev = points([-0.7, 0, 0.1], [-0.7, 0, 0.1], [-0.7, 0.4, 0.1], [-0.7, 0, 0.1])
     now = points([-0.3, 0, 0.1], [-0.55, 0, 0.1], [-0.3, 0.3, 0.1], [-0.3, 0, 0.6])
     assert ZONE.captured(prev, now).tolist() == [True, False, False, False]
 
 
-def test_a_resting_piece_is_taken_without_a_warning():
+def test_a_resting_piece_is_taken_without_a_numpy_warning():
     at = points([-0.4, 0, 0.075], [-0.35, 0.25, 0.2], [0, 0, 0])
     with np.errstate(all="raise"):
         assert ZONE.captured(at, at).tolist() == [True, True, False]
@@ -41,7 +41,7 @@ def mechanism(position=0.0, velocity=0.0, stops=(0.0, 10.0)):
     return SimpleNamespace(position=position, velocity=velocity, stops=stops)
 
 
-def test_an_intake_takes_while_deployed_with_its_roller_turning():
+def test_an_intake_takes_pieces_while_deployed_with_its_roller_turning():
     roller, slide = mechanism(), mechanism()
     config = IntakeConfig(zone=ZONE, roller="roller", deploy="slide")
     intake = Intake(config, {"roller": roller, "slide": slide})
@@ -52,7 +52,7 @@ def test_an_intake_takes_while_deployed_with_its_roller_turning():
         assert intake.captured(at, at).tolist() == [takes]
 
 
-def test_an_intake_deployed_at_its_lower_stop():
+def test_an_intake_can_be_deployed_at_its_lower_stop():
     arm = mechanism(position=10.0)
     intake = Intake(IntakeConfig(zone=ZONE, deploy="arm", deployed_at="lower"), {"arm": arm})
     assert not intake.is_active
@@ -75,7 +75,7 @@ def test_a_stretched_zone_covers_the_travel_of_its_slide():
 
 
 def test_a_zone_on_a_part_sweeps_with_the_part():
-    """An arm swings the zone over a resting piece, past it within one tick."""
+    """An arm swings the zone past a resting piece within one tick."""
     arm = mechanism()
     zone = IntakeZone(x_min=0.4, x_max=0.6, y_min=-0.2, y_max=0.2, z_min=-0.05, z_max=0.05)
     joint = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.5))
@@ -97,7 +97,7 @@ def test_an_invalid_intake_is_refused():
         IntakeConfig(zone=ZONE, stretch=Joint(mechanism="x", axis=(1.0, 0.0, 0.0)))
 
 
-def test_nan_is_never_taken():
+def test_a_piece_at_nan_is_never_taken():
     bad, good = points([math.nan, 0, 0.1]), points([-0.4, 0, 0.1])
     assert ZONE.contains(bad).tolist() == [False]
     assert ZONE.captured(bad, good).tolist() == ZONE.captured(good, bad).tolist() == [False]

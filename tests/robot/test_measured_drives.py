@@ -1,4 +1,4 @@
-"""What logs say of a drivetrain and its config holds: free speed, sides, and keys of simcore.toml."""
+"""Figures of a drivetrain that a log gives and its config holds: free speed, sides, and keys of simcore.toml."""
 
 import math
 
@@ -18,7 +18,7 @@ def settings(tmp_path, text):
 
 
 def test_the_free_speed_share_scales_the_speed_without_friction():
-    """At 6 V without friction v = 6 share kv r / G; within 0.1 % after ten time constants."""
+    """Without friction v = 6 share kv r / G at 6 V; it is within 0.1 % of this after ten time constants."""
     config = TankConfig(free_speed_share=0.8, friction_volts=0.0)
     bench = DriveBench(TankDrive(config))
     bench.drive.set_volts(6.0, 6.0)
@@ -36,7 +36,7 @@ def test_a_weaker_right_side_turns_the_robot_to_the_right():
     assert (left.efficiency, right.efficiency) == (0.9, 0.5)
 
 
-def test_the_file_says_what_a_log_has_measured(tmp_path):
+def test_the_robot_file_can_hold_what_a_log_has_measured(tmp_path):
     said = settings(
         tmp_path,
         "[robot]\ndrive_friction_volts = 0.4\ndrive_efficiency = 0.8\nright_efficiency = 0.7\nfree_speed_share = 0.95\n"

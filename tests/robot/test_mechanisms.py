@@ -1,4 +1,4 @@
-"""Flywheel, roller, arm, elevator and rack: their additions to the shaft."""
+"""Flywheel, roller, arm, elevator and rack: what they add to the shaft."""
 
 import itertools
 import math
@@ -47,7 +47,7 @@ def rack(**changes) -> RackSim:
     return RackSim(RackConfig(**{**dict(gearbox=BOX, mass=4.0, pinion_radius=0.012, travel=0.3), **changes}))
 
 
-def test_holding_volts_hold_arm_and_elevator():
+def test_the_holding_volts_hold_an_arm_and_an_elevator():
     held_arm, held_elevator = arm(start_angle=0.4), elevator()
     held_arm.set_volts(held_arm.holding_volts)
     held_elevator.set_volts(held_elevator.holding_volts)
@@ -58,8 +58,8 @@ def test_holding_volts_hold_arm_and_elevator():
     assert held_elevator.height == pytest.approx(0.5, abs=1e-9)
 
 
-def test_coasting_elevator_falls_freely():
-    """h = h0 - g t^2 / 2: the drum's inertia is the carriage's alone."""
+def test_a_coasting_elevator_falls_freely():
+    """h = h0 - g t^2 / 2: the inertia at the drum is that of the carriage alone."""
     lift = elevator(start_height=1.4)
     lift.coast()
     for _ in range(10):
@@ -68,7 +68,7 @@ def test_coasting_elevator_falls_freely():
     assert lift.speed == pytest.approx(-GRAVITY * 0.2)
 
 
-def test_elevator_keeps_its_weight_when_a_load_is_added():
+def test_an_elevator_keeps_its_weight_when_a_load_is_added():
     lift = elevator(start_height=1.0)
     lift.coast()
     lift.set_load(0.5 * 8.0 * GRAVITY * 0.02)
@@ -76,8 +76,8 @@ def test_elevator_keeps_its_weight_when_a_load_is_added():
     assert lift.speed == pytest.approx(-0.5 * GRAVITY * 0.1)
 
 
-def test_coasting_arm_swings_like_a_pendulum():
-    """Energy m g c sin(angle) + J w^2 / 2 stays: second order, (omega h)^2 / 12 of 11 J with omega^2 = m g c / J."""
+def test_a_coasting_arm_swings_like_a_pendulum():
+    """m g c sin(angle) + J w^2 / 2 stays to second order: (omega h)^2 / 12 of 11 J, with omega^2 = m g c / J."""
     swinging = arm(min_angle=-4.0, max_angle=1.0, start_angle=-0.5)
     swinging.coast()
     lowest = math.inf
@@ -86,17 +86,17 @@ def test_coasting_arm_swings_like_a_pendulum():
         energy = 3.0 * GRAVITY * 0.25 * math.sin(swinging.position) + swinging.kinetic_energy
         assert energy == pytest.approx(3.0 * GRAVITY * 0.25 * math.sin(-0.5), abs=5e-5)
         lowest = min(lowest, swinging.position)
-    assert lowest == pytest.approx(-math.pi + 0.5, abs=1e-3)  # as high on the other side; seen every 20 ms
+    assert lowest == pytest.approx(-math.pi + 0.5, abs=1e-3)  # # as high on the other side; read every 20 ms
 
 
-def test_arm_rests_on_its_stop():
+def test_an_arm_rests_on_its_stop():
     resting = arm(start_angle=-1.5)
     for _ in range(20):
         resting.step(0.02)
     assert (resting.position, resting.velocity, resting.current) == (-1.5, 0.0, 0.0)
 
 
-def test_rack_goes_out_and_comes_back_between_its_stops():
+def test_a_rack_goes_out_and_comes_back_between_its_stops():
     deploy = rack()
     deploy.set_volts(8.0)
     seen = []
@@ -136,7 +136,7 @@ def test_invalid_configs_are_refused(make, change):
         make(**change)
 
 
-def test_flywheel_and_roller_refuse_invalid_values():
+def test_a_flywheel_and_a_roller_refuse_invalid_values():
     with pytest.raises(ConfigError, match="inertia"):
         FlywheelConfig(gearbox=BOX, inertia=-0.1)
     with pytest.raises(ConfigError, match="radius"):
@@ -144,7 +144,7 @@ def test_flywheel_and_roller_refuse_invalid_values():
 
 
 def test_springs_carry_their_share_of_a_weight():
-    """A carriage whose weight springs carry stays where it is; half of an arm's weight needs half the volts."""
+    """A carriage whose weight they carry stays where it is; an arm of which they carry half needs half the volts."""
     box = GearboxConfig(motor=motor("NEO"), motors=1, gearing=10.0)
     carriage = {"gearbox": box, "carriage_mass": 5.0, "drum_radius": 0.02, "max_height": 1.0, "start_height": 0.5}
     balanced, heavy, light = (
@@ -162,7 +162,7 @@ def test_springs_carry_their_share_of_a_weight():
         ArmConfig(**arm, spring_share=1.5)
 
 
-# --- friction where nobody has measured it: what stops a mechanism that is let go, and when -------------------------
+# # --- friction that nobody has measured: what stops a mechanism that is let go, and when
 
 
 KRAKEN = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
@@ -172,10 +172,10 @@ def with_friction(torque: float) -> GearboxConfig:
     return GearboxConfig(motor=KRAKEN.motor, motors=2, gearing=3.0, friction_torque=torque)
 
 
-def test_a_coasting_mechanism_stops_by_coulomb_friction():
-    """dw/dt = -T/J: it stops after J w / T, having turned J w^2 / (2 T).
+def test_a_coasting_mechanism_is_stopped_by_coulomb_friction():
+    """dw/dt = -T / J: it stops after J w / T, having turned by J w^2 / (2 T).
 
-    In the millisecond in which it stops it turns w h / 2 instead of w^2 J / (2 T): at most T h^2 / (8 J) more.
+    In the millisecond in which it stops, it turns by w h / 2 instead of w^2 J / (2 T): at most T h^2 / (8 J) more.
     """
     torque, inertia, speed = default_friction(KRAKEN), 0.004, 150.0
     shaft = ShaftSim(with_friction(torque), inertia)
@@ -193,7 +193,7 @@ def test_a_coasting_mechanism_stops_by_coulomb_friction():
     assert shaft.velocity == 0.0 and shaft.current == 0.0
 
 
-def test_no_load_friction_gives_the_free_speed_and_current_of_the_datasheet():
+def test_the_no_load_friction_gives_the_free_speed_and_current_of_the_datasheet():
     shaft = ShaftSim(with_friction(no_load_friction(KRAKEN)), 0.001)
     shaft.set_volts(12.0)
     shaft.step(30.0)
@@ -202,7 +202,7 @@ def test_no_load_friction_gives_the_free_speed_and_current_of_the_datasheet():
     assert shaft.current == pytest.approx(2 * KRAKEN.motor.free_current, rel=1e-6)
 
 
-def test_friction_from_a_ks_holds_up_to_that_voltage_and_no_further():
+def test_friction_from_a_ks_holds_a_shaft_up_to_that_voltage_and_no_further():
     torque = friction_from_volts(KRAKEN, -0.25)
     for volts, moves in ((0.2499, False), (0.2501, True)):
         shaft = ShaftSim(with_friction(torque), 0.001)
@@ -220,20 +220,20 @@ def test_geared_mechanisms_have_at_least_the_friction_of_their_motors():
         friction_from_volts(KRAKEN, math.nan)
 
 
-# --- pistons and servos: where they are, and when -------------------------------------------------------------------
+# # --- pistons and servos: where they are, and when
 
 
 STROKE, TIME = 0.3, 0.5
 
 
 def settling(time: float, tau: float) -> float:
-    """Return the travel from rest over the final speed, with a time constant [s]."""
+    """Return the travel from rest over the final speed, for a time and a time constant [s]."""
     return time - tau * (1.0 - math.exp(-time / tau))
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.02])
-def test_a_piston_takes_its_stroke_time_each_way(dt):
-    """It gets up to speed with a time constant of a twentieth of that; steps are exact, for any dt."""
+def test_a_piston_takes_its_stroke_time_in_each_direction(dt):
+    """It reaches its speed with a time constant of a twentieth of that; the steps are exact for any dt."""
     piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME))
     piston.set_volts(12.0)
     speed = STROKE / settling(TIME, TIME / 20.0)
@@ -251,7 +251,7 @@ def test_a_piston_takes_its_stroke_time_each_way(dt):
     assert piston.extension == 0.0
 
 
-def test_without_power_a_single_valve_returns_by_its_spring_and_a_double_one_stays():
+def test_without_power_a_single_valve_returns_by_its_spring_and_a_double_valve_stays():
     def after_power_loss(**settings) -> float:
         piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME, **settings))
         piston.set_volts(-12.0 if settings.get("springs_out") else 12.0)
@@ -277,7 +277,7 @@ TAU = 0.02
 
 
 def test_a_servo_turns_at_its_speed_and_settles_without_overshoot():
-    """At full voltage until 4 tau of its speed before the goal; from there critically damped."""
+    """It turns at full voltage until 4 tau of its speed before the goal, and is critically damped from there."""
     servo = ServoSim(SERVO)
     servo.set_goal(1.5)
     for k in range(1, 50):
@@ -285,17 +285,17 @@ def test_a_servo_turns_at_its_speed_and_settles_without_overshoot():
         if servo.goal - servo.position > 4.0 * TAU * SERVO.speed:
             assert servo.position == pytest.approx(-0.5 + SERVO.speed * settling(0.005 * k, TAU), rel=1e-9)
             assert servo.velocity < SERVO.speed
-    assert 5.9 < SERVO.speed * (1.0 - math.exp(-0.2 / TAU)) < SERVO.speed  # it was all but there
+    assert 5.9 < SERVO.speed * (1.0 - math.exp(-0.2 / TAU)) < SERVO.speed  # # it had nearly reached it
     highest = servo.position
     for _ in range(100):
         servo.step(0.005)
         highest = max(highest, servo.position)
-    # 25/s twice over: half a second after it e^-12.5 (1 + 12.5) of 0.5 rad is left
+    # # a double pole at 25/s: half a second later, e^-12.5 (1 + 12.5) of 0.5 rad is left
     assert servo.position == pytest.approx(1.5, abs=1e-4)
     assert highest < 1.5 + 1e-4
 
 
-def test_a_servo_keeps_within_its_travel_and_holds_still_without_a_signal():
+def test_a_servo_stays_within_its_travel_and_holds_still_without_a_signal():
     servo = ServoSim(SERVO)
     servo.set_goal(9.0)
     servo.step(0.1)
@@ -339,7 +339,7 @@ def test_a_stalled_mechanism_has_the_torque_of_its_motor_at_part_duty():
 def test_a_mechanism_and_a_drivetrain_use_the_same_motor_model(name, volts, share):
     """I = (V - e) / R behind the controller, or (V_bus - e) / R of the whole circuit where its duty is full.
 
-    Both over the whole range, at a share of the free speed; within the inertia of 1 ms.
+    Both over the whole range, at a share of the free speed; they agree to within the inertia's effect in 1 ms.
     """
     model = motor(name)
     shaft = ShaftSim(GearboxConfig(motor=model, gearing=6.0), inertia=1000.0)

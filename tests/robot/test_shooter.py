@@ -1,4 +1,4 @@
-"""Speed, spin and direction of shots, from the wheels, the hood and the turret."""
+"""Speed, spin and direction of shots, as wheels, hood and turret give them."""
 
 import math
 from types import SimpleNamespace
@@ -35,8 +35,8 @@ def shot(made):
     return made.released(launch, radius=RADIUS, robot=STILL)
 
 
-def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
-    """The lower rim is faster: it carries the underside along more, which is backspin, about the axis to the right."""
+def test_two_wheels_throw_at_their_mean_speed_and_spin_by_their_difference():
+    """The lower rim is faster and so carries the underside along more: backspin, about the axis to the right."""
     made, parts = shooter()
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
     assert made.wheel_speed == 250.0
@@ -45,8 +45,8 @@ def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
     assert made.config.wheel_speed_for(made.aim.speed) == pytest.approx(250.0)
 
 
-def test_wheels_of_two_radii_throw_with_the_mean_of_their_rims():
-    """A roller of 25 mm behind the hood, geared up: rims of 15 and 7.5 m/s; each wheel acts by its own radius."""
+def test_wheels_of_two_radii_throw_at_the_mean_speed_of_their_rims():
+    """A roller of 25 mm behind the hood: rims at 15 and 7.5 m/s; each wheel acts by its own radius."""
     made, parts = shooter(second_wheel_radius=0.025)
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 300.0
     assert made.aim.speed == pytest.approx(0.5 * (15.0 + 7.5) * 0.9)
@@ -66,7 +66,7 @@ def test_a_faster_left_wheel_spins_a_piece_clockwise_about_its_upright_axis():
     assert np.dot(piece.rate, piece.vel) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_feeders_turn_each_in_its_own_direction():
+def test_each_feeder_turns_in_its_own_direction():
     made, parts = shooter(gate=("feeder", "hood"), gate_reversed=("hood",))
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     for feeder, kicker, is_open in ((20.0, -20.0, True), (20.0, 20.0, False), (-20.0, -20.0, False)):
@@ -81,8 +81,8 @@ def test_a_piece_rolls_along_a_fixed_hood():
     assert shot(made).rate == pytest.approx((0.0, -7.5 / RADIUS, 0.0))
 
 
-def test_the_turret_turns_muzzle_velocity_and_spin():
-    """A mechanism of 10 rad with a ratio of pi / 20: a quarter turn to the left."""
+def test_the_turret_turns_the_muzzle_the_velocity_and_the_spin():
+    """The mechanism is at 10 rad with a ratio of pi / 20: a quarter turn to the left."""
     made, parts = shooter(turret="turret", turret_ratio=math.pi / 20)
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
     parts["turret"].position = 10.0
@@ -94,7 +94,7 @@ def test_the_turret_turns_muzzle_velocity_and_spin():
 
 
 def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
-    """Wheels, hood and turret move evenly within the tick; the second shot at a rate of 80 leaves after 5/8 of it."""
+    """Wheels, hood and turret move evenly within the tick; at a rate of 80, the second shot leaves after 5/8 of it."""
     made, parts = shooter(shot_rate=80.0, hood="hood", turret="turret")
     parts["lower"].velocity = parts["upper"].velocity = 200.0
     parts["turret"].velocity = 10.0
@@ -112,8 +112,8 @@ def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
     assert third.aim == made.aim, "without a beginning of the tick: as it is now"
 
 
-def test_the_muzzle_points_where_the_piece_leaves():
-    """Its x axis is the direction of the shot: a piece along x in the storage leaves along the muzzle."""
+def test_the_muzzle_points_in_the_direction_of_the_shot():
+    """The piece's x axis is that direction: a piece that lies along x in the storage leaves along the muzzle."""
     made, parts = shooter(turret="turret", elevation=0.7)
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     parts["turret"].position = 0.4
@@ -124,7 +124,7 @@ def test_the_muzzle_points_where_the_piece_leaves():
     assert rotate(piece.quat, (0.0, 1.0, 0.0))[2] == pytest.approx(0.0), "it does not roll"
 
 
-def test_the_hood_tilts_and_the_gate_holds_back():
+def test_the_hood_tilts_the_shot_and_the_gate_holds_it_back():
     made, parts = shooter(hood="hood", elevation_per_hood=-2.0, gate=("feeder",), gate_speed=3.0)
     parts["hood"].position = 0.1
     assert made.aim.elevation == pytest.approx(0.8)
@@ -144,7 +144,7 @@ def angular_impulses(made, parts, names, mass, speed):
 
 
 def test_no_shot_leaves_before_the_gate_has_opened():
-    """Wheels fast enough after 1/4 of the tick, the feeder after 3/5: the shot has the speed of that instant."""
+    """The wheels are fast enough after 1/4 of a tick, the feeder after 3/5: the shot has the speed of that instant."""
     made, parts = shooter(gate=("feeder",), gate_speed=3.0, min_wheel_speed=100.0)
     parts["lower"].velocity = parts["upper"].velocity = 90.0
     made.begin_tick()
@@ -156,7 +156,7 @@ def test_no_shot_leaves_before_the_gate_has_opened():
 
 
 def test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel():
-    """Moments about the line where it touches the hood: 2 r J = (0.4 + 1) m r^2 w with w r = v."""
+    """Moments about the line where the ball touches the hood: 2 r J = (0.4 + 1) m r^2 w with w r = v."""
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.5)
     parts["lower"].velocity = 300.0
     (lost,) = angular_impulses(made, parts, ["lower"], 0.2, 7.5)
@@ -165,7 +165,7 @@ def test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum
 
 @each("upper", [300.0, 200.0, -100.0])
 def test_two_wheels_give_a_ball_its_momentum_and_its_spin(upper):
-    """J_lower + J_upper = m v and (J_lower - J_upper) r = 0.4 m r^2 w; half each where both turn alike."""
+    """J_lower + J_upper = m v and (J_lower - J_upper) r = 0.4 m r^2 w; each gives half where both turn alike."""
     made, parts = shooter(exit_efficiency=1.0)
     parts["lower"].velocity, parts["upper"].velocity = 300.0, upper
     mass, speed = 0.2, made.aim.speed
@@ -178,8 +178,8 @@ def test_two_wheels_give_a_ball_its_momentum_and_its_spin(upper):
 
 
 @pytest.mark.parametrize("wheels", [("lower",), ("lower", "upper")])
-def test_wheels_lose_at_least_the_energy_that_a_ball_gains(wheels):
-    """J u of rims that slip at first: twice what the ball gains from rest."""
+def test_wheels_lose_twice_the_energy_that_a_ball_gains(wheels):
+    """The rims slip at first, so J u is twice what the ball gains from rest."""
     made, parts = shooter(wheels=wheels, exit_efficiency=1.0 if len(wheels) == 2 else 0.5)
     for name in wheels:
         parts[name].velocity, parts[name].inertia = 300.0, 1e3
@@ -192,8 +192,8 @@ def test_wheels_lose_at_least_the_energy_that_a_ball_gains(wheels):
     assert lost == pytest.approx(2.0 * gained)
 
 
-def test_shots_have_their_errors_and_the_robots_readings_do_not():
-    """Each launch takes one error of each kind; hood and turret differ from their encoders."""
+def test_shots_have_errors_that_the_robots_readings_do_not_show():
+    """Each launch draws one error of each kind; hood and turret differ from their encoders."""
     rng = np.random.default_rng(1)
     late = iter(rng.normal(0.0, 0.02, 2000).tolist())
     errors = ShotErrors(
@@ -215,17 +215,17 @@ def test_shots_have_their_errors_and_the_robots_readings_do_not():
     exact, loose = (m.released(s, radius=RADIUS, robot=STILL) for m, s in ((made, right), (off, wrong)))
     assert np.linalg.norm(loose.rate) == pytest.approx(0.5 * 1.1 * np.linalg.norm(exact.rate))
     assert off.aim == made.aim
-    # feed times: 8 shots a second on the mean, each 20 ms off its turn after the one before
+    # # feed times: 8 shots a second on average, each off its turn after the previous one by a deviation of 20 ms
     times = np.array([0.02 * tick + one.delay for tick in range(10_000) for one in off.update(9)])
     gaps = np.diff(times)
     n = len(gaps)
     assert gaps.min() >= 0.8 * 0.125 - 1e-9
-    assert gaps.mean() == pytest.approx(0.125 + 0.0011, abs=4 * 0.02 / math.sqrt(n))  # the cut at -25 ms adds 1.1 ms
+    assert gaps.mean() == pytest.approx(0.125 + 0.0011, abs=4 * 0.02 / math.sqrt(n))  # # the cut at -25 ms adds 1.1 ms
     assert gaps.std() == pytest.approx(0.0181, abs=4 * 0.0181 / math.sqrt(2 * n))
 
 
 def test_a_thicker_piece_slips_less():
-    """Slip of 20 % at a squeeze of 15 % of the diameter: 1.5 % more of diameter is a tenth more squeeze."""
+    """With a slip of 20 % at a squeeze of 15 % of the diameter, 1.5 % more diameter means a tenth more squeeze."""
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.4)
     parts["lower"].velocity = 300.0
     (launch,) = made.update(1)
@@ -235,8 +235,8 @@ def test_a_thicker_piece_slips_less():
     assert shooter(exit_efficiency=1.0)[0].config.grip(0.98) == 1.0, "without slip size does not matter"
 
 
-def test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_wheel():
-    """exit speed = rim / 2 (1 - slip c / squeeze); the foam takes E more: I w^2 / 2 falls by it, shot after shot."""
+def test_slip_depends_on_size_by_the_compression_and_a_compression_loss_slows_the_wheel():
+    """Exit speed = rim / 2 (1 - slip c / squeeze); the foam takes E more, by which I w^2 / 2 falls with each shot."""
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.4, compression=0.3, compression_loss=5.0)
     assert made.config.slip == pytest.approx(0.2) and made.config.grip(1.03) == pytest.approx((1.0 - 0.2 / 1.1) / 0.8)
     speeds = []
@@ -273,7 +273,7 @@ def test_invalid_shooters_are_refused(change, said):
         shooter(**change)
 
 
-# --- when the shooter fires: exact mean rate, first shot at once, no bursts, never more than is held ----------------
+# # --- when the shooter fires: exact mean rate, first shot at once, no bursts, never more than it holds
 
 
 DUAL = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
@@ -299,14 +299,14 @@ def test_the_mean_rate_is_exact_over_1000_seconds(rate):
     assert shots == math.ceil(round(1000.0 * rate, 6))
 
 
-def test_shots_are_a_period_apart_inside_the_ticks_too():
+def test_shots_are_a_period_apart_even_inside_the_ticks():
     made, _ = firing_shooter(rate=8.0)
     times = [tick * 0.02 + launch.delay for tick in range(500) for launch in made.update(held=9)]
     assert times == pytest.approx([0.125 * n for n in range(len(times))], abs=1e-9)
     assert len(times) == 80
 
 
-def test_dual_barrels_fire_together():
+def test_two_barrels_fire_together():
     made, _ = firing_shooter(DUAL)
     aim = Aim(1.1, 9.0, 0.0, OPEN)
     assert made.update(held=30) == [Launch(0, 0.0, aim), Launch(1, 0.0, aim)]
@@ -314,24 +314,24 @@ def test_dual_barrels_fire_together():
 
 
 def test_no_more_pieces_leave_than_are_held():
-    made, _ = firing_shooter(DUAL, rate=200.0)  # four events a tick
+    made, _ = firing_shooter(DUAL, rate=200.0)  # # four shots a tick
     assert len(made.update(held=5)) == 5
     assert made.update(held=0) == []
     assert made.update(held=-1) == []
 
 
-def test_first_shot_comes_at_once_after_the_gate_was_closed():
+def test_the_first_shot_comes_at_once_after_the_gate_was_closed():
     made, parts = firing_shooter()
     parts["feeder"].velocity = CLOSED
     for _ in range(500):
         assert made.update(held=10) == []
     parts["feeder"].velocity = OPEN
     assert len(made.update(held=10)) == 1
-    assert sum(len(made.update(held=10)) for _ in range(5)) == 0  # nothing saved up
+    assert sum(len(made.update(held=10)) for _ in range(5)) == 0  # # no shots were saved up
 
 
 def test_shots_after_a_gate_opens_within_a_tick_are_a_period_apart():
-    """The gate opens after 3/5 of a tick; 25 ms later the next one leaves, open or not."""
+    """The gate opens after 3/5 of a tick; the next shot leaves 25 ms later, in the next tick."""
     made, parts = firing_shooter(rate=40.0)
     parts["feeder"].velocity = made.config.gate_speed - 3.0
     made.begin_tick()
@@ -341,7 +341,7 @@ def test_shots_after_a_gate_opens_within_a_tick_are_a_period_apart():
     assert (first.delay, 0.02 + second.delay) == pytest.approx((0.012, 0.012 + 0.025))
 
 
-def test_a_gate_that_flickers_does_not_shoot_faster():
+def test_a_flickering_gate_does_not_shoot_faster():
     made, parts = firing_shooter()
     shots = 0
     for tick in range(5000):
@@ -370,7 +370,7 @@ def test_a_blocked_piece_stays_and_leaves_when_its_muzzle_is_free():
     for _ in range(30):
         assert made.update(held=9, is_free=lambda launch: False) == []
     assert len(made.update(held=9)) == 2
-    assert sum(len(made.update(held=7)) for _ in range(5)) == 0  # nothing saved up
+    assert sum(len(made.update(held=7)) for _ in range(5)) == 0  # # no shots were saved up
 
 
 def test_a_free_barrel_shoots_while_the_other_is_blocked():
@@ -379,7 +379,7 @@ def test_a_free_barrel_shoots_while_the_other_is_blocked():
     assert [launch.barrel for launch in launches] == [1, 1, 1]
 
 
-def test_a_nan_aim_raises_when_a_shot_is_due():
+def test_a_nan_aim_is_an_error_when_a_shot_is_due():
     made, parts = firing_shooter()
     parts["hood"].position = math.nan
     with pytest.raises(NonFiniteError, match="nan"):

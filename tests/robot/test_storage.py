@@ -1,4 +1,4 @@
-"""Pieces in a storage: places, order of leaving, and capacity."""
+"""Pieces in a storage: their places, the order in which they leave, and the capacity."""
 
 import math
 
@@ -17,8 +17,8 @@ LOW, HIGH = (-0.33, -0.30, 0.20), (0.20, 0.30, 0.50)
 
 
 @given(st.floats(0.04, 0.14), st.integers(1, 60))
-def test_places_are_inside_of_the_storage_and_do_not_overlap_if_it_has_space(radius, count):
-    """As many as fit touch at most; more overlap, and none is above the storage."""
+def test_places_are_inside_the_storage_and_do_not_overlap_while_there_is_room(radius, count):
+    """As many as fit at most touch; more overlap, and none is above the storage."""
     config = StorageConfig(capacity=count, low=LOW, high=HIGH)
     places = np.array([config.position(number, radius) for number in range(count)])
     assert (places - radius >= np.array(LOW) - 1e-9).all()
@@ -28,7 +28,7 @@ def test_places_are_inside_of_the_storage_and_do_not_overlap_if_it_has_space(rad
 
 
 def test_balls_lie_in_the_hollows_of_one_another():
-    """4 x 4, 3 x 3 and 4 x 4 of diameter d in a cube of 4 d: a layer every d / sqrt(2), so five of them fit."""
+    """4 x 4, 3 x 3 and 4 x 4 of diameter d in a cube of 4 d: with a layer every d / sqrt(2), five layers fit."""
     room = StorageConfig(capacity=66, low=(-0.2, -0.2, 0.0), high=(0.2, 0.2, 0.4))
     assert room.balls_that_fit(0.05) == 3 * 16 + 2 * 9
     heights = sorted({room.position(number, 0.05)[2] for number in range(66)})
@@ -36,7 +36,7 @@ def test_balls_lie_in_the_hollows_of_one_another():
 
 
 def test_a_full_rebuilt_robot_is_within_the_height_limit():
-    """50 fuel fit in its hopper, below 30 in; in the default storage they are not a tower either."""
+    """50 fuel fit in its hopper, below 30 in; nor do they form a tower in the default storage."""
     hopper, radius = rebuilt_robot().storage, FUEL.bounding_radius
     assert hopper.balls_that_fit(radius) >= hopper.capacity == 50
     assert max(hopper.position(number, radius)[2] for number in range(50)) + radius < inches(30.0)
@@ -45,7 +45,7 @@ def test_a_full_rebuilt_robot_is_within_the_height_limit():
 
 
 @pytest.mark.parametrize(("order", "first"), [("fifo", [3, 4, 5]), ("lifo", [5, 4, 3])])
-def test_pieces_leave_in_their_order(order, first):
+def test_pieces_leave_in_their_configured_order(order, first):
     storage = Storage(StorageConfig(capacity=3, order=order))
     storage.add([3, 4, 5])
     assert list(storage.in_turn) == first

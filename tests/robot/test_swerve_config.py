@@ -1,4 +1,4 @@
-"""Validation of swerve configs."""
+"""Checks of the configs of swerve drives."""
 
 import logging
 import math
@@ -15,7 +15,7 @@ from simcore.robot.wheel_config import plate_inertia
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))
 
 
-def test_unusual_values_warn_once_and_go_on(caplog):
+def test_unusual_values_give_one_warning_each_and_are_accepted(caplog):
     with caplog.at_level(logging.WARNING):
         SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0, wheel_cof=3.5), mass=95.0)
     assert sum("wheel_cof" in r.message for r in caplog.records) == 1
@@ -36,7 +36,7 @@ def test_unusual_values_warn_once_and_go_on(caplog):
         {"coupling_ratio": 30.0},
     ],
 )
-def test_impossible_modules_are_refused_by_name(wrong):
+def test_impossible_modules_are_refused_with_the_name_of_the_value(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         SwerveModuleConfig(**{"x": 0.2, "y": 0.2, "name": "front left", **wrong})
 
@@ -47,11 +47,11 @@ def test_impossible_robots_are_refused(wrong):
         replace(SQUARE, **wrong)
 
 
-def test_plate():
+def test_a_plate_has_the_inertia_of_a_uniform_rectangle():
     assert plate_inertia(55.0, 0.8, 0.8) == pytest.approx(5.87, abs=0.01)
 
 
-def test_model_is_frozen():
+def test_configs_are_frozen():
     with pytest.raises(AttributeError):
         SQUARE.mass = 3.0  # type: ignore[misc]
     assert isinstance(motor("NEO"), MotorModel)

@@ -23,12 +23,12 @@ def drive_of(battery=None, **changes) -> SwerveDrive:
     return SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes)), battery=battery)
 
 
-def test_chassis_speeds_are_reached():
+def test_a_swerve_drive_reaches_its_commanded_chassis_speeds():
     drive = drive_of()
     robot = DriveBench(drive)
     drive.set_chassis_speeds(2.0, 1.0, 0.0)
     robot.run(1.5)
-    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # nobody holds the yaw here
+    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # # nothing holds the yaw here
     assert (c * robot.vx + s * robot.vy, c * robot.vy - s * robot.vx) == pytest.approx((2.0, 1.0), abs=0.03)
     drive.set_chassis_speeds(0.0, 0.0, 3.0)
     robot.run(1.5)
@@ -38,8 +38,8 @@ def test_chassis_speeds_are_reached():
     assert robot.speed == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_stalled_azimuth_keeps_its_supply_limit():
-    """12 V on a stalled motor would draw V^2 / R; limited to P = 5 A at 12 V, it has I = sqrt(P / R)."""
+def test_a_stalled_steer_motor_keeps_its_supply_limit():
+    """12 V on a stalled motor would draw V^2 / R; limited to P = 5 A at 12 V, it carries I = sqrt(P / R)."""
     drive = drive_of(steer_supply_limit=5.0, steer_friction_volts=13.0, steer_efficiency=1.0)
     drive.set_volts([0.0] * 4, [12.0] * 4)
     hold(drive, 0.005, (0.0, 0.0, 0.0))
@@ -49,11 +49,11 @@ def test_a_stalled_azimuth_keeps_its_supply_limit():
 
 
 @pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
-def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_one(speed, turns):
-    """Volts halfway between the friction in the air and that with the carpet, while nothing rolls.
+def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_wheel(speed, turns):
+    """The volts are halfway between the friction in the air and that on the carpet while nothing rolls.
 
-    At 2 m/s a patch slips by s = .01 v, and an azimuth at omega rubs it by r omega: the carpet takes r omega / s of
-    mu N r. So its speed is where volts less friction equal back-EMF and this share.
+    At 2 m/s, a patch slips by s = .01 v, and a module that steers at omega rubs it by r omega: the carpet takes r omega
+    / s of mu N r. So it steers at the speed at which the volts less friction equal the back-EMF and this share.
     """
     drive = drive_of(steer_brake=False)
     standing = float(drive.shafts["model"]["ks"][4])
@@ -70,12 +70,12 @@ def test_a_command_beyond_top_speed_is_scaled_down_and_keeps_its_direction():
     robot = DriveBench(drive)
     drive.set_chassis_speeds(30.0, 30.0, 0.0)
     robot.run(3.0)
-    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # nobody holds the yaw here
+    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # # nothing holds the yaw here
     assert math.degrees(heading) == pytest.approx(45.0, abs=1.0)
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
 
 
-def test_top_speeds_and_accelerations_match_the_motion():
+def test_the_stated_top_speeds_and_accelerations_match_the_motion():
     for changes in ({}, {"drive_stator_limit": 60.0}, {"drive_stator_limit": 40.0}):
         drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes), height=0.0))
         robot = DriveBench(drive)
@@ -101,7 +101,7 @@ def test_a_torque_current_command_sets_the_stator_current():
     assert drive.drive_motors.current == pytest.approx([30.0, 30.0, 30.0, 80.0])
 
 
-def test_duty_cycle_follows_the_battery():
+def test_a_duty_cycle_follows_the_voltage_of_the_battery():
     stiff = Battery(BatteryConfig(full_voltage=10.0, empty_voltage=10.0, resistance=0.0))
     drive = drive_of(stiff, drive_stator_limit=math.inf, drive_supply_limit=math.inf)
     drive.set_duty_cycles([0.5, -0.5, 2.0, 0.0], [0.0] * 4)
@@ -109,8 +109,8 @@ def test_duty_cycle_follows_the_battery():
     assert drive.drive_motors.volts == pytest.approx([5.0, -5.0, 10.0, 0.0], rel=1e-3)
 
 
-def test_brake_shorts_and_coast_opens():
-    """In coast friction and rolling drag remain: a = (4 T / r + .01 m g) / (m + 4 J / r^2)."""
+def test_a_braking_motor_is_shorted_and_a_coasting_motor_is_open():
+    """In coast, friction and rolling drag remain: a = (4 T / r + .01 m g) / (m + 4 J / r^2)."""
     m = MODULE
     dry = (
         4 * m.drive_gearing * m.drive_motor.kt * m.drive_efficiency * m.drive_friction_volts / m.drive_motor.resistance
@@ -130,7 +130,7 @@ def test_brake_shorts_and_coast_opens():
     assert ends[1] == pytest.approx(60.0 * 0.0508 - 0.2 * slows, rel=0.005)
 
 
-def test_a_brownout_disables_the_outputs_and_recovery_enables_them():
+def test_a_brownout_disables_the_outputs_and_its_end_enables_them():
     drive = drive_of(Battery(BatteryConfig(resistance=0.02)))
     drive.set_volts([1.0] * 4, [0.0] * 4)
     drive.other_current = 320.0
@@ -143,7 +143,7 @@ def test_a_brownout_disables_the_outputs_and_recovery_enables_them():
     assert not drive.browned_out
 
 
-def test_a_battery_at_zero_volts_is_safe():
+def test_a_battery_at_zero_volts_is_handled_safely():
     drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0)))
     drive.set_chassis_speeds(3.0, 0.0, 1.0)
     robot = DriveBench(drive)
@@ -151,11 +151,11 @@ def test_a_battery_at_zero_volts_is_safe():
     assert robot.speed == 0.0
     drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0, brownout_enabled=False)))
     drive.set_volts([12.0] * 4, [12.0] * 4)
-    assert hold(drive, 0.02, (1.0, 0.0, 0.0))[0] < 0.0  # shorted motors brake
+    assert hold(drive, 0.02, (1.0, 0.0, 0.0))[0] < 0.0  # # shorted motors brake
     assert drive.supply_current == 0.0
 
 
-def test_disabled_is_neutral():
+def test_a_disabled_drive_is_neutral():
     drive = drive_of()
     drive.set_volts([12.0] * 4, [12.0] * 4)
     drive.enabled = False
@@ -163,7 +163,7 @@ def test_disabled_is_neutral():
 
 
 @each("bad", [math.nan, math.inf, None, "12"])
-def test_bad_commands_name_the_module_and_change_nothing(bad):
+def test_invalid_commands_are_refused_with_the_name_of_the_module_and_change_nothing(bad):
     drive = drive_of()
     drive.set_volts([6.0] * 4, [0.0] * 4)
     twin = drive_of()
@@ -184,7 +184,7 @@ def test_the_error_for_a_wrong_number_of_values_gives_both_numbers():
         drive.set_volts([1.0] * 3, [0.0] * 4)
 
 
-def test_reset_restores_the_initial_state():
+def test_a_reset_restores_the_initial_state():
     drive = drive_of(Battery())
     drive.set_chassis_speeds(2.0, 1.0, 1.0)
     first = [hold(drive, 0.02, (0.0, 0.0, 0.0)) for _ in range(10)]
@@ -203,8 +203,8 @@ def test_wheels_in_the_air_spin_up_and_push_nothing():
     assert not drive.wheel_forces.any()
 
 
-def test_wheels_across_a_ramp_hold_it():
-    """Within the linear part of the tire it creeps at slip_speed * (m g sin a) / (mu m g cos a): 0.09 mm/s."""
+def test_wheels_across_a_ramp_hold_the_robot():
+    """Within the linear part of the tire, it creeps at slip_speed * (m g sin a) / (mu m g cos a): 0.09 mm/s."""
     drive = drive_of()
     robot = DriveBench(drive, slope=math.radians(15))
     drive.reset(angles=[math.pi / 2] * 4)
@@ -216,7 +216,7 @@ def test_wheels_across_a_ramp_hold_it():
 
 
 def test_shorted_motors_let_a_robot_roll_down_a_ramp_slowly():
-    """m g sin a = 4 (f + kt G^2 w / (R kv) / e) / r + rolling drag, f the dry friction."""
+    """m g sin a = 4 (f + kt G^2 w / (R kv) / e) / r + rolling drag, where f is the dry friction."""
     drive = drive_of()
     robot = DriveBench(drive, slope=math.radians(15))
     robot.run(2.0)
@@ -228,7 +228,7 @@ def test_shorted_motors_let_a_robot_roll_down_a_ramp_slowly():
     assert -robot.vx == pytest.approx(w * 0.0508, rel=0.02, abs=0.002)
 
 
-def test_coupled_azimuth_turns_the_rotor_not_the_wheel():
+def test_a_coupled_azimuth_turns_the_rotor_and_not_the_wheel():
     drive = drive_of(coupling_ratio=3.57)
     drive.stop()
     drive.set_volts([0.0] * 4, [2.0] * 4)
@@ -238,11 +238,11 @@ def test_coupled_azimuth_turns_the_rotor_not_the_wheel():
     assert turned > 0.5
     rotor = drive.drive_rotor_angles[0]
     assert rotor == pytest.approx(6.75 * drive.shaft_angles[0] + 3.57 * turned)
-    # A shorted drive motor resists: it drags the wheels backwards a little rather than let its rotor spin.
+    # # A shorted drive motor resists: it drags the wheels back a little rather than let its rotor spin.
     assert drive.shaft_angles[0] < 0.0
 
 
-def test_steer_cannot_diverge_at_any_inertia_or_step():
+def test_steering_cannot_diverge_at_any_inertia_or_step():
     for gearing in (41.25, 12.8):
         for inertia in (1e-9, 1e-4, 1.0):
             for h in (0.001, 0.02):
@@ -255,7 +255,7 @@ def test_steer_cannot_diverge_at_any_inertia_or_step():
                     assert (np.abs(drive.state.steer_speed) <= top).all()
 
 
-def test_reported_forces_equal_the_change_of_momentum():
+def test_the_reported_forces_equal_the_change_of_momentum():
     drive = drive_of()
     drive.set_volts([6.0, 3.0, 6.0, 3.0], [0.0] * 4)
     dvx, dvy, domega = hold(drive, STEP, (0.0, 0.0, 0.0))
@@ -267,7 +267,7 @@ def test_reported_forces_equal_the_change_of_momentum():
 
 
 def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step():
-    """Seven hundredths of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
+    """Between 1 and 10 % of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
     module = replace(MODULE, drive_brake=False, drive_friction_volts=0.0, rolling_resistance=0.0)
     speeds = []
     for h in (0.005, STEP, 1e-4):
@@ -284,8 +284,8 @@ def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step()
 
 class TestTank:
     @each("volts", [4.0, 8.0, -4.0])
-    def test_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
-        """Both middle wheels are at its center and do not scrub: omega = tread speed over half the trackwidth."""
+    def test_a_tank_drive_with_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
+        """Both middle wheels are at its center and do not scrub: omega = tread speed over half the track width."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_volts(-volts, volts)
@@ -295,8 +295,8 @@ class TestTank:
         assert robot.speed < 0.05
 
     @pytest.mark.parametrize("turn", [1.0, -1.0])
-    def test_a_dropped_center_curves(self, turn):
-        """At 2 m/s, commanded to turn at 1 rad/s, for which treads without scrub differ by 0.56 m/s."""
+    def test_a_tank_drive_with_a_dropped_center_drives_curves(self, turn):
+        """At 2 m/s it is commanded to turn at 1 rad/s, for which treads without scrub differ by 0.56 m/s."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_chassis_speeds(2.0, turn)
@@ -311,17 +311,17 @@ class TestTank:
         robot.run(1.0)
         assert robot.omega > 1.0
         assert robot.speed < 0.05
-        # The wheels turn faster than the robot does: they scrub.
+        # # The wheels are faster than the robot's turn: they scrub.
         assert drive.wheel_speeds()[-1] >= robot.omega * 0.28 * 0.95
 
-    def test_does_not_slide_sideways(self):
+    def test_a_tank_drive_does_not_slide_sideways(self):
         robot = DriveBench(TankDrive(TankConfig()))
         robot.reset(vy=2.0)
         robot.step(0.005)
         assert robot.ay == pytest.approx(-GRAVITY, rel=1e-3)
 
     @pytest.mark.parametrize("bad", [math.nan, None])
-    def test_bad_commands(self, bad):
+    def test_invalid_commands_and_configs_are_refused(self, bad):
         drive = TankDrive(TankConfig())
         with pytest.raises(NonFiniteError, match="right"):
             drive.set_volts(1.0, bad)
@@ -332,7 +332,7 @@ class TestTank:
 
 
 def test_a_drive_can_start_with_rolling_wheels():
-    """Wheels along each module's direction of travel and at its speed: nothing slips, so tire forces are near zero."""
+    """Each wheel points along its direction of travel and turns at its speed: no wheel slips, and forces are small."""
     drive = drive_of()
     drive.reset(vx=2.0, vy=-1.0, omega=1.5)
 
@@ -351,7 +351,7 @@ def test_a_rolling_start_along_given_azimuths_has_the_speed_along_them():
         drive.reset(vy=math.nan)
 
 
-def test_a_tank_can_start_with_rolling_sides():
+def test_a_tank_drive_can_start_with_rolling_sides():
     drive = TankDrive(TankConfig(trackwidth=0.6))
     drive.reset(vx=1.0, omega=2.0)
     assert (drive.wheel_speeds()[0], drive.wheel_speeds()[-1]) == pytest.approx((0.4, 1.6))
@@ -359,7 +359,7 @@ def test_a_tank_can_start_with_rolling_sides():
     assert drive.wheel_distances() == [0.0] * 6
 
 
-def test_readings_are_the_same_for_swerve_and_tank():
+def test_readings_are_the_same_for_swerve_and_tank_drives():
     swerve, tank = drive_of(), TankDrive(TankConfig())
     swerve.set_volts([6.0] * 4, [0.0] * 4)
     tank.set_volts(6.0, 3.0)
@@ -375,25 +375,25 @@ def test_readings_are_the_same_for_swerve_and_tank():
     assert tank.supply_current == pytest.approx(tank.battery.current)
 
 
-# --- kinematics of the on-board loops -------------------------------------------------------------------------------
+# # --- kinematics of the on-board loops
 
 
-def test_optimize_turns_at_most_a_quarter():
+def test_optimize_turns_a_module_by_at_most_a_quarter():
     assert optimize(2.0, 3.0, 0.0) == pytest.approx((-2.0 * math.cos(3.0 - math.pi), 3.0 - math.pi))
     assert optimize(2.0, 0.3, 4 * math.pi) == pytest.approx((2.0 * math.cos(0.3), 0.3))
 
 
-def test_desaturate_keeps_ratios():
+def test_desaturate_keeps_the_ratios_of_speeds():
     assert desaturate([4.0, -8.0], 4.0) == [2.0, -4.0]
     assert desaturate([1.0], 4.0) == [1.0]
 
 
-def test_turning_on_the_spot():
+def test_modules_point_along_the_circle_when_the_robot_turns_on_the_spot():
     positions = [(0.3, 0.3), (-0.3, 0.3)]
     speeds, angles = module_targets(positions, 0.0, 0.0, 2.0, 5.0, [0.0, 0.0])
     assert speeds == pytest.approx([0.6 * math.sqrt(2)] * 2)
     assert angles == pytest.approx([math.radians(135), math.radians(-135)])
 
 
-def test_zero_speed_keeps_the_angles():
+def test_modules_without_speed_keep_their_angles():
     assert module_targets([(0.3, 0.3)], 0.0, 0.0, 0.0, 5.0, [1.2]) == ([0.0], [1.2])

@@ -1,4 +1,4 @@
-"""Loads of the wheels."""
+"""Loads of the wheels, changes of mass, and friction of the tires."""
 
 import math
 from dataclasses import replace
@@ -23,14 +23,14 @@ from simcore.units import GRAVITY
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))
 
 
-def test_loads_at_rest_follow_the_center_of_mass():
+def test_the_loads_at_rest_follow_the_center_of_mass():
     loads = static_loads(replace(SQUARE, center_of_mass=(0.1, 0.0, 0.2)))
     assert sum(loads) == pytest.approx(55.0 * GRAVITY)
     assert np.average([m.x for m in SQUARE.modules], weights=loads) == pytest.approx(0.1)
 
 
 @each(("ahead", "end"), [(0.0, 0.0), (0.07, 0.25), (-0.07, 0.25)])
-def test_a_dropped_center_and_the_end_it_leans_on_carry_all_load(ahead, end):
+def test_a_dropped_center_and_the_end_that_it_leans_on_carry_all_of_the_load(ahead, end):
     """The share of an end is the center of mass's distance ahead over the distance to that end, 0.28 m."""
     tank = replace(TankConfig(), center_of_mass=(ahead, 0.0, 0.2))
     loads = static_loads(tank)
@@ -41,11 +41,11 @@ def test_a_dropped_center_and_the_end_it_leans_on_carry_all_load(ahead, end):
     )
 
 
-def test_without_a_dropped_center_all_six_wheels_carry_alike():
+def test_without_a_dropped_center_all_six_wheels_carry_the_same_load():
     assert static_loads(TankConfig(dropped_center=False)) == pytest.approx([50.0 * GRAVITY / 6.0] * 6)
 
 
-# --- a drivetrain whose robot gets heavier, or moves its center of mass, while it drives ----------------------------
+# # --- a drivetrain whose robot gets heavier, or moves its center of mass, while it drives
 
 
 CARRYING = SwerveModuleConfig(
@@ -67,8 +67,8 @@ def tank(config: TankConfig | None = None) -> TankDrive:
 
 
 @pytest.mark.parametrize("make", [swerve, tank])
-def test_a_robot_with_changed_mass_moves_as_one_built_with_it(make):
-    """Force over mass, torque over inertia, lever arms and loads from the center of mass."""
+def test_a_robot_with_a_changed_mass_moves_like_a_robot_built_with_it(make):
+    """Force over mass, torque over inertia, and lever arms and loads from the center of mass."""
     told = make()
     told.set_mass_properties(*HEAVIER)
     mass, yaw_inertia, center = HEAVIER
@@ -109,14 +109,14 @@ def test_an_invalid_mass_is_refused_and_changes_nothing(bad):
     assert drive.robot == drive.config
 
 
-# --- treads that hold less across than along: an ellipse of friction ------------------------------------------------
+# # --- treads that hold less across than along: an ellipse of friction
 
 
 GRAINED = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)
 
 
 def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
-    """Return a drive with locked wheels that slides forward at 3 m/s, turned by an angle [rad]; loads stay constant."""
+    """Return a drive with locked wheels, turned by an angle [rad], that slides forward at 3 m/s; loads are constant."""
     drive = SwerveDrive(SwerveConfig.square(0.527, module, height=0.0))
     drive.reset(angles=[angle] * 4)
     drive.state.wheel_speed[:] = [0.0] * 4
@@ -124,13 +124,13 @@ def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
     chassis.reset(vx=3.0)
     for _ in range(4):
         drive.state.wheel_speed[:] = [0.0] * 4
-        chassis.step(2e-5)  # within it a wheel that the carpet turns gains 0.1 % of the slip
+        chassis.step(2e-5)  # # within this time, a wheel that the carpet turns gains 0.1 % of the slip
     return drive
 
 
 @each("angle", [0.0, 90.0, 30.0, -45.0])
 def test_a_sliding_tire_brakes_with_the_opposite_point_of_its_friction_ellipse(angle):
-    """F = -mu N (s_l, q^2 s_t) / |(s_l, q s_t)|: mu N along, q mu N across, and between them beside the slip."""
+    """F = -mu N (s_l, q^2 s_t) / |(s_l, q s_t)|: mu N along, q mu N across; between them, it is not along the slip."""
     a, q = math.radians(angle), GRAINED.wheel_grain
     along, across = math.cos(a), -q * math.sin(a)
     size = math.hypot(along, across)
@@ -150,15 +150,15 @@ def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(GRAINED, wheel_grain=grain)))
     drive.set_volts(volts, steer)
     for _ in range(4):
-        hold(drive, STEP, velocity)  # one step of the loop: no mean of several directions
+        hold(drive, STEP, velocity)  # # one step of the loop: no mean over several directions
         for k, (fx, fy) in enumerate(drive.wheel_forces):
             c, s = drive.state.cos[k], drive.state.sin[k]
             along, across = c * fx + s * fy, (c * fy - s * fx) / grain
             assert math.hypot(along, across) <= 1.2 * drive.normal_loads[k] * (1.0 + 1e-9)
 
 
-def test_a_tank_turns_more_easily_on_treads_with_grain():
-    """Its wheels scrub sideways: q of the moment remains."""
+def test_a_tank_drive_turns_more_easily_on_treads_with_grain():
+    """Its wheels scrub sideways, which leaves q of the moment."""
     spins = []
     for grain in (1.0, 0.73):
         drive = TankDrive(TankConfig(wheel_grain=grain, dropped_center=False))

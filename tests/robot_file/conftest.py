@@ -6,7 +6,7 @@ from simcore.robot_file.robot_settings import RobotSettings
 
 @pytest.fixture
 def read(tmp_path):
-    """Return a reader of a simcore.toml with some text."""
+    """Return a reader of texts of a simcore.toml."""
 
     def read(text: str) -> RobotSettings:
         path = tmp_path / "simcore.toml"

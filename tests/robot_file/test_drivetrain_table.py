@@ -1,4 +1,4 @@
-"""Table `[drivetrain]`: its meaning, and messages about mistakes."""
+"""Table `[drivetrain]`: its meaning, and the messages about mistakes."""
 
 import pytest
 from each_case import each
@@ -19,14 +19,14 @@ def read(data):
     return read_drivetrain(Table(data, "simcore.toml [drivetrain]"))
 
 
-def test_a_whole_swerve():
+def test_a_complete_swerve_drive_is_read():
     settings = read(SWERVE)
     assert settings.drive == tuple((DeviceAddress(number),) for number in (1, 3, 5, 7)) and settings.has_devices
     assert settings.places[1] == (0.3, -0.3) and settings.zeros[0] == pytest.approx(1.5708, abs=1e-4)
     assert settings.measures == {"wheel_diameter": 0.1}
 
 
-def test_the_sides_of_a_tank():
+def test_the_sides_of_a_tank_drive_are_read():
     settings = read({"kind": "tank", "controller": "PWM", "left": [0, 2], "right": [1, 3]})
     assert settings.drive == tuple(tuple(map(DeviceAddress, side)) for side in ((0, 2), (1, 3)))
 
@@ -56,7 +56,7 @@ def test_the_written_table_is_read_back_unchanged():
         ({"wheels": 4}, "no key 'wheels'"),
     ],
 )
-def test_each_mistake_gives_one_message(changed, words):
+def test_each_mistake_in_a_drivetrain_gives_its_message(changed, words):
     data = {key: value for key, value in {**SWERVE, **changed}.items() if value is not None}
     with pytest.raises(ConfigError, match=words):
         read(data)

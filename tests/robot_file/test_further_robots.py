@@ -1,4 +1,4 @@
-"""Tables `[[partner]]`, `[[opponent]]` and the empty field: robots, places, and messages about mistakes."""
+"""Tables `[[partner]]` and `[[opponent]]` and the empty field: robots, places, and messages about mistakes."""
 
 import math
 
@@ -30,7 +30,7 @@ NUMBER = 3
 
 @pytest.fixture
 def play(read, tmp_path):
-    """Return a match of a file on its game, without a driver station."""
+    """Return a function that builds a match of a file on its game, without a driver station, and plays it."""
     matches = []
 
     def play(text, seconds=0.0):
@@ -55,7 +55,7 @@ def test_an_empty_field_has_its_size_and_nothing_on_it(play):
 
 
 def test_partners_and_opponents_stand_where_the_file_puts_them(play):
-    """As a blue robot, so an opponent of a blue one is at the other end, rotated by half a turn."""
+    """Places are those of a blue robot: an opponent of a blue robot is at the other end, rotated by half a turn."""
     match = play(EMPTY + OPPONENT + '[[partner]]\nname = "friend"\nstart = [3.0, 4.5, 0.0]\n')
     assert match.alliances == ["blue", "blue", "red"]
     assert match.robots[1].chassis.pose[:2] == pytest.approx((3.0, 4.5))
@@ -72,7 +72,7 @@ def test_further_robots_change_sides_with_the_teams_robot(play):
 
 
 @pytest.mark.parametrize("script", ["forward", "ahead"])
-def test_a_script_of_a_function_or_of_steps_drives_while_robots_are_enabled(play, script):
+def test_a_script_as_a_function_or_in_steps_drives_while_robots_are_enabled(play, script):
     match = play(EMPTY + f'[[partner]]\nname = "a"\nstart = [3.0, 4.5, 0.0]\nscript = "field_scripts:{script}"\n')
     match.timer.follow_driver_station()
     match.play(0.4)
@@ -82,7 +82,7 @@ def test_a_script_of_a_function_or_of_steps_drives_while_robots_are_enabled(play
     assert 3.9 < match.robots[1].chassis.pose[0] < 4.6
 
 
-def test_an_auto_of_the_game_brings_its_start_and_preload(play):
+def test_an_auto_of_the_game_gives_its_start_and_preload(play):
     match = play('[[opponent]]\nname = "a"\nauto = "depot"\n', 0.1)
     auto = REBUILT.auto("depot")
     assert match.entries[1].start == auto.start and match.entries[1].preload == auto.preload
@@ -120,13 +120,13 @@ def test_a_robot_without_a_controller_stands_still(play):
         (EMPTY + OPPONENT + OPPONENT, "[[opponent]] 'other': name is used twice"),
     ],
 )
-def test_a_mistake_is_named(play, text, said):
+def test_each_mistake_in_a_further_robot_is_named(play, text, said):
     with pytest.raises(ConfigError) as error:
         play(text)
     assert said in str(error.value)
 
 
-def test_a_whole_match_has_its_players_and_rules(play):
+def test_a_named_match_has_its_players_and_rules(play):
     match = play('game = "rebuilt"\nmatch = "practice-2v2"\n', seconds=0.1)
     assert match.alliances == ["blue", "blue", "red", "red"] and not match.practice
     assert match.options == {option.name for option in REBUILT.options if option.in_matches}
@@ -141,6 +141,6 @@ def test_a_whole_match_has_its_players_and_rules(play):
         ("idle,idle,idle/idle", r"an alliance of rebuilt has at most 3 robots, got 4"),
     ],
 )
-def test_an_invalid_whole_match_is_refused(play, text, words):
+def test_an_invalid_match_is_refused(play, text, words):
     with pytest.raises((ConfigError, UnknownNameError), match=words):
         play(f'game = "rebuilt"\nmatch = "{text}"\n')

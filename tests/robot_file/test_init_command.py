@@ -1,4 +1,4 @@
-"""Command `simcore init`: the written file is readable, and obstacles are reported."""
+"""Command `simcore init`: the written file can be read, and obstacles are reported."""
 
 import importlib.util
 import os
@@ -17,7 +17,7 @@ from simcore.robot_file.template import template
 
 
 def motor_row(controller, leader, name="", **more):
-    """Return a row of the survey."""
+    """Return a motor as a row of the survey."""
     row = {"controller": controller, "leader": leader, "name": name, "followers": [], "opposed": [], "motor": ""}
     row |= {"gearing": 1.0, "inertia": 0.0, "friction_volts": 0.0, "turns_freely": True, "remark": ""}
     return {**row, **more}
@@ -43,7 +43,7 @@ def project(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [[], MOTORS])
-def test_the_written_file_means_the_defaults_and_the_found_motors(tmp_path, motors, every):
+def test_the_written_file_means_the_defaults_and_the_motors_found(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"motors": motors, "cameras": CAMERAS}, every=every))
     settings = read_settings(path)
@@ -65,7 +65,7 @@ def test_found_cameras_and_ports_are_named():
 
 
 def test_the_page_of_keys_is_generated_from_the_tables():
-    """If this fails: python scripts/write_key_reference.py."""
+    """If this fails, run python scripts/write_key_reference.py."""
     root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location("page", root / "scripts" / "write_key_reference.py")
     page = importlib.util.module_from_spec(spec)
@@ -73,7 +73,7 @@ def test_the_page_of_keys_is_generated_from_the_tables():
     assert (root / "docs" / "simcore_toml.md").read_text(encoding="utf-8") == page.text()
 
 
-def test_a_found_motor_becomes_a_mechanism_with_its_guess(tmp_path):
+def test_a_motor_that_was_found_becomes_a_mechanism_with_its_guess(tmp_path):
     path = tmp_path / "simcore.toml"
     text = template({"motors": MOTORS})
     path.write_text(text)
@@ -95,7 +95,7 @@ NAMED = [
 ]  # fmt: skip
 
 
-def test_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
+def test_the_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
     text = template({"motors": NAMED})
     path = tmp_path / "simcore.toml"
     path.write_text(text)
@@ -113,7 +113,7 @@ def test_gitignore_covers_all_files_that_runs_leave_behind(project, capsys):
     assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
     lines = ignored.read_text().splitlines()
     assert lines[:3] == ["*.pyc", "/out", "ctre_sim"] and {"test_output/", "networktables.json", "*.wpilog"} < {*lines}
-    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # the keyboard is kept
+    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # # the keyboard is kept
     assert not {"out/", "ctre_sim/"} & {*lines}
     assert main(["init", "--no-look", "--force"]) == 0 and ignored.read_text().splitlines() == lines
     assert ".gitignore" not in capsys.readouterr().out
@@ -133,8 +133,8 @@ def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, 
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
-def test_a_slow_program_start_keeps_the_findings(project, capsys, monkeypatch):
-    """The program has loaded without the file: a timeout on a busy computer is no evidence against its table."""
+def test_a_slow_start_of_the_program_keeps_the_findings(project, capsys, monkeypatch):
+    """The program loaded without the file, so a timeout on a busy computer is no evidence against its table."""
     found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
     answers = iter([found, {"error": "it did not start within 180 s"}])
     monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: next(answers))
@@ -159,7 +159,7 @@ def test_init_writes_the_file(project, capsys):
     assert len(short.splitlines()) < 22 < 200 < len((project / "simcore.toml").read_text().splitlines())
 
 
-def test_init_only_overwrites_with_force(project, capsys):
+def test_init_overwrites_a_file_only_with_force(project, capsys):
     (project / "simcore.toml").write_text("[robot]\nmass = 40")
     assert main(["init", "--no-look"]) == 1
     assert "simcore init --force overwrites it" in capsys.readouterr().err
@@ -190,7 +190,7 @@ def test_init_needs_a_robot_py(tmp_path, capsys):
     assert f"no robot.py in {tmp_path}" in capsys.readouterr().err
 
 
-def test_init_reports_why_it_could_not_write(project, capsys, monkeypatch):
+def test_init_reports_why_it_could_not_write_the_file(project, capsys, monkeypatch):
     (project / "simcore.toml").mkdir()
     assert main(["init", "--no-look", "--force"]) == 1
     assert "simcore init: cannot write" in capsys.readouterr().err
@@ -216,7 +216,7 @@ def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(p
     assert main(["init", "--no-look"]) == 0
     newest = next(iter(installed_games()))
     assert read_settings(project / "simcore.toml").game == newest
-    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # none: the key is left out
+    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # # no game: the key is left out
     assert main(["init", "--no-look", "--force"]) == 0 and read_settings(project / "simcore.toml").game is None
 
 
@@ -237,7 +237,7 @@ def test_an_unknown_subcommand_is_a_usage_error(capsys):
 
 @pytest.fixture
 def repository(project):
-    """Return a robot in a folder of a git repository, with its RobotPy packages."""
+    """Return a robot project in a folder of a git repository, with the RobotPy packages that it requires."""
     (project / ".git").mkdir()
     robot = project / "2026 robot"
     robot.mkdir()

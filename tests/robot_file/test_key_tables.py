@@ -1,4 +1,4 @@
-"""Keys of simcore.toml: each changes what is read, or a message that names it refuses it."""
+"""Keys of simcore.toml: each changes what is read, or is refused by a message that names it."""
 
 import re
 from dataclasses import fields, replace
@@ -70,11 +70,11 @@ FILE = {
     "scatter": {},
     "autos": {"left": {"start": [1.0, 1.0, 0.0]}},
 }  # fmt: skip
-"""File with every table, and with the keys that others need."""
+"""A file with every table, and with the keys that others need."""
 
 
 def text(file) -> str:
-    """Return a file as TOML."""
+    """Return a file as TOML text."""
     lines = [f"{key} = {toml(value)}" for key, value in file.items() if not _is_table(value)]
     for key, value in file.items():
         if key == "autos":
@@ -95,7 +95,7 @@ def _rows(table) -> list[str]:
 
 
 def cases():
-    """Return the place of a table in FILE, and each of its keys."""
+    """Yield the place of each table in FILE with each of the table's keys."""
     for place, table in {
         (): TOP, ("robot",): ROBOT, ("start",): START, ("scatter",): SCATTER, ("drivetrain",): DRIVETRAIN,
         ("autos", "left"): AUTOS, ("storage", 0): STORAGE, ("intake", 0): INTAKE, ("shooter", 0): SHOOTER,
@@ -112,7 +112,7 @@ def cases():
 
 
 def values(form, now):
-    """Return values of a form that differ from the present one."""
+    """Return values of a form that differ from the present value."""
     if isinstance(form, Quantity):
         found = [v for v in (0, 1, 2, 3, 9, 21, 60, 0.02, 0.4, 0.5, 0.7, 1.1, 0.03) if form.problem(v) is None]
     elif isinstance(form, Several):
@@ -143,7 +143,7 @@ def test_every_key_changes_what_is_read_or_is_refused_by_its_name(read):
 
 
 def _objection(read, whole, place, key: Key) -> str:
-    """Return why no other value of a key has an effect or is refused by its name; empty if one does."""
+    """Return why no other value of a key has an effect or is refused by the key's name; empty if one does or is."""
     here = FILE
     for step in place:
         here = here[step]
@@ -185,11 +185,11 @@ def test_every_setting_is_used_by_some_code(kind):
 
 
 CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "reversed_encoders", "wheel_distances")
-"""Keys that correct what the program search found about the wheels."""
+"""Keys that correct what the search of the program found about the wheels."""
 
 
 @each("key", [key for key in DRIVETRAIN.keys if key not in MEASURES])
-def test_keys_for_described_motors_are_refused_with_a_found_drivetrain(read, key):
+def test_keys_for_described_motors_are_refused_with_a_drivetrain_that_was_found(read, key):
     value = values(key.form, None)[0]
     if key.name == "kind" or key.name.startswith("gyro"):
         assert getattr(read(f"[drivetrain]\n{key.name} = {toml(value)}").drivetrain, key.name) == value
@@ -210,7 +210,7 @@ SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0
 
 @each("key", MEASURES)
 def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
-    """As for CTRE's drivetrains, whose own constants set it; or for a drive of another kind."""
+    """As with CTRE's drivetrains, whose own constants set it, or with a drive of another kind."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")

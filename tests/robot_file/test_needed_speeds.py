@@ -1,4 +1,4 @@
-"""What `simcore check` states of a shooter's goal."""
+"""What `simcore check` says about the goal of a shooter."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,7 @@ FIXED = replace(SHOOTER, hood=None, elevation=math.radians(65.0))
 
 
 def test_the_needed_speed_is_that_of_the_parabola_without_air():
-    """At 65 degrees v^2 = g d^2 / (2 cos^2 (d tan - h))."""
+    """At 65 degrees, v^2 = g d^2 / (2 cos^2 (d tan - h))."""
     supplies = tuple(replace(one, kind=replace(one.kind, aerodynamics=None)) for one in REBUILT.pieces)
     airless = replace(REBUILT, pieces=supplies)
     launch, angle = FIXED.launch, FIXED.elevation
@@ -29,15 +29,15 @@ def test_the_needed_speed_is_that_of_the_parabola_without_air():
     assert need.wheel_rps * math.tau * FIXED.wheel_radius * FIXED.exit_efficiency == pytest.approx(want, rel=1e-6)
 
 
-def test_farther_goals_need_more_and_a_hood_needs_less():
+def test_farther_goals_need_more_speed_and_a_hood_needs_less():
     speeds = [need.speed for need in needed_speeds(FIXED, ROBOT, REBUILT)]
     assert speeds == sorted(speeds) and len(speeds) == 4
-    hooded = needed_speeds(SHOOTER, ROBOT, REBUILT)  # whose hood goes to straight up
+    hooded = needed_speeds(SHOOTER, ROBOT, REBUILT)  # # its hood goes up to the vertical
     assert all(45.0 <= math.degrees(need.elevation) < 80.0 for need in hooded)
     assert all(need.speed <= speed + 1e-9 for need, speed in zip(hooded, speeds, strict=True))
 
 
-def test_check_states_what_the_goal_needs(tmp_path, capsys):
+def test_check_reports_what_the_goal_needs(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING)
     assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.html")]) == 0
     said = capsys.readouterr().out
@@ -45,7 +45,7 @@ def test_check_states_what_the_goal_needs(tmp_path, capsys):
     assert "no [[intake]] is described: pieces are pushed, not taken in" in said
 
 
-def test_an_arm_in_radians_is_noted(tmp_path, capsys):
+def test_an_arm_with_limits_in_radians_is_noted(tmp_path, capsys):
     arm = '[[mechanism]]\nname = "pivot"\nkind = "arm"\nleader = 3\ngearing = 50\ninertia = 0.2\n'
     (tmp_path / "simcore.toml").write_text(f"{arm}min_deg = -1.57\nmax_deg = 1.57\n")
     assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.html")]) == 0

@@ -1,4 +1,4 @@
-"""Reading of simcore.toml, and messages about mistakes."""
+"""Reading of simcore.toml, and the messages about mistakes."""
 
 import math
 import re
@@ -68,7 +68,7 @@ def test_without_a_file_a_robot_gets_the_defaults(tmp_path):
     assert read_settings(tmp_path / "simcore.toml") == RobotSettings()
 
 
-def test_bumpers_follow_the_wheels_unless_given(read):
+def test_the_bumpers_follow_the_wheels_unless_they_are_given(read):
     around = read("").with_bumper_around(((0.3, 0.2), (-0.3, -0.2)))
     assert around.bumper == pytest.approx((0.9, 0.7))
     given = read("[robot]\nbumper_length = 0.8\nbumper_width = 0.9").with_bumper_around(((0.3, 0.2),))
@@ -90,7 +90,7 @@ def test_a_robot_has_its_number_and_its_own_model(read, tmp_path):
         read("[robot]\nteam = 0")
 
 
-def test_a_complete_robot(read):
+def test_a_complete_robot_is_read(read):
     robot = read(
         "[robot]\nmass = 48\ncapacity = 20\n[start]\nx = 3.0\ny = 2.0\nheading_deg = 90\npreload = 3\n"
         + WHEELS
@@ -136,7 +136,7 @@ max_deg = 180
 """
 
 
-def test_a_robot_from_the_file_is_an_ordinary_robot(read):
+def test_a_robot_from_a_file_is_an_ordinary_robot(read):
     robot = read(WHEELS + ROLLER + INTAKE + "[robot]\ncapacity = 7\n" + SHOOTER + 'wheels = "wheels"\n')
     built = robot.robot_config(
         SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3, order="lifo")
@@ -320,7 +320,7 @@ lean_deg = 30
 
 
 def test_an_arm_on_an_elevator_carries_a_claw(read):
-    """Half a meter up the elevator, which leans 30 degrees forward, with the arm straight down at the back."""
+    """Half a meter up an elevator that leans 30 degrees forward, with the arm straight down at the back."""
     robot = read(
         ROLLER
         + LIFT
@@ -351,7 +351,7 @@ def test_an_arm_on_an_elevator_carries_a_claw(read):
     assert lift.gravity == pytest.approx(9.80665 * math.cos(math.pi / 6), rel=1e-4)
 
 
-def test_front_and_back_shooters_with_their_own_storages_and_feeder_directions(read):
+def test_shooters_have_their_own_storages_and_feeder_directions(read):
     robot = read(
         "[robot]\ncapacity = 4\n[[storage]]\nname = 'front'\ncapacity = 9\norder = 'lifo'\n[[storage]]\nname = 'back'\n"
         + WHEELS
@@ -400,7 +400,7 @@ def test_an_outlet_turns_a_storage_into_a_hopper(read):
             read(wrong)
 
 
-def test_the_arm_on_an_elevator_of_the_docs(read):
+def test_the_arm_on_an_elevator_in_the_docs_is_read(read):
     page = Path(__file__).resolve().parents[2] / "docs" / "robot.md"
     blocks = re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     (text,) = [block for block in blocks if "[[claw]]" in block]
@@ -408,12 +408,12 @@ def test_the_arm_on_an_elevator_of_the_docs(read):
     assert [(joint.mechanism, joint.slides) for joint in claw.joints] == [("elevator", True), ("arm", False)]
 
 
-def test_the_start_of_each_auto(read):
+def test_the_start_of_each_auto_is_read(read):
     robot = read('[autos."Left two piece"]\nstart = [3.0, 5.5, -90]\n[autos.right]\nstart = [3, 2.5, 0]\n')
     assert robot.auto_starts == {"Left two piece": (3.0, 5.5, pytest.approx(-math.pi / 2)), "right": (3.0, 2.5, 0.0)}
 
 
-def test_the_same_id_may_be_used_by_controllers_of_two_models(read):
+def test_controllers_of_two_models_may_have_the_same_id(read):
     robot = read(ROLLER + ROLLER.replace('"roller"\nkind', '"other"\nkind') + 'controller = "TalonFXS"')
     assert [m.controller for m in robot.mechanisms] == ["TalonFX", "TalonFXS"]
 
@@ -425,7 +425,7 @@ def test_a_file_that_is_not_text_is_refused(tmp_path):
         read_settings(path)
 
 
-def test_friction_comes_from_the_file_else_a_ks_else_a_default_of_kind_and_motor(tmp_path):
+def test_friction_comes_from_the_file_or_from_a_ks_or_from_a_default_of_kind_and_motor(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_text(WHEELS + ROLLER + ARM.replace("gearing = 50.0", "gearing = 50.0\nfriction_volts = 0.4"))
     robot = read_settings(path)
@@ -437,7 +437,7 @@ def test_friction_comes_from_the_file_else_a_ks_else_a_default_of_kind_and_motor
     assert volts["pivot"] == pytest.approx(0.4)
     told = robot.with_friction({"roller": 0.31, "pivot": 0.1})
     assert _friction_volts(told.mechanism("roller")) == pytest.approx(0.31)
-    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # the file says it
+    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # # the file states it
     path.write_text(ROLLER + "friction_torque = 0.1\nfriction_volts = 0.1")
     with pytest.raises(ConfigError, match="friction_volts means the same as friction_torque"):
         read_settings(path)
@@ -510,7 +510,7 @@ max_deg = 90.0
 
 
 def test_mechanisms_move_the_masses_in_the_file(tmp_path):
-    """An elevator lifts its carriage and the arm on it; a turret moves the mass in the file, here none."""
+    """An elevator lifts its carriage and the arm on it; a turret moves the mass in the file, at first none."""
     path = tmp_path / "simcore.toml"
     path.write_text(MASSES.format(lift="", turret=""))
     settings = read_settings(path)
@@ -527,14 +527,14 @@ def test_mechanisms_move_the_masses_in_the_file(tmp_path):
 
 
 def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
-    """As Notepad and PowerShell 5 write UTF-8."""
+    """Notepad and PowerShell 5 write UTF-8 in this way."""
     path = tmp_path / "simcore.toml"
     path.write_bytes(b"\xef\xbb\xbf[robot]\nmass = 48\n")
     assert read_settings(path).mass == 48.0
 
 
 def test_frictions_in_the_file_apply_to_any_drivetrain(read):
-    """Also of a drivetrain from CTRE's constants, in which they are placeholders."""
+    """Even to a drivetrain from CTRE's constants, in which they are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"
         "bumper_friction = 0.5\n"

@@ -1,4 +1,4 @@
-"""Findings of `simcore check`: REBUILT's robot with one mistake each, and test runs in closed form."""
+"""Findings of `simcore check`: REBUILT's robot with one mistake each, and test runs compared with closed forms."""
 
 import math
 from dataclasses import replace
@@ -54,7 +54,7 @@ def with_climber(height, mass=2.0, gearing=60.0):
     )  # fmt: skip
 
 
-def test_the_games_own_robot_has_no_findings():
+def test_the_robot_of_the_game_has_no_findings():
     assert found() == [] and found(with_intake()) == [] and found(with_climber(0.5)) == []
 
 
@@ -71,11 +71,11 @@ def test_the_games_own_robot_has_no_findings():
         (with_climber(0.5, gearing=5.0), "climber 1 cannot lift the robot: lift pulls with"),
     ],
 )
-def test_a_mistake_is_named(robot, said):
+def test_each_mistake_in_a_robot_is_found(robot, said):
     assert any(said in text for text in found(robot)), found(robot)
 
 
-def test_the_programs_current_limit_counts():
+def test_the_current_limit_in_the_program_counts():
     (text,) = found(hood=CodeView(stator_limit=0.5))
     assert text.startswith("hood cannot hold itself: its weight needs ") and text.endswith("at their limit of 0.5 A")
 
@@ -84,7 +84,7 @@ def test_without_a_game_only_the_robot_is_checked():
     assert found(with_intake(z_max=0.05), game=None) == []
 
 
-def test_a_piece_leaves_at_the_free_speed_of_the_wheels_times_rim_and_efficiency():
+def test_a_piece_leaves_at_the_free_speed_of_the_rims_times_the_efficiency():
     speed = ROBOT.mechanisms["shooter"].gearbox.free_speed(12.0) * 0.05 * 0.49
     assert top_exit_speed(ROBOT.shooters[0], ROBOT) == pytest.approx(speed)
     assert elevations(ROBOT.shooters[0], ROBOT) == pytest.approx((math.radians(45.0), math.radians(90.0)))
@@ -105,7 +105,7 @@ def test_a_different_gearing_and_an_endless_spin_up_are_reported():
     assert slow.startswith("rack takes ") and slow.endswith("look at inertia (40 kg m^2) and gearing (0.666667)")
 
 
-# --- a second of each mechanism ---------------------------------------------------------------------------------------
+# # --- a second of each mechanism
 
 MOTOR = motor("Kraken X60")
 
@@ -128,8 +128,8 @@ def test_a_wheel_reaches_95_percent_of_its_free_speed_after_three_time_constants
     assert speed_text(run.mechanism, run.speed) == f"{box.free_speed(12.0) / math.tau:.1f} turns/s"
 
 
-def test_robot_codes_readings_follow_its_ratio_and_reversal():
-    """A ratio of half the gearing counts two turns per turn; reversed, the wheel turns back as the code counts up."""
+def test_the_reading_in_robot_code_follows_its_ratio_and_reversal():
+    """A ratio of half the gearing counts two turns per turn; reversed, the wheel turns back as the count goes up."""
     code = CodeView(ratio=1.0, reading=3.0)
     run = run_mechanism("wheel", WHEEL, code=code, reversed=True)
     assert run.sign == -1.0 and run.travel < 0.0
@@ -137,14 +137,14 @@ def test_robot_codes_readings_follow_its_ratio_and_reversal():
 
 
 def test_a_current_limit_in_the_program_slows_the_mechanism():
-    """a = limit kt / J until the back-EMF takes over: 5 A reach a fraction of the free speed within a second."""
+    """a = limit kt / J until the back-EMF takes over: with 5 A it has a fraction of the free speed after a second."""
     code = CodeView(ratio=2.0, reading=0.0, stator_limit=5.0)
     run = run_mechanism("wheel", FlywheelConfig(gearbox=gearbox(), inertia=0.01), code=code)
     assert run.speed == pytest.approx(5.0 * gearbox().torque_per_amp / 0.01, rel=1e-6)
     assert run.is_rising
 
 
-def test_a_rack_meets_its_stop():
+def test_a_rack_reaches_its_stop():
     run = run_mechanism("rack", RACK)
     assert run.position * 0.02 == pytest.approx(0.3) and run.stop is not None
     assert run.stop > 0.3 / (RACK.gearbox.free_speed(12.0) * 0.02), "no faster than its free speed"
@@ -162,13 +162,13 @@ def test_a_rack_meets_its_stop():
         (WHEEL, math.tau * 0.02, None),
     ],
 )
-def test_a_ratio_that_includes_the_drum_reads_meters(config, per_turn, unit):
+def test_the_unit_of_a_reading_follows_from_the_ratio(config, per_turn, unit):
     mechanism = run_mechanism("it", config).mechanism
     assert reading_unit(mechanism, CodeView(ratio=mechanism.gearing / per_turn)) == unit
 
 
 def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
-    """The code reads pinion turns; 1.2 turns from the start are 0.151 m."""
+    """The code reads turns of the pinion; 1.2 turns from the start are 0.151 m."""
     code = CodeView(ratio=20.0, reading=0.5, upper_limit=1.7, lower_limit=0.0)
     run = run_mechanism("rack", RACK, code=code)
     assert run.stop is None and run.soft_limit is not None
@@ -178,7 +178,7 @@ def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
 
 
 def test_opposite_signs_of_code_and_mechanism_are_reported():
-    """An arm that starts at its upper stop, with code that counts up as it goes down."""
+    """An arm starts at its upper stop, and the code counts up as it goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
     )
@@ -196,7 +196,7 @@ def test_opposite_signs_of_code_and_mechanism_are_reported():
 
 
 def test_an_arm_that_is_too_heavy_has_a_holding_share_above_one():
-    """m g c / (kt I) over its whole travel, level or not."""
+    """m g c / (kt I) over its whole travel, whether or not it is ever level."""
     arm = ArmConfig(
         gearbox=gearbox(20.0, stator_current_limit=20.0), inertia=0.5, mass=8.0, center_of_mass=0.5,
         min_angle=-0.5, max_angle=1.0,

@@ -1,4 +1,4 @@
-"""One test of many cases: a law or a table of refusals is one test, whose failures name their cases."""
+"""Decorator that runs one test over many cases and lists those that fail."""
 
 import functools
 import inspect
@@ -7,9 +7,9 @@ import pytest
 
 
 def each(names, cases):
-    """Let a test hold for each case, as `pytest.mark.parametrize` has them, but as one test.
+    """Run a test for each case, parametrized like `pytest.mark.parametrize` but as one test.
 
-    Fixtures are the same for all cases. Those that fail are listed together, the first one with its traceback.
+    Fixtures are shared by all cases. Failing cases are listed together, the first one with its traceback.
     """
     names = [name.strip() for name in names.split(",")] if isinstance(names, str) else list(names)
     rows = [

@@ -1,4 +1,4 @@
-"""Logs of simulated robots in the formats that teams have, with known values: what `simcore calibrate` must find."""
+"""Logs of simulated robots in the formats of teams, with known values that `simcore calibrate` must find."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STATES = {
 
 
 def asked(test: str, sides: int = 2, *, seconds: float | None = None) -> Run:
-    """A run of SysId with nothing but volts: a ramp of .5 V/s, or a step of 5 V."""
+    """Return a SysId run with only its voltage: a ramp of 0.5 V/s or a step of 5 V."""
     is_slow = "slow" in test
     times = np.arange(0.0, seconds or (6.0 if is_slow else 2.4), TICK)
     volts = np.where(times > 0.2, 0.5 * (times - 0.2) if is_slow else 5.0, 0.0)
@@ -32,7 +32,7 @@ def asked(test: str, sides: int = 2, *, seconds: float | None = None) -> Run:
 
 
 def driven(config: DriveConfig, *, noise: float = 0.0, seed: int = 0, tests: Sequence[str] = TESTS) -> list[Run]:
-    """Runs of a drivetrain whose encoders are off by a noise [m], and its volts by 20 times as many [V]."""
+    """Return runs of a drivetrain with encoder noise [m], and voltage noise of 20 times that number [V]."""
     rng, runs = np.random.default_rng(seed), []
     for run in map(asked, tests):
         done = drive(config, run)
@@ -44,7 +44,7 @@ def driven(config: DriveConfig, *, noise: float = 0.0, seed: int = 0, tests: Seq
 
 
 def csv_text(runs: Sequence[Run], *, head: str = "test,t_s,left_V,right_V,left_m,right_m,yaw_rad") -> str:
-    """The table of runs of a tank."""
+    """Return the CSV table of runs of a tank drive."""
     lines = [head]
     for run in runs:
         yaw = run.yaw if run.yaw is not None else np.zeros(len(run.times))
@@ -54,7 +54,7 @@ def csv_text(runs: Sequence[Run], *, head: str = "test,t_s,left_V,right_V,left_m
 
 
 def sysid_json(runs: Sequence[Run], *, per_turn: float, units: str = "Meters", kind: str = "Drivetrain") -> str:
-    """The file of SysId 2021 to 2023: positions in turns, speeds in turns a second."""
+    """Return a file of SysId 2021 to 2023: positions in turns, speeds in turns per second."""
     data: dict[str, object] = {"sysid": True, "test": kind, "units": units, "unitsPerRotation": per_turn}
     for run in runs:
         way = run.way / per_turn
@@ -68,7 +68,7 @@ def sysid_json(runs: Sequence[Run], *, per_turn: float, units: str = "Meters", k
 
 
 class LogFile:
-    """A data log by WPILib's own writer."""
+    """Data log by WPILib's own writer."""
 
     def __init__(self, path: Path) -> None:
         from wpiutil import DataLogWriter
@@ -89,13 +89,13 @@ class LogFile:
             self._log.appendDouble(entry, value, micros)
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining records."""
         self._log.flush()
         self._log.stop()
 
 
 def sysid_log(path: Path, runs: Sequence[Run]) -> None:
-    """A log of WPILib's SysIdRoutine, 2024 and later: `<value>-<motor>-<mechanism>`, units as metadata."""
+    """Write a log of WPILib's SysIdRoutine, 2024 and later: `<value>-<motor>-<mechanism>`, units as metadata."""
     log, start = LogFile(path), 10.0
     for run in runs:
         for k, time in enumerate((start + run.times).tolist()):
@@ -110,7 +110,7 @@ def sysid_log(path: Path, runs: Sequence[Run]) -> None:
 
 
 def advantagekit_log(path: Path, runs: Sequence[Run], *, radius: float) -> None:
-    """A log of AdvantageKit's template of a differential drive: inputs by field, written as they change."""
+    """Write a log of AdvantageKit's differential drive template: inputs by field, logged when they change."""
     log, start, last = LogFile(path), 20.0, {}
 
     def put(name: str, time: float, value: float) -> None:
@@ -135,7 +135,7 @@ def advantagekit_log(path: Path, runs: Sequence[Run], *, radius: float) -> None:
 
 
 def status_frame(volts: float, bus: float, amps: float) -> bytes:
-    """Frame 0 of a SPARK with firmware 25 and later, by REV's table: 16 bits of output, 12 of volts, 12 of amperes."""
+    """Return status frame 0 of a SPARK with firmware 25 or later by REV's table: 16 bits output, 12 volts, 12 amps."""
     word = round(volts / bus / 0.00003082369457075716) & 0xFFFF
     word |= (round(bus / 0.0073260073260073) & 0xFFF) << 16
     word |= (round(amps / 0.0366300366300366) & 0xFFF) << 28
@@ -143,12 +143,20 @@ def status_frame(volts: float, bus: float, amps: float) -> bytes:
 
 
 def urcl_log(path: Path, runs: Sequence[Run], ids: Sequence[int], *, turn: float, aliases: str = "{}") -> None:
-    """A log of URCL, revision 3: raw CAN frames of SPARKs, in batches; `turn` is the way of a turn of the rotor [m]."""
+    """Write a log of URCL, revision 3: batches of raw CAN frames of SPARKs.
+
+    Args:
+        path: File to write.
+        runs: Runs of the drivetrain.
+        ids: CAN ids of the left and right SPARK.
+        turn: Distance per turn of the rotor [m].
+        aliases: Names of the SPARKs, as JSON.
+    """
     log, start, bus = LogFile(path), 5.0, 12.4
     firmware = b"".join(struct.pack("<H", 9 << 10 | 8 << 6 | device) + bytes([26, 0, 0, 0, 0, 0]) for device in ids)
     log.put("NT:/URCL/Raw/Persistent", start, firmware, type="URCLr3_persistent")
     log.put("NT:/URCL/Raw/Aliases", start, aliases.encode(), type="URCLr3_aliases")
-    offset = np.zeros(2)  # encoders go on where they were
+    offset = np.zeros(2)  # encoders continue from the previous run
     for run in runs:
         batch = b""
         for k, time in enumerate((start + run.times).tolist()):

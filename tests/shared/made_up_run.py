@@ -1,4 +1,4 @@
-"""A made-up run: one robot in a circle that believes to be elsewhere, and pieces that lie, roll, fly or are held."""
+"""Made-up run: one robot on a circle with a wrong pose estimate, and pieces that lie, roll, fly or are held."""
 
 import math
 
@@ -22,7 +22,7 @@ SCENE = Scene(
 
 
 def places(time: float) -> np.ndarray:
-    """Ten by ten, a fifth of a meter apart; the first row rolls, and the first of all flies."""
+    """Return a grid of ten by ten pieces 0.2 m apart; the first row rolls, and the first piece is in the air."""
     x, y = np.meshgrid(np.arange(10) * 0.2 + 5.5, np.arange(10) * 0.2 + 1.0)
     rows = np.column_stack((x.ravel(), y.ravel(), np.full(PIECES, 0.075)))
     rows[:10, 1] -= 0.5 * time
@@ -31,13 +31,13 @@ def places(time: float) -> np.ndarray:
 
 
 SHOTS = {2000: (0.4, 0.2, True), 2001: (0.6, 0.1, False)}
-"""Start and length of each flight [s], and whether it scored, by the piece."""
+"""Start and duration of each flight [s], and whether it scored, by piece."""
 HELD = (0.1, -0.2)
-"""Ahead and left of the robot's center [m]: a piece in it."""
+"""Position of a held piece, forward and left of the robot's center [m]."""
 
 
 def flight(time: float, start: float) -> np.ndarray:
-    """Along x at 5 m/s, up at 3 m/s."""
+    """Return the pose on a flight along x at 5 m/s, starting upward at 3 m/s."""
     t = time - start
     return np.array((3.0 + 5.0 * t, 3.0, 0.5 + 3.0 * t - 0.5 * 9.80665 * t * t, 1.0, 0.0, 0.0, 0.0))
 

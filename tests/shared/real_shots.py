@@ -1,4 +1,4 @@
-"""Shots of a robot in a match, by its wheels, hood and gate, for tests of what flights foresee."""
+"""Shots of a robot in a match by wheels, hood and gate, to compare with predicted flights."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
 from simcore.sweep.shot_task import ShotTask, Stand
 
-_MOST_WAITS, _LONGEST = 20, 300  # ticks until a shot must have left, and must have come down
+_MOST_WAITS, _LONGEST = 20, 300  # ticks in which a shot must leave, and come down
 
 
 class RealShots:
-    """The game's field without its pieces, and a robot at rest that shoots one piece. Use as a context manager."""
+    """The game's field without pieces, and a robot at rest that shoots one piece. Use as a context manager."""
 
     def __init__(self, task: ShotTask, *, barrel: int = 0, seed: int = 0) -> None:
         self.task = task
@@ -62,7 +62,7 @@ class RealShots:
         return scored
 
     def _set(self, elevation: float, speed: float) -> None:
-        """Give wheels, hood and gate what a shot needs, this tick."""
+        """Set wheels, hood and gate for a shot in this tick."""
         shooter, mechanisms = self.task.shooter, self.robot.mechanisms
         turning = dict.fromkeys(shooter.wheels, shooter.wheel_speed_for(speed))
         for name in shooter.gate:

@@ -1,4 +1,4 @@
-"""A `simcore.toml` of a shooter without a hood, which tests of check and calibrate describe."""
+"""`simcore.toml` of a shooter without a hood, for tests of check and calibrate."""
 
 SHOOTING = """
 game = "rebuilt"

@@ -14,7 +14,7 @@ def curve(values: np.ndarray) -> Curve:
     return Curve(label="x", color="#000000", times=np.arange(len(values)) * 0.02, values=values)
 
 
-def test_what_was_not_published_is_left_out() -> None:
+def test_curves_that_were_not_published_are_left_out() -> None:
     charts = {chart.title: [curve.label for curve in chart.curves] for chart in charts_of(RunTrack(recorded(), SCENE))}
     assert charts == {
         "Score": ["blue", "red"],
@@ -25,7 +25,7 @@ def test_what_was_not_published_is_left_out() -> None:
     }
 
 
-def test_a_set_point_is_drawn_beside_what_came_of_it() -> None:
+def test_a_set_point_is_drawn_beside_the_measured_value() -> None:
     recording = Recording()
     for tick in range(3):
         doubles = {"ArmPositionRot": 0.1 * tick, "ArmPositionRotSetpoint": 0.5, "ArmCurrentA": 7.0}
@@ -37,7 +37,7 @@ def test_a_set_point_is_drawn_beside_what_came_of_it() -> None:
     assert (currents.title, [curve.label for curve in currents.curves]) == ("Mechanism currents", ["arm"])
 
 
-def test_several_robots_are_told_apart_by_number() -> None:
+def test_several_robots_are_distinguished_by_number() -> None:
     scene = replace(
         SCENE, robots=(SCENE.robots[0], RobotLook(prefix="Sim/Robots/1", alliance="red", bumpers=(0.7, 0.9)))
     )

@@ -1,4 +1,4 @@
-"""Layouts for Elastic: each widget has a place of its own and shows what is published, as its kind can."""
+"""Layouts for Elastic: each widget has its own place and shows a published value of a kind that it can show."""
 
 import json
 from itertools import combinations
@@ -37,7 +37,7 @@ def test_widgets_show_what_a_match_publishes_and_none_covers_another(game):
                 assert properties["topic"][1:] in getattr(snapshot, TYPES[properties["data_type"]]), widget["title"]
 
 
-def test_the_command_writes_it(tmp_path, capsys, monkeypatch):
+def test_the_command_writes_a_layout(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["layout", "reefscape", "--elastic"]) == 0
     assert "in Elastic, File > Open Layout" in capsys.readouterr().out

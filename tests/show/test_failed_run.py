@@ -13,7 +13,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink
 
 
-def test_log_and_page_are_left_and_named(tmp_path: Path) -> None:
+def test_a_log_and_a_page_are_kept_and_named(tmp_path: Path) -> None:
     left = save_failed_run(recorded(), tmp_path / "new", name="test_auto[red/3]", scene=SCENE, note="assert 3 >= 20")
     assert left.problems == ()
     assert {left.log, left.page} == set((tmp_path / "new").iterdir())
@@ -23,7 +23,7 @@ def test_log_and_page_are_left_and_named(tmp_path: Path) -> None:
     assert DataLogReader(str(left.log)).isValid()
 
 
-def test_the_log_is_the_one_that_the_run_would_have_written(tmp_path: Path) -> None:
+def test_the_log_is_the_same_as_a_log_written_during_the_run(tmp_path: Path) -> None:
     with WpilogSink(tmp_path / "live.wpilog", bulk_period=0.04) as sink:
         for tick in range(100):
             sink.write(snapshot(tick))
@@ -42,34 +42,34 @@ def _records(path: Path) -> list[tuple[object, ...]]:
         elif not record.isControl():
             raw = record.getRaw()
             name = names[record.getEntry()]
-            if name.endswith("Fuel"):  # kept in single precision
+            if name.endswith("Fuel"):  # # kept in single precision
                 raw = np.frombuffer(raw).round(5).tobytes()
             found.append((name, record.getTimestamp(), bytes(raw)))
     assert len(found) > 300
     return sorted(found, key=repr)
 
 
-def test_a_game_that_shows_no_scene_gets_a_bare_field(tmp_path: Path) -> None:
+def test_a_run_without_a_scene_gets_a_bare_field(tmp_path: Path) -> None:
     left = save_failed_run(recorded(), tmp_path, name="bare")
     assert left.problems == () and left.page is not None
 
 
-def test_an_end_before_the_first_tick_is_said(tmp_path: Path) -> None:
+def test_an_end_before_the_first_tick_is_reported(tmp_path: Path) -> None:
     left = save_failed_run(Recording(), tmp_path / "new", scene=SCENE)
     assert "no tick was recorded" in str(left)
     assert not (tmp_path / "new").exists()
 
 
-def test_a_folder_that_cannot_be_written_is_said_and_raises_nothing(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported_without_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     left = save_failed_run(recorded(3), tmp_path / "file", scene=SCENE)
     assert (left.log, left.page) == (None, None)
     assert len(left.problems) == 2 and str(left).startswith("nothing of the run could be kept; no log: ")
 
 
-def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(path: Path, *_: object, **__: object) -> None:
-        path.touch()  # what a full disk leaves
+        path.touch()  # # what a full disk leaves behind
         raise RuntimeError("it broke")
 
     monkeypatch.setattr(failed_run, "write_page", fail)
@@ -83,5 +83,5 @@ def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest
     ("name", "safe"),
     [("a/b\\c:d*", "a_b_c_d"), ("", "run"), ("CON", "_CON"), ("lpt1.txt", "_lpt1.txt"), ("x" * 300, "x" * 100)],
 )
-def test_names_that_every_file_system_takes(name: str, safe: str) -> None:
+def test_a_safe_name_is_valid_on_every_file_system(name: str, safe: str) -> None:
     assert safe_name(name) == safe

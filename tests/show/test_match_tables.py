@@ -1,4 +1,4 @@
-"""What a page says of a match: score sheet, cycles, and seconds that add up."""
+"""What a page shows of a match: score sheet, cycles, and seconds that add up."""
 
 from dataclasses import replace
 
@@ -23,7 +23,10 @@ TICKS = 500
 
 
 def snapshot(tick):
-    """10 s: 4 s of auto, then teleop; blue drives at 1 m/s in seconds 1 to 3, its intake is out in seconds 2 to 4."""
+    """Return a tick of 10 s: 4 s of auto, then teleop.
+
+    Blue drives at 1 m/s from second 1 to 3; its intake is out from second 2 to 4.
+    """
     time = 0.02 * (tick + 1)
     x = 1.0 + min(max(time - 1.0, 0.0), 2.0)
     return Snapshot(
@@ -61,7 +64,7 @@ def shot(time, scored, robot=0):
 SHOTS = [shot(5.0, True), shot(5.4, False), shot(8.6, True), shot(3.0, False, robot=1)]
 
 
-def test_shots_with_a_pause_are_cycles(recording):
+def test_shots_after_a_pause_begin_a_new_cycle(recording):
     blue, red = robot_rows(RunTrack(recording, SCENE), SHOTS)
     assert blue.cycles == ((5.0, 1, 2), (8.6, 1, 1)) and red.cycles == ((3.0, 0, 1),)
     assert (blue.hits, blue.shots, blue.alliance, red.alliance) == (2, 3, "blue", "red")
@@ -76,7 +79,7 @@ def test_each_second_counts_toward_exactly_one_activity(recording):
     assert red.seconds["shooting"] == pytest.approx(1.0, abs=0.03) and red.seconds["driving"] == 0.0
 
 
-def test_the_score_sheet_is_the_game_s(recording):
+def test_the_score_sheet_is_that_of_the_game(recording):
     kept = Recording()
     for snapshot in recording.snapshots():
         rows = {"Sim/Score/Blue/hub/autoPoints": 2, "Sim/Score/Blue/foulPoints": 0}
@@ -85,7 +88,7 @@ def test_the_score_sheet_is_the_game_s(recording):
     assert sheet.rows == [["hub: auto points", "2", "0"], ["score", "3", "5"]]
 
 
-def test_tables_of_several_robots_and_of_one(recording):
+def test_the_tables_fit_several_robots_or_a_single_robot(recording):
     scene = replace(SCENE, robots=[replace(SCENE.robots[0], role="collector:3"), SCENE.robots[1]])
     track = RunTrack(recording, scene)
     tables = {table.title.partition(" ")[0]: table for table in tables_of(track, SHOTS)}

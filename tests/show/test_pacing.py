@@ -1,4 +1,4 @@
-"""Pace, with a clock of our own."""
+"""Pace of a run, with a clock of our own."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from simcore.show.pacing import FrameRate, Pacer
 
 
 class Wall:
-    """Time passes when somebody sleeps or works."""
+    """Clock whose time passes only when somebody sleeps or works."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -45,8 +45,8 @@ def test_a_stall_is_not_caught_up_with(wall: Wall) -> None:
     assert wall.now - before == pytest.approx(0.02)
 
 
-def test_the_speed_that_was_reached_is_told(wall: Wall) -> None:
-    """Ticks that take 50 ms of work: 0.4 of real time, whatever was asked for; and nothing while it stands."""
+def test_the_speed_that_was_reached_is_reported(wall: Wall) -> None:
+    """With 50 ms of work in each tick it is 0.4 of real time, whatever was requested, and no time is spare."""
     pacer = Pacer(1.0, clock=wall.clock, sleep=wall.sleep)
     assert pacer.reached is None
     for tick in range(200):
@@ -57,7 +57,7 @@ def test_the_speed_that_was_reached_is_told(wall: Wall) -> None:
     for tick in range(200, 230):
         pacer.wait(0.02 * tick)
     assert pacer.reached == pytest.approx(0.1, rel=0.02) and pacer.spare(0.02 * 230) == pytest.approx(0.2, rel=0.01)
-    pacer.wait(0.0)  # another run
+    pacer.wait(0.0)  # # another run
     assert pacer.reached is None
 
 
@@ -99,7 +99,7 @@ def test_a_new_run_starts_its_own_time(wall: Wall) -> None:
     assert wall.now - before == pytest.approx(0.02)
 
 
-def test_thirty_frames_a_second_out_of_fifty_ticks(wall: Wall) -> None:
+def test_thirty_frames_a_second_are_taken_out_of_fifty_ticks(wall: Wall) -> None:
     rate, frames = FrameRate(30.0, clock=wall.clock), 0
     for _ in range(500):
         if rate.due():

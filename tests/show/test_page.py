@@ -1,4 +1,4 @@
-"""The page as a file: what it says of a run, by the reader of `page_reader.py`; a browser is in tests/view."""
+"""The page as a file, read by `page_reader.py`: what it says of a run. Tests with a browser are in tests/view."""
 
 import math
 import re
@@ -28,7 +28,7 @@ PLACES = (
     RestingPlace(name="shelf", level="Shelf", zone=BoxZone((5.0, 1.0, 0.3), (6.0, 2.0, 0.6))),
     RestingPlace(name="not counted", zone=BoxZone((7.0, 1.0, 0.3), (7.5, 2.0, 0.6))),
 )
-COUNTS = [  # time, and pieces in each place of each level
+COUNTS = [  # # time, and pieces in each place of each level
     (0.0, {"BlueTop": (0, 0), "BlueTray": (0,), "Shelf": (2,)}),
     (1.0, {"BlueTop": (0, 1), "BlueTray": (0,), "Shelf": (2,)}),
     (2.0, {"BlueTop": (0, 0), "BlueTray": (3,), "Shelf": (1,)}),
@@ -41,13 +41,13 @@ def page(tmp_path: Path, recording: Recording | None = None, scene: Scene = SCEN
     return PageReader(path)
 
 
-def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
+def test_a_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     text = re.sub(r'(<script type="text/plain" id="\w+">)[^<]*', r"\1", page(tmp_path).text)
     assert not re.search(r"https?:|//[a-z]|\bsrc=|@import|url\(|<iframe|<img", text, re.IGNORECASE)
     assert "default-src 'none'" in text and "connect-src 'none'" in text and "connect-src 'self'" in page_html("live")
 
 
-def test_frames_say_where_each_piece_and_robot_was_and_what_the_robot_believed(tmp_path: Path) -> None:
+def test_frames_hold_where_each_piece_and_robot_was_and_what_the_robot_believed(tmp_path: Path) -> None:
     run = page(tmp_path)
     assert run.meta["end"] == 1.0 and [kind["count"] for kind in run.meta["kinds"]] == [PIECES + 1]
     for time in run.group("robots")[0]:
@@ -63,7 +63,7 @@ def test_frames_say_where_each_piece_and_robot_was_and_what_the_robot_believed(t
         assert rows[PIECES, 3] == 3.0 and rows[PIECES, :2] == pytest.approx(HELD, abs=6e-4), "in robot 0's frame"
 
 
-def test_a_box_has_its_attitude_and_pieces_without_ids_are_told_apart_by_their_rows(tmp_path: Path) -> None:
+def test_a_box_has_its_attitude_and_pieces_without_ids_are_distinguished_by_their_rows(tmp_path: Path) -> None:
     crate = PieceLook(size=(0.6, 0.2, 0.3), color="#11aaee")
     rows = np.zeros((2, 7))
     rows[:, :3] = (2.0, 1.0, 0.15), (6.0, 3.5, 0.15)
@@ -78,7 +78,7 @@ def test_a_box_has_its_attitude_and_pieces_without_ids_are_told_apart_by_their_r
     assert seen[:, 4:] / 32767 == pytest.approx(rows[:, 3:], abs=1e-4)
 
 
-def test_facts_shots_events_board_and_charts(tmp_path: Path) -> None:
+def test_a_page_holds_facts_shots_events_boards_and_charts(tmp_path: Path) -> None:
     run = page(tmp_path, title="my run", subtitle="a note")
     assert run.meta["title"] == "my run" and run.meta["notes"] == ["a note"]
     assert run.facts["score blue"] == "4" and ["hits", "1 (50 %)"] in run.table("Shots (2)")
@@ -93,7 +93,7 @@ def test_facts_shots_events_board_and_charts(tmp_path: Path) -> None:
     assert (shot["result"], shot["piece"], shot["end"]) == ("hit", 0, pytest.approx(0.6, abs=0.021))
 
 
-def test_a_name_is_a_text_and_cannot_break_the_page(tmp_path: Path) -> None:
+def test_a_name_is_shown_as_text_and_cannot_break_the_page(tmp_path: Path) -> None:
     recording = Recording()
     for tick in range(3):
         recording.write(Snapshot(time=0.02 * tick, tick=tick, strings={"Sim/Match/Period": "<!--<script>"}))
@@ -105,7 +105,7 @@ def test_a_name_is_a_text_and_cannot_break_the_page(tmp_path: Path) -> None:
     assert not [path.name for path in player.glob("*.js") if "innerHTML" in path.read_text(encoding="utf-8")]
 
 
-def test_levels_have_their_places_and_what_is_in_each(tmp_path: Path) -> None:
+def test_levels_have_their_places_and_the_counts_in_each_place(tmp_path: Path) -> None:
     game = Game.bare(size=SCENE.field_size, places=PLACES, robot=lambda: pytest.fail("no robot is asked for"))
     recording = Recording()
     for tick, (time, levels) in enumerate(COUNTS):
@@ -128,11 +128,11 @@ def test_levels_have_their_places_and_what_is_in_each(tmp_path: Path) -> None:
     assert page(tmp_path, recording).meta["levels"] == [], "of a game without places"
 
 
-def test_levels_that_are_called_like_an_alliance_alone_are_nobodys() -> None:
+def test_levels_named_only_like_an_alliance_belong_to_no_alliance() -> None:
     assert [split_level(name) for name in ("RedL1", "Red", "Reef")] == [("red", "L1"), ("", "Red"), ("", "Reef")]
 
 
-def test_a_run_without_ticks_and_one_with_infinities(tmp_path: Path) -> None:
+def test_a_run_without_ticks_or_with_infinities_gets_a_page(tmp_path: Path) -> None:
     assert page(tmp_path, Recording()).group("robots")[1].shape == (0, 11)
     strange = recorded(3)
     numbers = {"Sim/Debug/BatteryVoltage": float("inf"), "Sim/Debug/BatteryCurrent": float("-inf")}
@@ -140,7 +140,7 @@ def test_a_run_without_ticks_and_one_with_infinities(tmp_path: Path) -> None:
     assert page(tmp_path, strange).meta["end"] == 9.0
 
 
-def test_models_that_cannot_be_read_cost_their_looks_alone(tmp_path: Path) -> None:
+def test_models_that_cannot_be_read_cost_only_their_looks(tmp_path: Path) -> None:
     folder = tmp_path / "models" / "Field3d_Broken"
     folder.mkdir(parents=True)
     (folder / "config.json").write_text('{"name": "Broken", "widthInches": 600, "heightInches": 300}')
@@ -151,11 +151,11 @@ def test_models_that_cannot_be_read_cost_their_looks_alone(tmp_path: Path) -> No
         assert run.meta["models"][0]["body"], "boxes of a robot without a model"
 
 
-def test_two_pages_of_a_run_are_the_same_bytes(tmp_path: Path) -> None:
+def test_two_pages_of_the_same_run_have_the_same_bytes(tmp_path: Path) -> None:
     assert page(tmp_path).text == page(tmp_path).text
 
 
-def test_unwritable(tmp_path: Path) -> None:
+def test_a_page_that_cannot_be_written_is_an_output_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write the page"):
         write_page(tmp_path / "file" / "x.html", recorded(), SCENE)

@@ -1,4 +1,4 @@
-"""Contrasts of the colors of all drawings, computed from the palette itself."""
+"""Contrasts of the colors in all drawings, computed from the palette itself."""
 
 import itertools
 
@@ -15,7 +15,7 @@ SEEN_BY_PROTANS = np.array(
 SEEN_BY_DEUTANS = np.array(
     [(0.367322, 0.860646, -0.227968), (0.280085, 0.672501, 0.047413), (-0.011820, 0.042940, 0.968881)]
 )
-"""Linear RGB as readers without red or green cones see it: Machado, Oliveira and Fernandes 2009, severity 1."""
+"""Linear RGB as readers without red or green cones see it; Machado, Oliveira and Fernandes 2009, severity 1."""
 TEXTS = [("ink", "paper"), ("ink", "soft"), ("muted", "paper"), ("muted", "soft"), ("hit", "paper"), ("miss", "paper"),
          ("path", "paper")]  # fmt: skip
 GRAPHICS = [
@@ -32,7 +32,7 @@ def linear(color: str) -> Color:
 
 
 def contrast(one: str, other: str) -> float:
-    """WCAG 2.2: of relative luminances, each with 0.05 of stray light."""
+    """Return the contrast of WCAG 2.2: the ratio of relative luminances, each with 0.05 of stray light."""
     light, dark = sorted(
         (float(linear(color) @ (0.2126, 0.7152, 0.0722)) + 0.05 for color in (one, other)), reverse=True
     )
@@ -40,7 +40,7 @@ def contrast(one: str, other: str) -> float:
 
 
 def lab(color: Color) -> Color:
-    """CIE L*a*b* of linear RGB, for daylight D65."""
+    """Return CIE L*a*b* of linear RGB for daylight D65."""
     xyz = (
         np.array(
             [(0.4124564, 0.3575761, 0.1804375), (0.2126729, 0.7151522, 0.0721750), (0.0193339, 0.1191920, 0.9503041)]
@@ -59,15 +59,15 @@ def test_the_formulas_give_known_values() -> None:
 
 
 @pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
-def test_text_and_graphics_stand_out_from_their_ground(theme: int) -> None:
+def test_texts_and_graphics_stand_out_from_their_background(theme: int) -> None:
     for pairs, least in ((TEXTS, 4.5), (GRAPHICS, 3.0)):
         found = {pair: contrast(*(COLORS[name][theme] for name in pair)) for pair in pairs}
         assert {pair: round(value, 2) for pair, value in found.items() if value < least} == {}
 
 
 @pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
-def test_pairs_differ_for_readers_who_see_no_red_or_no_green(theme: int) -> None:
-    """A difference of 20 in L*a*b* is one that nobody overlooks; shape and dashes differ as well."""
+def test_pairs_of_colors_differ_for_readers_who_see_no_red_or_no_green(theme: int) -> None:
+    """Nobody overlooks a difference of 20 in L*a*b*; shapes and dashes differ as well."""
     for seen, (one, other) in itertools.product((np.eye(3), SEEN_BY_PROTANS, SEEN_BY_DEUTANS), PAIRS):
         a, b = (lab(np.clip(seen @ linear(COLORS[name][theme]), 0.0, 1.0)) for name in (one, other))
         assert np.linalg.norm(a - b) > 20.0, (one, other, seen[0].tolist())

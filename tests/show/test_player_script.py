@@ -1,4 +1,4 @@
-"""The player's script without a browser: its reader and what else is pure, by node."""
+"""The player's script without a browser: its reader and its other pure functions, run by node."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from simcore.show.run_data import run_data
 TESTS = Path(__file__).with_name("player") / "player.test.mjs"
 
 
-def test_the_reader_and_what_needs_no_browser(tmp_path: Path) -> None:
+def test_the_reader_and_the_pure_functions_pass_their_tests_in_node(tmp_path: Path) -> None:
     node = shutil.which("node")
     version = "" if node is None else subprocess.run([node, "--version"], capture_output=True, text=True).stdout
     if tuple(map(int, re.findall(r"\d+", version)[:2])) < (20, 19):
@@ -40,7 +40,7 @@ def test_the_reader_and_what_needs_no_browser(tmp_path: Path) -> None:
             }
         )
     text = json.dumps(meta, allow_nan=False).encode()
-    content = {"run": packed(text), "data": packed(data), "expected": expected[::2]}  # pieces have every other frame
+    content = {"run": packed(text), "data": packed(data), "expected": expected[::2]}  # # pieces have every 2nd frame
     run = tmp_path / "run.json"
     run.write_text(json.dumps(content))
     done = subprocess.run(

@@ -12,7 +12,7 @@ from simcore.errors import ConfigError
 from simcore.show.report import chart, headline, paragraph, report_page, series, table
 
 
-def test_a_page_holds_its_blocks_in_order_and_no_number_that_is_not_finite() -> None:
+def test_a_page_holds_its_blocks_in_order_and_only_finite_numbers() -> None:
     x = np.array([1.0, 2.0, math.inf])
     blocks = [
         headline("41 turns/s", "from 2 m"),
@@ -27,7 +27,7 @@ def test_a_page_holds_its_blocks_in_order_and_no_number_that_is_not_finite() -> 
     assert kept[3]["series"] == [curve] and kept[3]["marks"] == [{"x": 1.5, "label": "here"}]
 
 
-def test_texts_cannot_break_the_page_and_nothing_is_loaded_from_anywhere() -> None:
+def test_texts_cannot_break_a_report_and_nothing_is_loaded_from_elsewhere() -> None:
     evil = "</script><script>alert(1)</script>"
     page = report_page(evil, [headline(evil), table([evil], [[evil]])], subtitle=evil)
     assert "alert(1)</script>" not in re.sub(r'(<script type="text/plain" id="\w+">)[^<]*', r"\1", page)

@@ -1,4 +1,4 @@
-"""What boards of a recorded run show, worked out only where it changes."""
+"""What the boards of a recorded run show, computed only where it changes."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ LEVEL = LevelLook(name="L1", alliance="blue", label="level 1", places=("A", "B")
 
 
 def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
-    """A run in which each thing that boards show changes now and then, beside much that they do not show."""
+    """Return a run in which all that boards show changes now and then, and its ticks; boards do not show all of it."""
     rng, run, shown = np.random.default_rng(7), Recording(bulk_period=0.02), []
     strips = [np.array([0xFF0000, 0x00FF00]), np.array([0x0000FF, -1])]
     places = [np.array([0, 0]), np.array([1, 0]), np.array([1, 2])]
@@ -54,8 +54,8 @@ def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-def test_boards_change_only_in_the_rows_that_are_told(robots):
-    """What is taken of those rows alone is what is taken of every snapshot."""
+def test_boards_change_only_in_the_rows_that_are_found(robots):
+    """These rows alone give the same boards as all snapshots."""
     looks = [RobotLook(prefix=prefix, bumpers=(0.8, 0.8)) for prefix in ("Sim", "Sim/Robots/1")[:robots]]
     scene = Scene(field_size=(16.0, 8.0), robots=looks, levels=[LEVEL])
     run, shown = recorded(200)
@@ -70,7 +70,7 @@ def test_boards_change_only_in_the_rows_that_are_told(robots):
         found.append((board.found, lamps.found, cells.found))
     assert found[0] == found[1]
     assert {"time left", "period", "count", "Strip", "held"} <= found[0][0].keys()
-    assert len(rows) < 40  # every seventh tick, and each second
+    assert len(rows) < 40  # # every seventh tick, and each second
 
 
 @pytest.mark.parametrize(
@@ -82,14 +82,14 @@ def test_boards_change_only_in_the_rows_that_are_told(robots):
         ("AssertionError: assert f(1 < 2) >= 3", "assert f(1 < 2) >= 3, at 0.04 s"),
     ],
 )
-def test_a_failure_is_one_sentence(said, sentence):
+def test_a_failure_is_reported_in_a_single_sentence(said, sentence):
     run = Recording()
     for tick in range(2):
         run.write(Snapshot(time=0.02 * (tick + 1), tick=tick, strings={"Sim/Failure": said} if tick else {}))
     assert failure_of(run) == sentence
 
 
-def test_no_address_of_an_object_is_told():
+def test_the_address_of_an_object_is_not_shown():
     run = Recording()
     run.write(Snapshot(time=0.02, tick=0, strings={"Sim/Failure": "where <simcore.sim.RobotTest object at 0x7f5e>.x"}))
     assert ending_of(run) == ["where RobotTest.x"]

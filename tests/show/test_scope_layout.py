@@ -1,4 +1,4 @@
-"""Layouts for AdvantageScope: of any log, with its colors and kinds, and nothing that the log has not."""
+"""Layouts for AdvantageScope: of any log, with its colors and kinds, and with nothing that the log does not have."""
 
 import json
 from pathlib import Path
@@ -48,7 +48,7 @@ def rows(sources: list[dict[str, Any]]) -> list[tuple[str, str]]:
     return [(source["type"], source["logKey"].removeprefix("NT:/")) for source in sources]
 
 
-def test_a_game_without_models_is_shown_with_those_of_advantagescope() -> None:
+def test_a_game_without_models_is_shown_with_the_models_of_advantagescope() -> None:
     shown = tabs(scope_layout(RUN))
     field = shown["3D Field"]
     assert field["game"] == "FRC:Evergreen"
@@ -77,7 +77,7 @@ def test_a_game_without_models_is_shown_with_those_of_advantagescope() -> None:
     assert "NT:/Sim/Match/Period" in shown["Table"]
 
 
-def test_the_command_makes_one_of_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_makes_a_layout_of_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with WpilogSink(tmp_path / "run.wpilog") as log:
         log.write(RUN)
     output = tmp_path / "new" / "mine.json"
@@ -91,7 +91,7 @@ def test_the_command_makes_one_of_a_log(tmp_path: Path, capsys: pytest.CaptureFi
     assert models["NT:/Sim/Robots/2/Robot/Pose3d"] == "Simcore Rebuilt"
 
 
-def test_what_cannot_be_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_impossible_layout_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["layout", "rebuilt", "--robots", "9", "--output", str(tmp_path / "a.json")]) == 1
     assert "a match of rebuilt has 1 to 6 robots, got 9" in capsys.readouterr().err
     (tmp_path / "file").write_text("")

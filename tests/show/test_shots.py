@@ -1,4 +1,4 @@
-"""Shots put together from what was recorded: flights by ids, results, and the side of a miss."""
+"""Shots put together from a recording: flights by ids, results, and the side of a miss."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 
 
-def test_flights_and_results_come_back_by_their_ids() -> None:
+def test_flights_and_results_are_found_by_their_ids() -> None:
     hit, miss = shots_of(recorded(), SCENE)
     assert (hit.scored, miss.scored, hit.robot) == (True, False, 0)
     assert (hit.time, hit.seconds) == pytest.approx((0.4, 0.2)) and (miss.time, miss.seconds) == pytest.approx(
@@ -28,19 +28,19 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
 @each(
     ("goal", "side"),
     [
-        ((4.0, 3.0, 0.0), "long"),  # the flight comes down at x = 6.7
+        ((4.0, 3.0, 0.0), "long"),  # # the flight comes down at x = 6.7
         ((9.0, 3.0, 0.0), "short"),
         ((6.7, 2.2, 0.0), "left"),
         ((6.7, 3.8, 0.0), "right"),
-        ((9.0, 3.0, 5.0), "short"),  # never so high
+        ((9.0, 3.0, 5.0), "short"),  # # the flight is never so high
     ],
 )
-def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: str) -> None:
+def test_the_side_on_which_a_miss_came_down_is_found(goal: tuple[float, float, float], side: str) -> None:
     recording = Recording()
     results = {"Sim/NewestShots": np.array([1, 5, 0, 0])}
     for tick in range(60):
         row = flight(0.02 * tick, 0.0)
-        flies = int(row[2] > -0.2)  # its last point is below the carpet, so that it crosses a goal on it
+        flies = int(row[2] > -0.2)  # # its last point is below the carpet, so it crosses a goal on the carpet
         poses = {"Sim/InFlight/Fuel": row[None][:flies]}
         ids = results | {"Sim/InFlightIds/Fuel": np.array([5])[:flies]}
         recording.write(Snapshot(time=0.02 * tick, tick=tick, pose_arrays=poses, integer_arrays=ids))
@@ -48,12 +48,12 @@ def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: 
     assert shot.side == side
 
 
-def test_a_log_of_before_there_was_a_record_has_neither_shots_nor_intakes() -> None:
+def test_an_empty_recording_has_no_shots() -> None:
     assert shots_of(Recording(), SCENE) == []
 
 
-def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:
-    """Three rows a second: of the flights of 0.2 s and 0.1 s one row at most is kept."""
+def test_shots_between_two_rows_of_a_recording_are_found_too() -> None:
+    """With three rows a second, at most one row of the flights of 0.2 s and 0.1 s is kept."""
     full, thin = (shots_of(recorded(50, period=period), SCENE) for period in (0.02, 0.3))
     assert [shot.scored for shot in thin] == [shot.scored for shot in full] == [True, False]
     assert [shot.time for shot in thin] == pytest.approx([shot.time for shot in full])
@@ -61,7 +61,7 @@ def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:
     assert thin[0].distance == pytest.approx(full[0].distance, abs=2.0), "from where its robot was"
 
 
-def test_what_leaves_beyond_the_own_goal_and_does_not_score_is_a_pass() -> None:
+def test_a_shot_from_beyond_the_own_goal_that_does_not_score_is_a_pass() -> None:
     """Red's wall is at the right: a robot at x = 3 that shoots to the right is beyond a goal at x = 4."""
     hit, miss = shots_of(recorded(), replace(SCENE, goals=(Goal(alliance="red", center=(4.0, 3.0, 0.9)),)))
     assert (hit.result, miss.result, miss.side) == ("hit", "pass", None)
@@ -69,15 +69,15 @@ def test_what_leaves_beyond_the_own_goal_and_does_not_score_is_a_pass() -> None:
     assert near.result == "miss", "on the near side of its goal"
 
 
-def test_shots_of_a_log_by_another_clock_have_its_times() -> None:
+def test_shots_in_a_log_with_another_clock_have_its_times() -> None:
     recording = Recording()
     for snapshot in recorded(50).snapshots():
         recording.write(replace(snapshot, time=snapshot.time + 100.0))
     assert [shot.time for shot in shots_of(recording, SCENE)] == pytest.approx([100.4, 100.6])
 
 
-def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
-    """Robot 0 stops within a tick at 0.2 s, slides from 0.3 s on and browns out at 0.5 s."""
+def test_events_and_board_show_modes_scores_shots_and_troubles() -> None:
+    """Robot 0 stops within a tick at 0.2 s, slides from 0.3 s on, and browns out at 0.5 s."""
     recording = recorded(30)
     late = Recording()
     for snapshot in recording.snapshots():
@@ -105,7 +105,7 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
         (0.2, "bump", "bump: 2.0 m/s within a tick"),
         (0.32, "foul", "G7"),
         (0.32, "slip", "tires slide for 0.08 s"),
-        (0.4, "flying", "shot"),  # not yet a hit
+        (0.4, "flying", "shot"),  # # not yet a hit
         (0.52, "brown-out", "brown-out"),
         (0.56, "mode", "teleop"),
         (0.6, "flying", "shot"),
@@ -123,8 +123,8 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
     assert (told("red", 0.1), told("red", 0.5), told("goal open", 0.0)) == ("0", "1", "yes")
 
 
-def test_a_line_of_the_board_begins_when_there_is_something_to_say_and_ends_with_it() -> None:
-    """A robot hangs from 0.2 s to 0.4 s; before and after that its line has no value."""
+def test_a_line_of_the_board_begins_and_ends_with_what_it_shows() -> None:
+    """A robot hangs from 0.2 s to 0.4 s; before and after, its line has no value."""
     record = ChangeRecord()
     for tick in range(30):
         time = 0.02 * tick

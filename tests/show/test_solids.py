@@ -1,4 +1,4 @@
-"""Solids of a described robot: intakes, shots and cameras stand where its config says; models are in test_models.py."""
+"""Solids of a described robot: intakes, shots and cameras are where its config puts them"""
 
 import math
 from dataclasses import replace
@@ -18,12 +18,12 @@ ROBOT = REBUILT.robot()
 
 
 def corners(config, name):
-    """Return all vertices of the solids of a name, shape (n, 3)."""
+    """Return all vertices of the solids with a name, shape (n, 3)."""
     return np.concatenate([solid.vertices for found, solid in described_solids(config) if found == name])
 
 
-def test_an_intake_is_out_and_bumpers_have_their_size() -> None:
-    """The zone reaches 0.28 m, the rack's travel, farther to the back than stowed."""
+def test_an_intake_is_drawn_out_and_bumpers_have_their_size() -> None:
+    """Extended, the zone reaches 0.28 m, the rack's travel, farther to the back than stowed."""
     zone = corners(ROBOT, "intake, out")
     assert zone.min(axis=0) == pytest.approx((-0.78, -0.33, 0.0), abs=1e-6)
     assert zone.max(axis=0)[1:] == pytest.approx((0.33, 0.20), abs=1e-6)
@@ -33,8 +33,8 @@ def test_an_intake_is_out_and_bumpers_have_their_size() -> None:
     assert body[:, 1].min() == pytest.approx(-0.5 * ROBOT.body.bumper_width)
 
 
-def test_a_robot_stands_on_its_wheels_and_its_rollers_are_in_the_zone() -> None:
-    """What is drawn of the robot itself: nothing under the carpet, an intake between the corners of its zone."""
+def test_a_robot_stands_on_its_wheels_and_its_rollers_are_in_their_zone() -> None:
+    """Nothing of the robot is drawn below the carpet, and the intake is between the corners of its zone."""
     config = replace(ROBOT, components=())
     own = [solid.vertices for name, solid in described_solids(config) if not name]
     assert np.concatenate(own)[:, 2].min() == pytest.approx(0.0, abs=1e-9)
@@ -47,8 +47,8 @@ def test_a_robot_stands_on_its_wheels_and_its_rollers_are_in_the_zone() -> None:
     assert np.concatenate(own)[:, 0].min() == pytest.approx(zone[:, 0].min(), abs=1e-6), "out as far as the zone"
 
 
-def test_shapes_are_drawn_as_they_are() -> None:
-    """A ring has its hole, a cone its two radii, a box and a hull their corners, each where it stands."""
+def test_shapes_are_drawn_in_their_form() -> None:
+    """A ring has its hole, a cone its two radii, a box its corners, each where it stands."""
     ring = np.concatenate([one.vertices for one in shape_solids(torus(ring_radius=0.15, tube_radius=0.025), "#fff")])
     away = np.hypot(ring[:, 0], ring[:, 1])
     assert away.min() == pytest.approx(0.125, rel=0.05) and away.max() == pytest.approx(0.175, rel=0.05)
@@ -78,13 +78,13 @@ def test_shapes_are_drawn_as_they_are() -> None:
         (Box((0.3, 0.3, 0.3)), None),
     ],
 )  # fmt: skip
-def test_a_body_of_revolution_is_known_with_its_hole(shape, hole) -> None:
+def test_a_body_of_revolution_is_recognized_with_its_hole(shape, hole) -> None:
     found = shape_look(shape, "#ffffff").hole
     assert found is None if hole is None else found == pytest.approx(hole, abs=0.01)
 
 
-def test_a_shot_points_where_hood_and_heading_say() -> None:
-    """The hood starts at 20 degrees, so straight up from the muzzle; a fixed one at 45 degrees to the front or back."""
+def test_a_shot_points_along_its_hood_and_heading() -> None:
+    """The hood starts at 20 degrees, so the shot goes straight up; a fixed hood has 45 degrees to the front or back."""
     muzzle = np.array((0.168, 0.08, 0.55))
     way = corners(ROBOT, "shot") - muzzle
     assert way[np.argmax(way[:, 2])] == pytest.approx((0.0, 0.0, 0.38), abs=1e-6)
@@ -97,7 +97,7 @@ def test_a_shot_points_where_hood_and_heading_say() -> None:
         assert tip - muzzle * (sign, sign, 1.0) == pytest.approx(0.38 * math.sqrt(0.5) * np.array((sign, 0.0, 1.0)))
 
 
-def test_a_camera_opens_by_its_fields_of_view() -> None:
+def test_a_camera_is_drawn_with_its_fields_of_view() -> None:
     mount = CameraMount(x=-0.2, z=0.5, yaw_deg=180.0, pitch_deg=-30.0)
     camera = CameraConfig(mount=mount)
     rays = np.unique((corners(replace(ROBOT, cameras=(camera,)), "camera") - mount.position).round(6), axis=0)

@@ -1,4 +1,4 @@
-"""What keys and gamepads ask for, which messages are refused, and how soon a page that is gone drives no more."""
+"""What keys and gamepads ask for, which messages are refused, and how soon a page that is gone stops driving."""
 
 import math
 
@@ -32,7 +32,7 @@ def pad(x=0.0, y=0.0, turn=0.0, pressed=()):
         (("KeyS", "ShiftLeft"), -0.35, 0.0, 0.0),
     ],
 )
-def test_keys(keys, ahead, left, turn):
+def test_keys_ask_for_velocities(keys, ahead, left, turn):
     wants = asked(*keys)
     assert (wants.ahead, wants.left, wants.turn) == pytest.approx((ahead, left, turn))
     assert not wants.intake and wants.action is None and wants.device == "keyboard"
@@ -75,12 +75,12 @@ def test_a_stick_has_a_round_dead_band_and_no_step_at_its_edge():
         ({"keys": [], "buttons": [0] * 33}, "buttons must be"),
     ],
 )
-def test_nonsense_is_refused(message, problem):
+def test_invalid_messages_are_refused(message, problem):
     with pytest.raises(ConfigError, match=problem):
         read_input(message)
 
 
-def test_nobody_drives_a_quarter_of_a_second_after_the_last_message():
+def test_driving_ends_a_quarter_of_a_second_after_the_last_message():
     now = 10.0
     driving = ViewDriving(clock=lambda: now)
     assert driving.input() is None
@@ -99,7 +99,7 @@ def test_nobody_drives_a_quarter_of_a_second_after_the_last_message():
     assert driving.input() is None, "at once"
 
 
-def test_each_page_drives_a_robot_of_its_own():
+def test_each_page_drives_its_own_robot():
     driving = ViewDriving(("shoot",), robots=2, at_once=True, clock=lambda: 0.0)
     driving.take(1, {"keys": ["KeyW"]})
     driving.take(2, {"keys": ["KeyS"], "robot": 1})

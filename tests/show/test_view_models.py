@@ -1,4 +1,4 @@
-"""Model folders: read as AdvantageScope reads them, and checked before it skips them in silence."""
+"""Model folders: read as AdvantageScope reads them, with checks for what it would skip in silence."""
 
 import json
 import struct
@@ -63,13 +63,13 @@ def texts(folder: Path, **options: Any) -> list[str]:
     return [str(finding) for finding in check_folder(folder, **options)]
 
 
-def test_good_folders_have_nothing_wrong(robot: Path, field: Path) -> None:
+def test_nothing_is_reported_for_valid_folders(robot: Path, field: Path) -> None:
     assert texts(robot.parent) == []
     assert texts(robot, parts=2) == []
 
 
-def test_rotations_come_one_after_the_other_then_the_position(robot: Path) -> None:
-    """x 90 takes a Y-up export upright; z 90 after it turns its front."""
+def test_rotations_are_applied_in_order_and_then_the_position(robot: Path) -> None:
+    """A rotation by 90 about x sets a Y-up export upright; another by 90 about z turns its front."""
     body = load_models(robot.parent).robots[0].body.transform
     np.testing.assert_allclose(body @ (0, 1, 0, 1), (0.1, 0, 1, 1), atol=1e-12)
     edit(robot, rotations=[{"axis": "x", "degrees": 90}, {"axis": "z", "degrees": 90}], position=[0, 0, 0])
@@ -110,7 +110,7 @@ def test_models_that_cannot_be_loaded_are_reported(robot: Path, field: Path, tmp
         ({"components": [{}]}, "2 poses are published"),
     ],
 )
-def test_wrong_robot_configs(robot: Path, changes: dict[str, Any], words: str) -> None:
+def test_mistakes_in_a_robot_config_are_reported(robot: Path, changes: dict[str, Any], words: str) -> None:
     edit(robot, **changes)
     found = texts(robot, parts=2)
     assert any(words in line for line in found), found
@@ -129,13 +129,13 @@ def test_wrong_robot_configs(robot: Path, changes: dict[str, Any], words: str) -
         ({"gamePieces": None}, "model_0.glb: is not used"),
     ],
 )
-def test_wrong_field_configs(field: Path, changes: dict[str, Any], words: str) -> None:
+def test_mistakes_in_a_field_config_are_reported(field: Path, changes: dict[str, Any], words: str) -> None:
     edit(field, **changes)
     found = texts(field)
     assert any(words in line for line in found), found
 
 
-def test_a_git_lfs_pointer_is_no_model(robot: Path) -> None:
+def test_a_git_lfs_pointer_is_reported(robot: Path) -> None:
     (robot / "model_0.glb").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a21\nsize 7340032\n")
     assert texts(robot) == [
         "ERROR: Robot_Mine/model_0.glb: is a Git LFS pointer, not the model: "
@@ -152,13 +152,13 @@ def test_a_git_lfs_pointer_is_no_model(robot: Path) -> None:
         (struct.pack("<4sII", b"glTF", 2, 9000) + b" " * 18, "cut off: 30 of 9000 bytes"),
     ],
 )
-def test_broken_files(robot: Path, content: bytes, words: str) -> None:
+def test_broken_files_are_reported(robot: Path, content: bytes, words: str) -> None:
     (robot / "model.glb").write_bytes(content)
     (line,) = texts(robot)
     assert line.startswith("ERROR: Robot_Mine/model.glb: ") and words in line
 
 
-def test_missing_renamed_left_over_and_huge_files(robot: Path) -> None:
+def test_missing_renamed_unused_and_huge_models_are_reported(robot: Path) -> None:
     (robot / "model_1.glb").rename(robot / "Model_1.glb")
     glb(robot / "model_7.glb")
     glb(robot / "model.glb", 800.0)
@@ -168,10 +168,10 @@ def test_missing_renamed_left_over_and_huge_files(robot: Path) -> None:
     assert any("is 800 long" in line and "millimeters" in line for line in found)
 
 
-def test_a_file_of_a_hundred_megabytes_is_a_warning(robot: Path) -> None:
+def test_a_file_of_a_hundred_megabytes_gives_a_warning(robot: Path) -> None:
     with (robot / "model.glb").open("r+b") as file:
         file.seek(12)
-        binary = 20 + struct.unpack("<I", file.read(4))[0]  # where the second chunk begins, which is made longer
+        binary = 20 + struct.unpack("<I", file.read(4))[0]  # # where the second chunk begins, which is made longer
         for place, length in ((8, 100_000_000), (binary, 100_000_000 - binary - 8)):
             file.seek(place)
             file.write(struct.pack("<I", length))
@@ -191,7 +191,7 @@ def test_invalid_json_configs_and_duplicate_names_are_reported(robot: Path, tmp_
     assert any("'Mine' is taken by Robot_Mine" in line for line in texts(tmp_path))
 
 
-def test_a_folder_without_models(tmp_path: Path) -> None:
+def test_a_folder_without_models_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="no folder"):
         check_folder(tmp_path / "none")
     with pytest.raises(ModelError, match="looks at no other"):

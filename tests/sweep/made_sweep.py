@@ -1,4 +1,4 @@
-"""Made runs of a made sweep, with the columns of a real one."""
+"""Made-up runs of a made-up sweep, with the columns of a real sweep."""
 
 import base64
 import functools
@@ -13,7 +13,7 @@ from simcore.sweep.results import Results
 
 
 def described(*factors, **rest):
-    """What Results asks of an experiment."""
+    """Return what Results reads of an experiment."""
     named = tuple(SimpleNamespace(name=name) for name in factors)
     told = {"factors": named, "game": "made", "auto": "depot", **rest}
     return SimpleNamespace(project=None, red="", blue="", **told)
@@ -26,17 +26,17 @@ def blocks_of(page):
 
 
 def same(results):
-    """Return what must be equal to the bit: all of the rows but the time that runs cost."""
+    """Return what must be equal to the last bit: all of the rows except the processor time of the runs."""
     return [{name: value for name, value in row.items() if name != "cpu_seconds"} for row in results.rows]
 
 
 def runs_of(points, columns, *, seeds=1):
-    """A row for each point and seed.
+    """Return a row for each point and seed.
 
     Args:
-        points: Values of the factors by name, an array of one value a point each.
-        columns: Called with the values of a point and a seed, returns the metrics of that run.
-        seeds: How many, from 0.
+        points: Values of the factors by name; each array has a value for each point.
+        columns: Function of the values of a point and a seed that returns the metrics of that run.
+        seeds: Number of seeds, counted from 0.
     """
     count = len(next(iter(points.values())))
     rows = []
@@ -51,7 +51,7 @@ def runs_of(points, columns, *, seeds=1):
 
 @functools.cache
 def tired_battery():
-    """Scores of 20 seeds with a flat, a half and a full battery and two masses; each fuller step brings 4 points."""
+    """Return scores of 20 seeds with three charges of the battery and two masses; a fuller battery brings points."""
 
     def play(values, seed):
         generator = np.random.default_rng([seed, 7])

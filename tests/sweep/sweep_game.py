@@ -11,7 +11,7 @@ from simcore.match.game import Auto, Game, Role
 from simcore.match.match import Match
 
 MARK = "SWEEP_GAME_MARK"
-"""Environment variable with a file that a run has died if it is there."""
+"""Environment variable with the path of a file that exists once a run has died."""
 SPOILED = 2
 """Seed with which autos do what they are named for."""
 
@@ -57,17 +57,17 @@ def die_once():
 
 
 def ticks(match):
-    """Count ticks: a metric of one's own."""
+    """Count the ticks, as a metric of a team."""
     return match.ticks
 
 
 def process(match):
-    """Tell the process that plays."""
+    """Return the process that plays."""
     return os.getpid()
 
 
 def rush(match, alliance, level):
-    """A player: as fast as its level."""
+    """Return a controller for a player whose speed follows its level."""
     return lambda robot, now: robot.drive.set_volts([2.0 * level] * 4, [0.0] * 4)
 
 

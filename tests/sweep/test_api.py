@@ -1,4 +1,4 @@
-"""Sweeps of a small game, played in this process: rows, their order, and what is kept of them."""
+"""Sweeps of a small game, played in this process: the rows, their order, and what is kept of them."""
 
 import random
 import sqlite3
@@ -28,7 +28,7 @@ def experiment(**settings):
 
 @pytest.fixture(autouse=True)
 def importable(monkeypatch):
-    """Find the game as workers find a team's own module."""
+    """Make the game importable, as a team's own module is for workers."""
     monkeypatch.syspath_prepend(FOLDER)
 
 
@@ -86,7 +86,7 @@ def test_runs_that_failed_are_tried_again(tmp_path):
     assert rows == [(2, 1)]
 
 
-def test_a_full_disk_stops_nothing(tmp_path):
+def test_a_full_disk_does_not_stop_a_sweep(tmp_path):
     code = """
 import resource, signal, sys
 from simcore.sweep.api import sweep
@@ -133,13 +133,13 @@ def test_unplayable_experiments_are_refused_before_the_first_run(settings, said)
     assert said in str(caught.value)
 
 
-def test_workers_must_be_a_count():
+def test_the_number_of_workers_must_be_a_count():
     with pytest.raises(ConfigError, match="workers must be"):
         sweep(experiment(), workers=-5)
 
 
-def test_matches_are_swept_over_who_plays_them():
-    """The first robot is the alliance's of `me`, and has the factors of a robot."""
+def test_a_sweep_of_matches_can_vary_the_players():
+    """The first robot is that of the alliance with `me`, and it has the factors of a robot."""
     players = parse_factor("blue=rusher:1,rusher:3,me+rusher:3")
     plan = replace(experiment(red="rusher", factors=(players,), seeds=(0, 1)), seconds=0.4)
     matches = sweep(plan, workers=0)

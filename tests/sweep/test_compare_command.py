@@ -1,4 +1,4 @@
-"""Two versions on common seeds: what the words mean, and one page with both."""
+"""Comparison of two versions on common seeds: its arguments, and a page with both versions."""
 
 from functools import partial
 from pathlib import Path
@@ -26,17 +26,17 @@ def sweep_here(real, experiment, *, workers, **rest):
 
 @pytest.fixture(autouse=True)
 def here(monkeypatch, tmp_path):
-    """Runs are played in this process, in a folder of its own."""
+    """Play runs in this process, in a folder of the test."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("simcore.sweep.compare_command.sweep", partial(sweep_here, sweep))
 
 
-# --- what the words mean ------------------------------------------------------------------------------------------
+# # --- arguments
 
 
-def test_two_autos_of_a_game_and_a_page_with_both(capsys):
-    """`fail` raises with seed 2, and is `drive` otherwise: of two pairs nothing is clear."""
+def test_two_autos_of_a_game_are_compared_on_a_page_with_both(capsys):
+    """`fail` raises an error with seed 2 and is `drive` otherwise: two pairs show no clear difference."""
     assert cli.main(["compare", "drive", "fail", *SMALL, "--metric", "distance_m", "--seeds", "3"]) == 1
     said = capsys.readouterr().out
     difference = "+0 (95 % interval +0 to +0), 2 seeds: 0 more, 0 less, 2 equal"
@@ -83,7 +83,7 @@ def test_if_all_runs_fail_their_error_is_reported(capsys, monkeypatch):
     assert "all 4 runs ended with an error: ZeroDivisionError" in capsys.readouterr().err
 
 
-def test_rows_of_a_project_are_identified_by_its_content():
+def test_the_rows_of_a_project_are_identified_by_its_content():
     for name, text in (("a", "1"), ("b", "2"), ("c", "1")):
         Path(name).mkdir()
         Path(name, "robot.py").write_text(text)
@@ -96,7 +96,7 @@ def test_rows_of_a_project_are_identified_by_its_content():
     assert set(keys("b", "a")) == set(keys("a", "b")), "wherever it is, and in whatever order"
 
 
-# --- one page -----------------------------------------------------------------------------------------------------
+# # --- a page with both
 
 
 def test_both_runs_are_in_one_recording():

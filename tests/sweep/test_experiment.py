@@ -1,4 +1,4 @@
-"""An experiment plans its runs, and names their results."""
+"""An experiment plans its runs and names their results."""
 
 import json
 from dataclasses import replace
@@ -39,7 +39,7 @@ def test_random_points_are_reproducible():
     assert all(45.0 < mass < 65.0 for mass, _ in points)
 
 
-def test_an_experiment_survives_json():
+def test_an_experiment_stays_equal_through_json():
     experiment = Experiment(
         auto="depot",
         factors=(DRAWN, CHARGE),
@@ -87,7 +87,7 @@ GAME = replace(GAME, field=replace(GAME.field, mesh=Path(__file__).parent / "fie
     assert len({first, second, third}) == 3
 
 
-def test_a_run_has_another_key_when_its_projects_code_changes(tmp_path):
+def test_a_run_has_another_key_when_the_code_of_its_project_changes(tmp_path):
     robot = tmp_path / "robot.py"
     robot.write_text("speed = 1\n")
     before = project_digest(tmp_path)
@@ -122,7 +122,7 @@ def test_invalid_experiments_are_refused_at_once(settings, said):
     assert said in str(caught.value)
 
 
-def test_a_function_is_named_so_that_workers_find_it():
+def test_the_name_of_a_function_lets_workers_find_it():
     assert Experiment(metrics=(own_metric,)).metrics == (f"{__name__}:own_metric",)
 
 

@@ -24,14 +24,14 @@ from simcore.sweep.factors import Distribution, Factor, RunSetup, parse_factor, 
         ("red=collector:3,collector:2+idle", ("collector:3", "collector:2+idle")),
     ],
 )
-def test_lists_and_ranges_include_their_end(text, values):
+def test_lists_and_ranges_include_their_last_value(text, values):
     assert parse_factor(text).values == values
 
 
 def test_distributions_give_quantiles():
     uniform, normal = parse_factor("e=uniform(0.4,0.5)"), parse_factor("m=normal(55,2)")
     assert uniform.at(0.5) == pytest.approx(0.45) and normal.at(0.5) == pytest.approx(55.0)
-    assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # one standard deviation above
+    assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # # one standard deviation above the mean
 
 
 @each("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
@@ -42,18 +42,18 @@ def test_an_unreadable_factor_is_refused(text):
         parse_factor(text)
 
 
-def test_a_factor_survives_json():
+def test_a_factor_stays_equal_through_json():
     for factor in (parse_factor("a=1,b"), Factor("m", distribution=Distribution("normal", 55.0, 2.0))):
         assert Factor.from_json(json.loads(json.dumps(asdict(factor)))) == factor
 
 
-# --- what names of factors reach, and what is said of those that reach nothing --------------------------------------
+# # --- what the names of factors reach, and the messages about those that reach nothing
 
 
 SETUP = RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot())
 
 
-def test_names_reach_fields_of_the_robot():
+def test_the_names_of_factors_reach_the_fields_of_the_robot():
     robot = vary(
         SETUP,
         {
@@ -83,12 +83,12 @@ def test_a_heavier_robot_keeps_its_size():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
-    assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
+    assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # # a second time changes nothing
     told = replace(SETUP, robot=replace(before, chassis=replace(before.body, yaw_inertia=4.0)))
     assert vary(told, {"robot.mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
 
 
-def test_names_reach_the_settings_of_a_run():
+def test_the_names_of_factors_reach_the_settings_of_a_run():
     varied = vary(
         SETUP,
         {"start.y": 6.1, "auto": "neutral", "preload": 4.0, "seconds": 5.0, "alliance": "red", "scatter": 0.5,
@@ -129,7 +129,7 @@ def test_names_reach_the_settings_of_a_run():
         ({"robot.storage.capacity.x": 3.0}, "to vary"),
     ],
 )
-def test_invalid_factors_are_refused_with_valid_ones(values, said):
+def test_invalid_factors_are_refused_with_valid_suggestions(values, said):
     (name,) = values
     with pytest.raises(ConfigError) as caught:
         vary(SETUP, values)

@@ -1,4 +1,4 @@
-"""What a table of runs says, asked as a user would."""
+"""Questions that a user asks of a table of runs."""
 
 import csv
 from dataclasses import replace
@@ -35,7 +35,7 @@ def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
 def test_a_run_with_an_error_is_not_a_success_and_not_in_percentiles(tired_battery):
     rows = [dict(row) for row in tired_battery.rows]
     rows[0] |= {"score": None, "error": "EngineError: no contact"}
-    rows[1]["error"] = "TimeoutError"  # whatever number it has
+    rows[1]["error"] = "TimeoutError"  # # whatever its score is
     hurt = replace(tired_battery, rows=rows)
     assert hurt.success("score < 1000").k == 118
     assert hurt.success("score < 1000").n == 120 and len(hurt.failures) == 2
@@ -43,7 +43,7 @@ def test_a_run_with_an_error_is_not_a_success_and_not_in_percentiles(tired_batte
 
 
 def test_pairing_removes_the_scatter_of_seeds(tired_battery):
-    """From 0.3 to 1.0 of the charge the score rises by 5 or 6, for each seed and mass alike, although luck is -4..4."""
+    """From a charge of 0.3 to 1.0, the score rises by 5 or 6 for each seed and mass, although luck is from -4 to 4."""
     found = tired_battery.paired("battery.charge", 0.3, 1.0, "score")
     assert found.n == 20 and found.less == 0 and 5.0 <= found.lower <= found.upper <= 6.0
     back = tired_battery.paired("battery.charge", 1.0, 0.3, "score")
@@ -52,13 +52,13 @@ def test_pairing_removes_the_scatter_of_seeds(tired_battery):
 
 
 def test_an_incomplete_pair_is_left_out(tired_battery):
-    """Of one seed the pair with 45 kg only, of another both."""
+    """For one seed, only the pair with 45 kg is left out; for another, both pairs are."""
     rows = [{**row, "error": "crashed" if row["seed"] == 3 or row["run"] == 0 else ""} for row in tired_battery.rows]
     assert replace(tired_battery, rows=rows).paired("battery.charge", 0.3, 1.0, "score").n == 19
 
 
-def test_pairs_of_one_seed_count_as_their_mean():
-    """From 0 to 1 the score rises by 1 at one value of the other factor, by 3 at the other: by 2 in each seed."""
+def test_the_pairs_of_a_seed_count_as_their_mean():
+    """From 0 to 1, the score rises by 1 at one value of the other factor and by 3 at the other: by 2 in each seed."""
     points = {"x": np.array([0.0, 1.0, 0.0, 1.0]), "y": np.array([0.0, 0.0, 1.0, 1.0])}
     rows = made_sweep.runs_of(points, lambda v, seed: {"score": seed + v["x"] * (1.0 + 2.0 * v["y"])}, seeds=3)
     found = Results(rows, made_sweep.described("x", "y")).paired("x", 0.0, 1.0, "score")
@@ -73,7 +73,7 @@ def test_a_run_without_the_metric_is_in_no_pair(tired_battery):
 
 
 def test_a_clear_difference_comes_first_despite_large_scatter_of_seeds():
-    """One point more in each of ten pairs; another factor moves more, but up in some seeds and down in others."""
+    """One more point in each of ten pairs; another factor moves more, but up in some seeds and down in others."""
     grid = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
 
     def play(values, seed):
@@ -95,7 +95,7 @@ def test_the_order_of_rows_changes_nothing(tired_battery):
     assert replace(tired_battery, rows=tired_battery.rows[::-1]).rows == tired_battery.rows
 
 
-def test_unknown_names_are_refused_with_the_known_ones(tired_battery):
+def test_unknown_names_are_refused_with_the_known_names(tired_battery):
     with pytest.raises(UnknownNameError, match=r"no column named 'scroe'\. Did you mean 'score'"):
         tired_battery.success("scroe >= 30")
     with pytest.raises(UnknownNameError, match=r"no factor named 'battery'\. Did you mean 'battery.charge'"):

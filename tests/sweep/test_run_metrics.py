@@ -1,4 +1,4 @@
-"""Metrics of shots, by the record of a run."""
+"""Metrics of shots, from the record of a run."""
 
 import math
 from types import SimpleNamespace
@@ -17,9 +17,9 @@ def played(heights, *, touched, scored):
     """Return the match of a shot that is at x = 0, 1, 2 ... m and at a height in each tick.
 
     Args:
-        heights: In ticks, the first as it leaves [m].
-        touched: The tick in which it first touches something.
-        scored: The tick in which it scores; None: it does not.
+        heights: Height in each tick, the first as the shot leaves [m].
+        touched: Tick in which the shot first touches something.
+        scored: Tick in which the shot scores; None if it does not.
     """
     state = SimpleNamespace(pos=np.zeros((1, 3)), status=np.array([PieceStatus.IN_FLIGHT]), kind=np.array([0]))
     pieces = SimpleNamespace(state=state, types=[SimpleNamespace(rest_height=0.075)], is_untouched=np.array([True]))

@@ -1,4 +1,4 @@
-"""The file of rows: what cannot be written is tried again; another version or a damaged file is one sentence."""
+"""File of rows: what cannot be written is tried again; another version or a damaged file is reported in a sentence."""
 
 import json
 import sqlite3
@@ -19,7 +19,7 @@ FOLDER = str(Path(__file__).parent)
 
 @pytest.mark.parametrize("more", [0, 1], ids=["as it is closed", "with the next one"])
 def test_rows_that_could_not_be_written_are_tried_again(tmp_path, caplog, more):
-    """The file may have no page more for a while."""
+    """For a while, no page can be added to the file."""
     rest = {"run": 0, "point": 0, "seed": 0, "version": "1", "error": "", "cpu_seconds": 1.0}
     with closing(RunStore(tmp_path)) as store:
         ((pages,),) = store._base.execute("PRAGMA page_count").fetchall()
@@ -47,11 +47,11 @@ def test_the_last_experiment_is_restored(tmp_path, monkeypatch):
         RunStore(tmp_path / "nowhere", must_exist=True)
 
 
-# --- another version, or damaged --------------------------------------------------------------------------------------
+# # --- another version, or damaged
 
 
 def sql(*commands):
-    """Run commands in the file."""
+    """Return a change that runs commands in the file."""
 
     def change(path):
         with closing(sqlite3.connect(path)) as base:
@@ -63,7 +63,7 @@ def sql(*commands):
 
 
 def told(table, column, **changes):
-    """Change fields of what a column has; `gone` takes one away."""
+    """Return a change of fields in a column; the value `gone` removes a field."""
 
     def change(path):
         with closing(sqlite3.connect(path)) as base:
@@ -139,7 +139,7 @@ SHORT = ["sweep_game:SMALL", "--seeds", "1", "--seconds", "0.04", "-j", "1"]
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
-    """Return the bytes of a store with one run, which is not played again."""
+    """Return the bytes of a store with a run that is not played again."""
     folder = tmp_path_factory.mktemp("store")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(FOLDER)
@@ -158,7 +158,9 @@ def store(tmp_path_factory):
         for name, change in changes.items()
     ],
 )
-def test_a_damaged_or_other_version_store_is_one_sentence(store, tmp_path, monkeypatch, capsys, words, change):
+def test_a_store_that_is_damaged_or_of_another_version_is_reported_in_a_single_sentence(
+    store, tmp_path, monkeypatch, capsys, words, change
+):
     monkeypatch.syspath_prepend(FOLDER)
     path = tmp_path / "runs" / FILE_NAME
     path.parent.mkdir()
@@ -171,7 +173,7 @@ def test_a_damaged_or_other_version_store_is_one_sentence(store, tmp_path, monke
     assert (path.read_bytes() if path.is_file() else None) == before, "it is left as it is"
 
 
-def test_a_repeated_run_warns_of_code_outside_the_current_folder_first(store, tmp_path, monkeypatch, caplog):
+def test_a_repeated_run_first_warns_of_code_outside_the_current_folder(store, tmp_path, monkeypatch, caplog):
     project = tmp_path / "elsewhere"
     project.mkdir()
     (project / "robot.py").write_text("raise SystemExit\n")

@@ -1,4 +1,4 @@
-"""Launches and flights of a shooter: those of a match, with the spreads of its scatter, from all sides."""
+"""Launches and flights of a shooter: the same as in a match, with the spreads of its scatter, from all sides."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ from simcore.world.ball_dynamics import make_memory
 from simcore.world.rotation import from_yaw
 
 
-def test_shots_leave_like_those_of_the_robots_shooter() -> None:
-    """Place, velocity and spin are `Shooter.released`'s, from both barrels."""
+def test_shots_leave_like_shots_of_the_robots_shooter() -> None:
+    """Place, velocity and spin are those of `Shooter.released`, from both barrels."""
     task = ShotTask(REBUILT)
     stand = Stand(3.0, 0.4)
     elevation, speed = np.array([1.1, 0.9]), np.array([7.0, 8.0])
@@ -39,7 +39,7 @@ def test_shots_leave_like_those_of_the_robots_shooter() -> None:
 
 
 def test_draws_have_the_spreads_of_the_scatter() -> None:
-    """Standard deviations of 20,000 draws are within 3 % of their own, which have an error of 0.5 %."""
+    """Standard deviations of 20,000 draws are within 3 % of the true ones; their standard error is 0.5 %."""
     scatter = Scatter()
     draws = ShotDraws.of(scatter, np.random.default_rng(1), 20_000)
     for found, wanted in (
@@ -52,8 +52,8 @@ def test_draws_have_the_spreads_of_the_scatter() -> None:
     assert (none.exit_speed == 1.0).all() and (none.azimuth == 0.0).all() and (none.drag == 1.0).all()
 
 
-def test_a_clean_shot_goes_in_from_all_sides_and_one_off_the_board_from_one() -> None:
-    """The second touches the board behind the hub, so that no table means it."""
+def test_a_clean_shot_goes_in_from_all_sides_and_a_shot_off_the_board_from_one_side() -> None:
+    """The second shot touches the board behind the hub, so no table recommends it."""
     draws, task = ShotDraws.of(Scatter(), np.random.default_rng(1), 500), ShotTask(REBUILT)
     for elevation, speed, least, most, is_clean in ((69.0, 7.37, 0.9, 1.0, True), (57.0, 7.6, 0.0, 0.5, False)):
         shares = [task.share(Stand(3.0, degrees(b)), degrees(elevation), speed, draws) for b in (0, 30, 60)]
@@ -62,7 +62,7 @@ def test_a_clean_shot_goes_in_from_all_sides_and_one_off_the_board_from_one() ->
 
 
 def test_shots_of_a_fixed_shooter_fly_in_a_match_as_predicted() -> None:
-    """Speed and elevation differ as a scatter has them: the same verdict, the same way within 1 mm until it ends."""
+    """Speed and elevation differ as in a scatter; the result is the same, and the path within 1 mm until it ends."""
     task, stand = ShotTask(REBUILT, low_shooter(REBUILT.robot())), Stand(3.0, 0.0)
     verdicts = []
     with RealShots(task, seed=1) as real:

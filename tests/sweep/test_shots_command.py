@@ -1,4 +1,4 @@
-"""`simcore shots`, its table (shot_table.py) and its files (shot_files.py), by one run that all tests read."""
+"""`simcore shots`, its table (shot_table.py) and its files (shot_files.py), tested on a single run."""
 
 import csv
 import math
@@ -24,12 +24,12 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 @pytest.fixture(scope="module")
 def made():
-    """Three distances; at 4 m straight on the second barrel would hit the tower, and at 7 m there is no place."""
+    """Return a table of three distances: 4 m is partly blocked by the tower, and at 7 m there is no place."""
     task = ShotTask(REBUILT)
     return SimpleNamespace(task=task, table=make_table(task, (2.5, 4.0, 7.0)))
 
 
-def test_a_row_has_the_best_margin_and_a_shot_of_the_shooter(made) -> None:
+def test_a_row_has_the_best_margin_and_a_shot_that_the_shooter_can_make(made) -> None:
     shooter = REBUILT.robot().shooters[0]
     for row in made.table.feasible:
         usable = row.band.inside & made.task.can_tilt(row.band.elevations)[:, None]
@@ -46,8 +46,8 @@ def test_a_row_has_the_best_margin_and_a_shot_of_the_shooter(made) -> None:
     assert "no place" in far.problem and far.share is None and far.shot["speed_mps"] is None
 
 
-def test_shares_hold_for_other_draws_and_the_intended_shot_scores_in_a_match(made) -> None:
-    """Shares of 1,024 and of 4,000 draws differ by less than 4 standard errors of such a difference."""
+def test_the_shares_hold_for_other_draws_and_the_intended_shot_scores_in_a_match(made) -> None:
+    """Shares of 1,024 and of 4,000 draws differ by less than 4 standard errors of their difference."""
     draws = ShotDraws.of(Scatter(), np.random.default_rng(99), 4000)
     for row in made.table.feasible:
         share = made.task.share(row.stand, row.elevation, row.speed, draws)
@@ -58,7 +58,7 @@ def test_shares_hold_for_other_draws_and_the_intended_shot_scores_in_a_match(mad
             assert all(real.shoot(row.stand, row.elevation, row.speed) for row in made.table.feasible)
 
 
-def test_the_csv_has_each_row_and_the_module_interpolates_between_them(made) -> None:
+def test_the_csv_has_each_row_and_the_module_interpolates_between_rows(made) -> None:
     rows = list(csv.DictReader(table_csv(made.table).splitlines()))
     assert [row["feasible"] for row in rows] == ["True", "True", "False"] and rows[2]["speed_mps"] == ""
     module: dict = {}
@@ -92,14 +92,14 @@ def test_the_page_has_the_best_shot_and_curves_over_distance(made) -> None:
         (["shots", "rebuilt", "--set", "robot.shooters.*.exit_eficiency=0.4"], "exit_efficiency"),
     ],
 )
-def test_invalid_options_end_with_one_sentence(tmp_path, monkeypatch, capsys, words, sentence) -> None:
+def test_invalid_options_give_an_error_in_a_single_sentence(tmp_path, monkeypatch, capsys, words, sentence) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(words) == 1
     assert sentence in " ".join(capsys.readouterr().err.split())
 
 
 def test_documented_commands_write_their_files(tmp_path, monkeypatch, capsys, whole) -> None:
-    """Run the documented command as written; without `--whole`, for one distance only."""
+    """Run the documented command as written, but for a single distance without `--whole`."""
     monkeypatch.chdir(tmp_path)
     lines = re.findall(r"^simcore shots .*$", (DOCS / "shots.md").read_text(encoding="utf-8"), re.MULTILINE)
     (line,) = lines

@@ -1,4 +1,4 @@
-"""The command: what it prints, keeps, repeats and refuses."""
+"""Command `simcore sweep`: what it prints, keeps, repeats and refuses."""
 
 import csv
 from functools import partial
@@ -20,7 +20,7 @@ def sweep_here(real, experiment, *, workers, **rest):
 
 @pytest.fixture(autouse=True)
 def here(monkeypatch):
-    """Runs are played in this process."""
+    """Play runs in this process."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     monkeypatch.setattr("simcore.sweep.sweep_command.sweep", partial(sweep_here, sweep))
 

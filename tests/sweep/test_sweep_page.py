@@ -1,4 +1,4 @@
-"""Page and summary of a sweep: what is on them. What blocks look like is the affair of `simcore.show.report`."""
+"""Contents of the page and the summary of a sweep; how blocks look is tested for `simcore.show.report`."""
 
 import re
 from dataclasses import replace
@@ -15,14 +15,14 @@ CONDITION = "score >= 25"
 
 @pytest.fixture(scope="module")
 def results():
-    """Return 120 runs, one of which failed."""
+    """Return 120 runs, of which one failed."""
     results = made_sweep.tired_battery()
     rows = [dict(row) for row in results.rows]
     rows[5]["error"] = "TimeoutError: <b>took more than 60 s</b>"
     return replace(results, rows=rows)
 
 
-def test_the_page_shows_the_share_of_success_first_then_factors_and_metrics(results, tmp_path):
+def test_the_page_shows_the_share_of_successes_first_and_then_factors_and_metrics(results, tmp_path):
     page = sweep_page(results, CONDITION, tmp_path / "two words")
     head, bar, *blocks = made_sweep.blocks_of(page)
     share = results.success(CONDITION)
@@ -46,7 +46,7 @@ def test_the_page_shows_the_share_of_success_first_then_factors_and_metrics(resu
     ]
 
 
-def test_two_variants_are_on_one_axis(results, tmp_path):
+def test_two_variants_share_an_axis(results, tmp_path):
     rows = [{**row, "auto": "old" if row["battery.charge"] == 0.3 else "new"} for row in results.rows]
     both = replace(results, rows=[row for row in rows if row["battery.charge"] != 0.65],
                    experiment=made_sweep.described("auto", "robot.mass"))  # fmt: skip
@@ -72,7 +72,7 @@ def test_the_summary_has_differences_shares_and_percentiles(results):
     assert said[-1] == "  TimeoutError: <b>took more than 60 s</b> (1 run)"
 
 
-def test_a_sweep_without_successes_has_a_page_that_says_so(tmp_path):
+def test_the_page_of_a_sweep_without_successes_says_so(tmp_path):
     results = made_sweep.tired_battery()
     names = ("run", "point", "seed", "battery.charge", "robot.mass", "cpu_seconds")
     rows = [{**{name: row[name] for name in names}, "error": "ConfigError: no auto"} for row in results.rows]
@@ -83,7 +83,7 @@ def test_a_sweep_without_successes_has_a_page_that_says_so(tmp_path):
     assert head["text"].startswith("120 runs at 6 points")
 
 
-def test_words_are_side_by_side_and_many_values_are_one_point_per_run(tmp_path):
+def test_words_are_side_by_side_and_many_values_give_a_point_for_each_run(tmp_path):
     points = {"robot.mass": np.linspace(40.0, 60.0, 40)}
     rows = made_sweep.runs_of(points, lambda values, seed: {"score": values["robot.mass"] // 1})
     many = made_sweep.Results(rows, made_sweep.described("robot.mass"))
@@ -96,7 +96,7 @@ def test_words_are_side_by_side_and_many_values_are_one_point_per_run(tmp_path):
     assert over["xNames"] == ["right", "left"] and over["series"][0]["x"] == [0, 1]
 
 
-def test_whole_numbers_have_one_bar_each_and_all_runs_are_in_bars():
+def test_each_whole_number_has_a_bar_and_all_runs_are_in_bars():
     assert _bin_edges(np.array([3.0, 4.0, 4.0, 7.0])).tolist() == [2.5, 3.5, 4.5, 5.5, 6.5, 7.5]
     for values in (np.full(9, 12.25), np.linspace(0.0, 1.3, 50), np.arange(1000.0), np.array([])):
         assert np.histogram(values, _bin_edges(values))[0].sum() == len(values)

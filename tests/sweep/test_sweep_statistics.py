@@ -1,4 +1,4 @@
-"""Shares, intervals and differences against published values and closed forms."""
+"""Shares, intervals and differences, compared with published values and closed forms."""
 
 import math
 
@@ -25,14 +25,14 @@ from simcore.sweep.sweep_statistics import paired_difference, wilson_share
         (38, 50, 0.6259, 0.8570),
     ],
 )
-def test_wilsons_interval_agrees_with_published_tables(k, n, lower, upper):
+def test_the_interval_of_wilson_agrees_with_published_tables(k, n, lower, upper):
     share = wilson_share(k, n)
     assert (share.lower, share.upper) == pytest.approx((lower, upper), abs=5e-5)
 
 
 @given(n=st.integers(1, 2000), data=st.data(), confidence=st.floats(0.5, 0.999))
-def test_the_ends_are_where_the_score_test_just_holds(n, data, confidence):
-    """At each end p0 the count is z standard deviations of p0 away: (p - p0)^2 n = z^2 p0 (1 - p0)."""
+def test_the_interval_ends_where_the_score_test_just_accepts(n, data, confidence):
+    """At each end p0, the count is z standard deviations of p0 away: (p - p0)^2 n = z^2 p0 (1 - p0)."""
     k = data.draw(st.integers(0, n))
     share = wilson_share(k, n, confidence)
     z = ndtri(0.5 + confidence / 2)
@@ -53,7 +53,7 @@ def test_impossible_counts_and_confidences_are_refused():
 
 
 def test_a_known_difference_is_found_in_noise_common_to_the_seeds():
-    """Seeds scatter by 10, variants differ by 2 with a scatter of 1: pairs see it, two unpaired groups of 40 would not.
+    """Seeds scatter by 10; variants differ by 2 with a scatter of 1, which two unpaired groups of 40 would not show.
 
     The interval of the mean is about that of Student's t: 2.023 s / sqrt(40) to both sides.
     """
@@ -84,7 +84,7 @@ def test_invalid_pairs_are_refused():
 @pytest.mark.parametrize(("seeds", "least"), [(3, 0.9), (10, 0.92), (50, 0.93)])
 @pytest.mark.parametrize("draw", ["normal", "exponential"])
 def test_intervals_of_paired_differences_have_about_their_stated_coverage(seeds, least, draw, whole, monkeypatch):
-    """Means of skewed differences of few seeds are held less often than 95 %, as by every interval."""
+    """For few seeds with skewed differences, the mean is in an interval less often than 95 %, as with any interval."""
     monkeypatch.setattr("simcore.sweep.sweep_statistics._RESAMPLES", 400)
     rng, count = np.random.default_rng(3), 2000 if whole else 300
     skew = 0.07 if draw == "exponential" else 0.0
@@ -98,7 +98,7 @@ def test_intervals_of_paired_differences_have_about_their_stated_coverage(seeds,
 
 
 def test_a_difference_below_the_printed_digits_counts_as_zero():
-    """The same code against itself differs by the last bits; three digits are printed."""
+    """Results of the same code differ in the last bits; three digits are printed."""
     first = np.linspace(20.0, 30.0, 50)
     for second in (first + 6e-10, first * (1.0 + 2e-4)):
         difference = paired_difference(first, second)

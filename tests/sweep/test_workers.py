@@ -1,4 +1,4 @@
-"""Processes of runs: equal rows from everybody who plays them, and nothing that goes wrong loses or doubles one."""
+"""Processes of runs: whoever plays them, rows are equal, and no fault loses or doubles a row."""
 
 import json
 import os
@@ -39,13 +39,13 @@ def experiment(**settings):
 
 @pytest.fixture(autouse=True)
 def importable(monkeypatch):
-    """Find the game as workers find a team's own module."""
+    """Make the game importable, as a team's own module is for workers."""
     monkeypatch.syspath_prepend(FOLDER)
 
 
 @pytest.fixture
 def cluster(request, tmp_path):
-    """Start a Dask cluster of so many worker processes, 0: of one worker in the scheduler's process."""
+    """Start a Dask cluster with a number of worker processes; with 0, a worker is in the scheduler's process."""
     code = tmp_path / "cluster.py"
     code.write_text(CLUSTER.format(workers=max(1, request.param), processes=bool(request.param)))
     with subprocess.Popen(
@@ -65,8 +65,8 @@ def test_all_kinds_of_workers_give_equal_rows(cluster, whole):
         assert same(sweep(plan, workers=workers)) == plain
 
 
-def test_an_error_of_a_run_is_only_in_its_row(tmp_path, monkeypatch):
-    """Of one process that is killed nothing is lost and nothing comes twice, in the store either."""
+def test_the_error_of_a_run_is_only_in_its_own_row(tmp_path, monkeypatch):
+    """If a process is killed, no row is lost and no row comes twice, even in the store."""
     monkeypatch.setenv("SWEEP_GAME_MARK", str(tmp_path / "mark"))
     deeds = ("die_once", "fail", "hang", "die", "leave")
     wrong = experiment(factors=(parse_factor(f"auto={','.join(deeds)}"),), seeds=(1, 2, 3), timeout=6.0)
@@ -80,7 +80,7 @@ def test_an_error_of_a_run_is_only_in_its_row(tmp_path, monkeypatch):
     assert errors.pop("die") == "its process died (SIGKILL(-9)); its last words: so much for that"
     assert errors.pop("leave").startswith("SystemExit: 3 (sweep_game.py, line ")
     assert errors == {} and {row["seed"] for row in results.failures} == {2}
-    for seed in (1, 2, 3):  # what drives on drives as everybody
+    for seed in (1, 2, 3):  # # autos that drive give the same digest
         assert len({row["digest"] for row in results.finished if row["seed"] == seed}) == 1, seed
     assert stored_runs(tmp_path / "runs.sqlite") == 3 * len(deeds)
 
@@ -103,7 +103,7 @@ def test_a_missing_scheduler_is_reported(monkeypatch):
 
 
 @pytest.mark.parametrize("cluster", [0], indirect=True)
-def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_keeps_its_rows(cluster, tmp_path):
+def test_a_lost_scheduler_ends_the_sweep_with_an_error_and_keeps_its_rows(cluster, tmp_path):
     process, address = cluster
     rows = []
 
@@ -118,7 +118,7 @@ def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_keeps_its_rows(clus
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for children as Linux has them")
 def test_killed_sweeps_leave_no_process_and_lose_or_repeat_no_row(tmp_path, whole):
-    """The sweep or one of its workers is ended, somewhere; each time it is started again and goes on."""
+    """The sweep or one of its workers is killed at some time; each time it is started again and continues."""
     seeds, store, rng = 600, tmp_path / "runs.sqlite", np.random.default_rng(6)
     words = ["sweep", "sweep_game:SMALL", "--seconds", "0.1", "--seeds", str(seeds), "-j", "2", "--out", str(tmp_path)]
     command = [sys.executable, "-c", "import sys; from simcore import cli; sys.exit(cli.main(sys.argv[1:]))", *words]
@@ -155,5 +155,5 @@ def test_killed_sweeps_leave_no_process_and_lose_or_repeat_no_row(tmp_path, whol
 def stored_runs(store):
     try:
         return sqlite3.connect(store).execute("SELECT count(*) FROM runs").fetchone()[0]
-    except sqlite3.OperationalError:  # not made yet
+    except sqlite3.OperationalError:  # # not made yet
         return 0

@@ -1,4 +1,4 @@
-"""A run whose every value follows from its tick."""
+"""Snapshots whose every value follows from the tick."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from simcore.telemetry.snapshot import Snapshot
 
 
 def make_snapshot(tick: int, *, pieces: int = 504, dt: float = 0.02) -> Snapshot:
-    """A snapshot whose every value follows from its tick."""
+    """Return a snapshot whose every value follows from its tick."""
     rows = np.zeros((pieces, 7))
     rows[:, 0] = np.arange(pieces) + 0.001 * tick
     rows[:, 1] = -tick

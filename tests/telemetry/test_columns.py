@@ -1,4 +1,4 @@
-"""Columns: each key keeps its own, gaps are no values, and only what is new comes out of `Changes`."""
+"""Columns: each key keeps its column, gaps have no value, and `Changes` yields only new values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simcore.match.match import Match
 from simcore.telemetry.columns import FIELDS, Changes, Columns, Table
 
 
-def test_a_row_is_read_by_key_without_its_gaps_also_after_the_table_has_grown() -> None:
+def test_a_row_is_read_by_key_without_gaps_even_after_the_table_has_grown() -> None:
     table = Table("integers")
     assert [table.place(key) for key in ("a", "b", "a", "c")] == [0, 1, 0, 2]
     block = table.empty()
@@ -26,7 +26,7 @@ def test_a_row_is_read_by_key_without_its_gaps_also_after_the_table_has_grown() 
 
 
 @pytest.mark.parametrize("field", FIELDS)
-def test_rows_of_another_table_and_mappings_find_their_own_columns(field: str) -> None:
+def test_rows_of_other_tables_and_mappings_are_moved_to_the_right_columns(field: str) -> None:
     shape = FIELDS[field][1]
     values = {key: np.full(shape, k) if shape else k for k, key in enumerate("ab")}
     other, mine = Table(field), Table(field)
@@ -38,7 +38,7 @@ def test_rows_of_another_table_and_mappings_find_their_own_columns(field: str) -
     assert other.row(Columns(other, block)) is block, "its own row as it is"
 
 
-def test_what_changes_comes_once_bit_by_bit() -> None:
+def test_a_change_is_yielded_once_and_compared_bit_by_bit() -> None:
     changes = Changes("doubles")
     rows = [{"x": 0.0, "y": 1.0}, {"x": -0.0, "y": 1.0}, {"y": 1.0}, {"x": -0.0, "z": math.nan}, {"z": math.nan}]
     found = [changes.of(row) for row in rows]
@@ -47,7 +47,7 @@ def test_what_changes_comes_once_bit_by_bit() -> None:
     assert math.copysign(1.0, found[1][1][0]) == -1.0
 
 
-def test_a_robot_program_adds_a_channel_with_one_line_at_any_time() -> None:
+def test_a_robot_program_can_add_a_channel_at_any_time() -> None:
     with Match.bare() as match:
         match.tick()
         assert "Sim/Turns" not in match.snapshot().doubles
@@ -59,6 +59,6 @@ def test_a_robot_program_adds_a_channel_with_one_line_at_any_time() -> None:
             match.snapshot()
 
 
-def test_a_channel_has_one_of_the_kinds() -> None:
+def test_a_channel_of_an_unknown_kind_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="Did you mean 'boolean'"):
         Channel("IsHome", "bool", lambda robot: True, "")

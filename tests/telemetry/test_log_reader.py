@@ -1,4 +1,4 @@
-"""Logs read back: ours, WPILib's and AdvantageKit's; whole, cut off, damaged and foreign."""
+"""Reading of logs: ours, WPILib's and AdvantageKit's; whole, cut off, damaged and foreign."""
 
 import struct
 from pathlib import Path
@@ -27,14 +27,14 @@ def start(entry: int, name: str, kind: str, micros: int = 0) -> bytes:
 
 
 def record(entry: int, payload: bytes, micros: int) -> bytes:
-    """As short as WPILib's writer makes it: one byte each, three for the time."""
+    """Return a record as short as WPILib's writer makes it: one byte each, and three for the time."""
     return bytes([0b0_010_00_00, entry, len(payload)]) + micros.to_bytes(3, "little") + payload
 
 
 HEADER = b"WPILOG" + struct.pack("<HI", 0x0100, 3) + b"abc"
 
 
-def test_every_value_comes_back_at_its_time(path: Path, snapshots: list[Snapshot]) -> None:
+def test_every_value_is_read_back_at_its_time(path: Path, snapshots: list[Snapshot]) -> None:
     log = read_log(path)
     assert not log.ends_early
     assert log.span == pytest.approx((snapshots[0].time, snapshots[-1].time))
@@ -55,7 +55,7 @@ def test_every_value_comes_back_at_its_time(path: Path, snapshots: list[Snapshot
     assert log.snapshot_at(0.0).poses == {}
 
 
-def test_columns_are_those_that_wpilib_reads(path: Path) -> None:
+def test_the_columns_are_those_that_wpilib_reads(path: Path) -> None:
     names, mine, theirs = {}, read_log(path), {}
     for entry in DataLogReader(str(path)):
         if entry.isStart():
@@ -72,7 +72,7 @@ def test_columns_are_those_that_wpilib_reads(path: Path) -> None:
         assert [column.payload(i) for i in range(len(column))] == [raw for _, raw in values]
 
 
-def test_numbers_and_poses_as_arrays(path: Path, snapshots: list[Snapshot]) -> None:
+def test_numbers_and_poses_are_read_as_arrays(path: Path, snapshots: list[Snapshot]) -> None:
     log = read_log(path)
     times, values = log.series("Sim/Robot/GroundClearance")
     assert values.tolist() == pytest.approx([s.doubles["Sim/Robot/GroundClearance"] for s in snapshots])
@@ -87,7 +87,7 @@ def test_numbers_and_poses_as_arrays(path: Path, snapshots: list[Snapshot]) -> N
         log.series("Sim/Score/Totl")
 
 
-def test_a_log_cut_anywhere_gives_what_came_before(path: Path, tmp_path: Path) -> None:
+def test_a_log_cut_off_anywhere_gives_everything_before_the_cut(path: Path, tmp_path: Path) -> None:
     whole = path.read_bytes()
     full = {key: len(column) for key, column in read_log(path).columns.items()}
     cut = tmp_path / "cut.wpilog"
@@ -105,7 +105,7 @@ def test_a_log_cut_anywhere_gives_what_came_before(path: Path, tmp_path: Path) -
     assert seen_early > 50
 
 
-def test_garbage_in_the_middle_ends_the_log_there(path: Path, tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_garbage_in_the_middle_ends_a_log_there(path: Path, tmp_path: Path, snapshots: list[Snapshot]) -> None:
     whole = path.read_bytes()
     broken = tmp_path / "broken.wpilog"
     broken.write_bytes(whole[: len(whole) // 2] + b"\xff" * 2000)
@@ -115,7 +115,7 @@ def test_garbage_in_the_middle_ends_the_log_there(path: Path, tmp_path: Path, sn
 
 
 def test_logs_with_short_records_foreign_types_and_unordered_times_are_read(tmp_path: Path) -> None:
-    """Logs of AdvantageKit and merged logs have other names, short fields, late records and two entries per key."""
+    """AdvantageKit logs and merged logs have other names, short fields, late records and two entries per key."""
     number = struct.Struct("<d").pack
     path = tmp_path / "foreign.wpilog"
     path.write_bytes(
@@ -155,7 +155,7 @@ def test_logs_with_short_records_foreign_types_and_unordered_times_are_read(tmp_
         (HEADER, "holds no record"),
     ],
 )
-def test_what_is_no_log_is_said_in_one_sentence(tmp_path: Path, content: bytes, words: str) -> None:
+def test_a_file_that_is_not_a_log_is_refused_in_one_sentence(tmp_path: Path, content: bytes, words: str) -> None:
     path = tmp_path / "x.wpilog"
     path.write_bytes(content)
     with pytest.raises(LogError, match=words) as caught:
@@ -163,7 +163,7 @@ def test_what_is_no_log_is_said_in_one_sentence(tmp_path: Path, content: bytes, 
     assert "x.wpilog" in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_a_missing_log_and_a_folder(tmp_path: Path) -> None:
+def test_a_missing_log_and_a_folder_are_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "none.wpilog", tmp_path):
         with pytest.raises(LogError, match="cannot read the log"):
             read_log(path)

@@ -13,7 +13,7 @@ def centers(recording: Recording, time: float) -> np.ndarray:
     return recording.array_at("Sim/GamePieces/Fuel", time)[:, :3]
 
 
-def test_columns_are_what_was_published() -> None:
+def test_recorded_columns_are_the_published_values() -> None:
     recording = recorded(50)
     times, volts = recording.series("Sim/Debug/BatteryVoltage")
     assert times == pytest.approx(0.02 * np.arange(1, 51))
@@ -25,7 +25,7 @@ def test_columns_are_what_was_published() -> None:
     assert recording.series("Sim/Robot/IsAirborne")[1].tolist() == [0.0] * 21 + [1.0] * 29
 
 
-def test_pieces_are_kept_every_second_tick_and_the_newest_is_found() -> None:
+def test_pieces_are_kept_every_second_tick_and_the_newest_rows_are_found() -> None:
     recording = recorded(50)
     shown = [(snapshot.time, snapshot.pose_arrays["Sim/GamePieces/Fuel"]) for snapshot in recording.snapshots()]
     kept = [time for row, (time, rows) in enumerate(shown) if not row or rows is not shown[row - 1][1]]
@@ -38,7 +38,7 @@ def test_pieces_are_kept_every_second_tick_and_the_newest_is_found() -> None:
     assert recording.array_at("Sim/GamePieces/Fuel", 0.5).shape == (100, 7)
 
 
-def test_snapshots_come_back_as_they_went_in() -> None:
+def test_recorded_snapshots_are_read_back() -> None:
     recording = recorded(7)
     for tick, back in enumerate(recording.snapshots()):
         sent = snapshot(tick)
@@ -55,7 +55,7 @@ def test_snapshots_come_back_as_they_went_in() -> None:
     assert tick == 6
 
 
-def test_texts_and_arrays_of_integers() -> None:
+def test_texts_and_integer_arrays_are_read_back() -> None:
     recording = recorded(20)
     times, texts = recording.strings("Sim/Match/Period")
     assert texts == ["auto"] * 4 + ["teleop"] * 16 and times == pytest.approx(recording.times)
@@ -65,7 +65,7 @@ def test_texts_and_arrays_of_integers() -> None:
     assert {"few", "Sim/Match/Period"} <= set(recording.keys)
 
 
-def test_keys_that_come_and_go_leave_gaps() -> None:
+def test_keys_that_are_missing_at_times_leave_gaps() -> None:
     recording = Recording()
     for tick, keys in enumerate((("a",), ("a", "b"), ("b",), ("a", "b"))):
         time = 0.02 * (tick + 1)
@@ -84,14 +84,14 @@ def test_keys_that_come_and_go_leave_gaps() -> None:
     assert [sorted(s.poses) for s in recording.snapshots()] == [["a"], ["a", "b"], ["b"], ["a", "b"]]
 
 
-def test_turned_poses_of_a_long_array_keep_their_turn() -> None:
+def test_poses_of_long_arrays_keep_their_rotation() -> None:
     recording, turned = Recording(), np.tile([1.0, 2.0, 3.0, 0.6, 0.0, 0.0, 0.8], (70, 1))
     recording.write(Snapshot(time=0.02, tick=0, pose_arrays={"many": turned, "few": turned[:3]}))
     assert recording.array_at("many", 1.0) == pytest.approx(turned, abs=1e-6)
     assert np.array_equal(recording.array_at("few", 1.0), turned[:3])
 
 
-def test_a_jump_back_in_time_begins_a_new_run() -> None:
+def test_a_jump_back_in_time_starts_a_new_run() -> None:
     recording = recorded(50)
     recording.write(replace(snapshot(0), doubles={"new": 1.0}))
     assert len(recording) == 1
@@ -99,8 +99,8 @@ def test_a_jump_back_in_time_begins_a_new_run() -> None:
     assert centers(recording, 9.9) == pytest.approx(places(0.02), abs=1e-6)
 
 
-def test_a_second_snapshot_of_one_time_takes_the_place_of_the_first() -> None:
-    """As a match ends, what fell short is told once more with the last tick."""
+def test_a_second_snapshot_of_one_time_replaces_the_first() -> None:
+    """At the end of a match, shortfalls are published again with the last tick."""
     recording, last = recorded(3), snapshot(2)
     recording.write(replace(last, doubles={**last.doubles, "new": 1.0}, strings={"Sim/Warnings": "nothing held"}))
     assert recording.times == pytest.approx([0.02, 0.04, 0.06])
@@ -124,8 +124,8 @@ def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
     assert len(rows) == len(recording.series("Sim/Score/Blue")[1]) == len(times) == len(recording)
 
 
-def test_all_events_come_back_from_the_newest_whatever_is_forgotten_and_begin_anew_with_their_numbers() -> None:
-    """Event k at tick k; each tick shows the newest ten, and the recording takes each fifth tick and keeps 2 s."""
+def test_all_events_are_kept_and_restart_with_their_numbers() -> None:
+    """Event k occurs at tick k; each tick shows the newest ten, and the recording keeps every fifth tick for 2 s."""
     recording = Recording(period=0.1, seconds=2.0)
 
     def play(first: int, last: int, so_far: int) -> None:
@@ -153,7 +153,7 @@ def test_all_events_come_back_from_the_newest_whatever_is_forgotten_and_begin_an
     assert [row[0] for _, row in recording.events("Sim/NewestTakenIn")] == [*range(1, 6)]
 
 
-def test_unknown_names_and_bad_settings() -> None:
+def test_unknown_names_and_invalid_settings_are_refused() -> None:
     recording = recorded(3)
     with pytest.raises(UnknownNameError, match="Did you mean 'Sim/Score/Blue'"):
         recording.series("Sim/Score/Blu")

@@ -1,4 +1,4 @@
-"""Sinks in memory, their rate, and a guard against full disks."""
+"""Sinks: their rate in memory, and a guard against full disks."""
 
 import sys
 from pathlib import Path
@@ -14,15 +14,15 @@ from simcore.telemetry.wpilog import WpilogSink
 
 
 @given(period=st.integers(1, 50), ticks=st.integers(1, 2000))
-def test_every_slot_is_taken_once(period: int, ticks: int) -> None:
-    """A period of k ticks gives one snapshot per k ticks, plus the one of the slot that was begun."""
+def test_every_time_slot_gets_one_snapshot(period: int, ticks: int) -> None:
+    """A period of k ticks gives one snapshot per k ticks, plus one for the slot that has begun."""
     cadence = Cadence(period * 0.02)
     taken = sum(cadence.take(0.02 * tick) for tick in range(ticks))
     assert taken == (ticks - 1) // period + 1
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
-def test_a_full_disk_is_said_once_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_once_and_does_not_end_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     monkeypatch.setattr("simcore.telemetry.wpilog.WpilogSink._flush", _flush_later(WpilogSink._flush))
     sink = GuardedSink(WpilogSink("/dev/full"), said.append)
@@ -39,7 +39,7 @@ def test_a_full_disk_is_said_once_and_ends_nothing(monkeypatch: pytest.MonkeyPat
 
 
 def _flush_later(flush):  # type: ignore[no-untyped-def]
-    """The header, written at once, would already fail to create the log: here the disk fills up later."""
+    """Return a `_flush` that skips the header, so that the disk fills up only later."""
 
     def wrapped(self, micros):  # type: ignore[no-untyped-def]
         if micros:
@@ -48,7 +48,7 @@ def _flush_later(flush):  # type: ignore[no-untyped-def]
     return wrapped
 
 
-def test_our_own_mistakes_still_raise(tmp_path: Path) -> None:
+def test_programming_errors_still_raise(tmp_path: Path) -> None:
     sink = GuardedSink(WpilogSink(tmp_path / "x.wpilog"), sys.exit)
     sink.write(Snapshot(time=0.02, tick=0, doubles={"a": 1.0}))
     with pytest.raises(ConfigError, match="one key has one type"):

@@ -17,7 +17,7 @@ log = pytest.importorskip("wpiutil.log", reason="WPILib's own reader checks what
 
 
 def read(path: Path) -> tuple[dict[str, str], dict[str, list[tuple[int, bytes]]]]:
-    """Types and (microseconds, payload) by name, by WPILib's reader."""
+    """Return types and (microseconds, payload) pairs by name, from WPILib's reader."""
     reader = log.DataLogReader(str(path))
     assert reader.isValid()
     assert reader.getVersion() == 0x0100
@@ -84,7 +84,7 @@ def test_schemas_are_those_of_wpimath(tmp_path: Path) -> None:
     assert {name.removeprefix("NT:/.schema/"): rows[0][1] for name, rows in values.items()} == expected
 
 
-def test_numbers_are_written_when_they_change(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_numbers_are_written_only_when_they_change(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     _, values = read(written(tmp_path / "run.wpilog", snapshots))
     assert len(values["NT:/Sim/Robot/GroundClearance"]) == 20
     assert values["NT:/Sim/Debug/HoodAngleDeg"] == [(20_000, np.float64(25.0).tobytes())]
@@ -94,7 +94,7 @@ def test_numbers_are_written_when_they_change(tmp_path: Path, snapshots: list[Sn
     assert airborne == [(20_000, b"\0"), (200_000, b"\1"), (220_000, b"\0"), (400_000, b"\1")]
 
 
-def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) -> None:
+def test_long_arrays_are_written_less_often_and_no_value_twice(tmp_path: Path) -> None:
     long, short = np.zeros((100, 7)), np.zeros((16, 7))
     rows = []
     for k in range(1, 13):
@@ -106,7 +106,7 @@ def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) ->
     assert [stamp for stamp, _ in values["NT:/parts"]] == [20_000, *range(140_000, 240_001, 20_000)]
 
 
-def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_path: Path) -> None:
+def test_held_pieces_are_written_less_often_and_all_last_values_at_the_end(tmp_path: Path) -> None:
     rows = [
         Snapshot(
             time=0.02 * k,
@@ -134,7 +134,7 @@ def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_p
     assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/NewestShots"]) == 260
 
 
-def test_times_beyond_the_short_form_of_a_record_read_back(tmp_path: Path) -> None:
+def test_times_beyond_the_short_form_of_a_record_are_read_back(tmp_path: Path) -> None:
     """Four bytes of microseconds are 71.6 minutes."""
     times = (4294.96, 4294.98, 5000.0)
     rows = [Snapshot(time=time, tick=k, doubles={"x": time}) for k, time in enumerate(times)]
@@ -144,8 +144,8 @@ def test_times_beyond_the_short_form_of_a_record_read_back(tmp_path: Path) -> No
     assert read_log(path).series("x")[0].tolist() == list(times)
 
 
-def test_wpilib_unpacks_every_kind(tmp_path: Path, snapshots: list[Snapshot]) -> None:
-    """Poses, states of modules, texts and arrays of integers; arrays without a row are said once."""
+def test_wpilib_decodes_every_kind_of_value(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    """Poses, module states, texts and integer arrays; empty arrays are written once."""
     geometry = pytest.importorskip("wpimath.geometry")
     from wpimath.kinematics import SwerveModuleState
     from wpiutil import wpistruct
@@ -175,7 +175,7 @@ def test_wpilib_unpacks_every_kind(tmp_path: Path, snapshots: list[Snapshot]) ->
     assert periods == [(20_000, "auto"), (320_000, "Übergang")]
 
 
-def test_nan_is_written_once(tmp_path: Path) -> None:
+def test_a_constant_nan_is_written_once(tmp_path: Path) -> None:
     rows = [Snapshot(time=0.02 * k, tick=k, doubles={"x": float("nan")}, integers={"n": -(2**63)}) for k in range(3)]
     _, values = read(written(tmp_path / "run.wpilog", rows))
     assert len(values["NT:/x"]) == 1
@@ -200,17 +200,17 @@ def test_an_array_changed_in_place_is_logged_again(tmp_path: Path, shape: tuple[
     assert [stamp for stamp, _ in values["NT:/rows"]] == [0, 40_000]
 
 
-def test_period_and_prefix(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_period_and_prefix_apply_to_every_key(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     _, values = read(written(tmp_path / "run.wpilog", snapshots, period=0.1, prefix="/"))
     assert [stamp for stamp, _ in values["/Sim/Robot/Pose3d"]] == [20_000, 100_000, 200_000, 300_000, 400_000]
 
 
-def test_same_run_gives_the_same_file(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_one_run_always_gives_the_same_file(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     one, two = written(tmp_path / "1.wpilog", snapshots), written(tmp_path / "2.wpilog", snapshots)
     assert one.read_bytes() == two.read_bytes()
 
 
-def test_killed_run_leaves_a_readable_log(tmp_path: Path) -> None:
+def test_a_killed_run_leaves_a_readable_log(tmp_path: Path) -> None:
     path = tmp_path / "killed.wpilog"
     script = """
 import os, sys
@@ -225,11 +225,11 @@ os.kill(os.getpid(), 9) if hasattr(os, "fork") else os._exit(9)
     result = subprocess.run([sys.executable, "-c", script, str(path)], cwd=Path.cwd(), timeout=60, check=False)
     assert result.returncode != 0
     _, values = read(path)
-    # flushed each simulated second: 3 of the 3.48 s
+    # flushed every simulated second: 3 of 3.48 s
     assert [np.frombuffer(payload)[0] for _, payload in values["NT:/x"]] == [float(k) for k in range(1, 151)]
 
 
-def test_folders_are_made_and_a_file_is_overwritten(tmp_path: Path) -> None:
+def test_missing_folders_are_made_and_an_existing_file_is_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "out" / "deep" / "run.wpilog"
     for _ in range(2):
         written(path, [Snapshot(time=0.0, tick=0, doubles={"x": 1.0})])
@@ -237,7 +237,7 @@ def test_folders_are_made_and_a_file_is_overwritten(tmp_path: Path) -> None:
     assert len(values["NT:/x"]) == 1
 
 
-def test_unwritable_log_raises_at_once(tmp_path: Path) -> None:
+def test_an_unwritable_log_raises_at_once(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for bad in (tmp_path, tmp_path / "file" / "run.wpilog"):
         with pytest.raises(OutputError, match="for example") as caught:
@@ -246,12 +246,12 @@ def test_unwritable_log_raises_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
-def test_full_disk_ends_the_log_with_one_sentence() -> None:
+def test_a_full_disk_ends_the_log_with_one_sentence() -> None:
     with pytest.raises(OutputError, match="No space left"):
         WpilogSink("/dev/full")
 
 
-def test_full_disk_in_the_middle_closes_the_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_a_disk_that_fills_up_closes_the_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     sink = WpilogSink(tmp_path / "run.wpilog", **EVERY_TICK)
     assert sink._file is not None
     os.close(sink._file.fileno())
@@ -262,7 +262,7 @@ def test_full_disk_in_the_middle_closes_the_log(tmp_path: Path, snapshots: list[
     sink.close()
 
 
-def test_closed_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_writing_to_a_closed_log_raises(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     sink = WpilogSink(tmp_path / "run.wpilog")
     sink.close()
     sink.close()
@@ -285,20 +285,18 @@ def test_closed_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
         ({"time": float("nan")}, "time >= 0"),
     ],
 )
-def test_bad_snapshots(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+def test_invalid_snapshots_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
     with WpilogSink(tmp_path / "run.wpilog") as sink, pytest.raises(ConfigError, match=words):
         sink.write(replace(Snapshot(time=0.0, tick=0), **change))
 
 
 @pytest.mark.parametrize("period", [0.0, -0.02, float("nan"), float("inf")])
-def test_bad_period(tmp_path: Path, period: float) -> None:
+def test_an_invalid_period_is_refused(tmp_path: Path, period: float) -> None:
     with pytest.raises(ConfigError, match="period"):
         WpilogSink(tmp_path / "run.wpilog", period=period)
 
 
-def test_a_compressed_log_reads_back_the_same_also_one_that_is_cut_off(
-    tmp_path: Path, snapshots: list[Snapshot]
-) -> None:
+def test_a_compressed_log_reads_back_the_same_even_when_cut_off(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     plain, packed, cut = (tmp_path / name for name in ("a.wpilog", "b.wpilogxz", "c.wpilogxz"))
     for path in (plain, packed):
         with WpilogSink(path, **EVERY_TICK) as sink:

@@ -1,4 +1,4 @@
-"""A headless Chromium for tests, spoken to over its DevTools protocol."""
+"""A headless Chromium for tests, driven over its DevTools protocol."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def find_chromium() -> str | None:
 
 
 class Chromium:
-    """One page. Every request that it makes is noted in `requests`, and what goes wrong in its scripts in `errors`."""
+    """A single page. `requests` lists every request that it makes, and `errors` what goes wrong in its scripts."""
 
     def __init__(self, url: str, profile: Path) -> None:
         from websockets.sync.client import connect
@@ -53,7 +53,7 @@ class Chromium:
             raise
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """One command of the protocol; events that come meanwhile are noted."""
+        """Send a command of the protocol and return its result; note events that come meanwhile."""
         number = next(self._ids)
         self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
         while True:
@@ -67,27 +67,27 @@ class Chromium:
                 return message["result"]
 
     def evaluate(self, code: str) -> Any:
-        """Value of a JavaScript expression."""
+        """Return the value of a JavaScript expression."""
         result = self.call("Runtime.evaluate", expression=code, returnByValue=True)
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
     def wait_for_text(self, text: str, seconds: float = 30.0) -> None:
-        """Until the page shows it."""
+        """Wait until the page shows a text."""
         end = time.monotonic() + seconds
         while text not in (seen := self.evaluate("document.body ? document.body.innerText : ''")):
             assert time.monotonic() < end, f"{text!r} is not on the page: {seen!r}"
             time.sleep(0.1)
 
     def wait_for(self, condition: str, seconds: float = 60.0) -> None:
-        """Until a JavaScript expression is true."""
+        """Wait until a JavaScript expression is true."""
         end = time.monotonic() + seconds
         while not self.evaluate(f"Boolean({condition})"):
             assert time.monotonic() < end, f"{condition}: {self.errors}"
             time.sleep(0.1)
 
     def click(self, label: str) -> None:
-        """Press the button of that name."""
+        """Press the button with a label."""
         found = self.evaluate(
             "(() => { const b = [...document.querySelectorAll('button')]"
             f".find(b => b.innerText.trim() === {json.dumps(label)}); if (b) b.click(); return !!b; }})()"
@@ -95,7 +95,7 @@ class Chromium:
         assert found, f"no button {label!r}"
 
     def screenshot(self) -> bytes:
-        """The whole page as PNG."""
+        """Return a picture of the whole page as PNG."""
         return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
 
     def close(self) -> None:

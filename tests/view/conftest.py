@@ -1,4 +1,4 @@
-"""A real browser for the tests of this folder."""
+"""A real browser for the tests in this folder."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 @pytest.fixture
 def browser(tmp_path: Path) -> Iterator[object]:
-    """Opens an address in a new Chromium; all are closed after the test."""
+    """Return a function that opens an address in a new Chromium; close all of them after the test."""
     spec = importlib.util.spec_from_file_location("chromium", Path(__file__).with_name("chromium.py"))
     assert spec is not None and spec.loader is not None
     chromium = importlib.util.module_from_spec(spec)

@@ -1,4 +1,4 @@
-"""The live view: it answers its own page and nobody else, bears a crowd, and lets a person drive."""
+"""The live view answers only its own page, withstands a crowd, and lets a person drive."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ KEYS = {"KeyW": "w", "KeyA": "a", "KeyQ": "q", "Space": " ", "KeyF": "f"}
 
 
 def refused(guard: Guard, port: int = 8080, **headers: str) -> str:
-    """The sentence with which a request is refused, empty if it is answered."""
+    """Return the sentence with which a request is refused, empty if it is answered."""
     given = {name.replace("_", "-").lower(): value for name, value in headers.items()}
     return guard.refusal(
         SimpleNamespace(get_all=lambda key: [given[key.lower()]] if key.lower() in given else []), port
@@ -65,7 +65,7 @@ def refused(guard: Guard, port: int = 8080, **headers: str) -> str:
         ("", {}, False),
     ],
 )  # fmt: skip
-def test_only_its_own_host_and_origin_are_answered(host, other_site, answered) -> None:
+def test_the_view_answers_only_its_own_host_and_origin(host, other_site, answered) -> None:
     assert (refused(Guard("127.0.0.1"), Host=host, **other_site) == "") == answered
 
 
@@ -107,7 +107,7 @@ def test_the_page_is_served_with_its_guards_and_other_sites_get_nothing(server) 
         assert page.recv(timeout=5) == b"frame"
 
 
-def test_two_hundred_sockets_rubbish_and_a_slow_reader_do_not_stop_it(server) -> None:
+def test_many_sockets_invalid_messages_and_a_slow_reader_do_not_stop_the_server(server) -> None:
     with contextlib.ExitStack() as stack:
         open_ones, turned_away = [], 0
         for _ in range(200):
@@ -117,7 +117,7 @@ def test_two_hundred_sockets_rubbish_and_a_slow_reader_do_not_stop_it(server) ->
                 turned_away += 1
         assert (len(open_ones), turned_away) == (MOST_VIEWERS, 200 - MOST_VIEWERS)
         assert got(server)[0] == 200, "the page itself is still served"
-        for _ in range(200):  # nobody reads: a page that is behind gets no frames, and no memory is filled
+        for _ in range(200):  # # nobody reads: a page that is behind gets no frames, and no memory is filled
             server.server.send(bytes(50_000), is_frame=True)
         time.sleep(0.5)
         for text in ("[]", "{", "[" * 900, '"x"'):
@@ -131,7 +131,7 @@ def test_two_hundred_sockets_rubbish_and_a_slow_reader_do_not_stop_it(server) ->
     assert len({number for number, message in server.taken if message is None}) == MOST_VIEWERS
 
 
-def test_a_page_that_is_behind_gets_no_frames_and_all_else(server, monkeypatch) -> None:
+def test_a_page_that_is_behind_gets_everything_except_frames(server, monkeypatch) -> None:
     class Page:
         def __init__(self, waiting: int) -> None:
             self.transport = SimpleNamespace(get_write_buffer_size=lambda: waiting)
@@ -145,13 +145,13 @@ def test_a_page_that_is_behind_gets_no_frames_and_all_else(server, monkeypatch) 
     monkeypatch.undo()
 
 
-def test_a_port_that_is_taken_is_one_sentence(server) -> None:
+def test_a_port_in_use_is_reported_in_a_single_sentence(server) -> None:
     with pytest.raises(OutputError, match=r"cannot serve the view on 127\.0\.0\.1"):
         ViewServer("127.0.0.1", int(server.url.rpartition(":")[2]), "", list, lambda *_: None)
 
 
 class Run(threading.Thread):
-    """A match that goes on at the page's pace while a test presses keys."""
+    """Match that continues at the page's pace while a test presses keys."""
 
     def __init__(self, match: Match, view: LiveView) -> None:
         super().__init__(daemon=True)
@@ -243,7 +243,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
             page.wait_for("simcore.isOver === true")
             assert page.evaluate("document.querySelector('.sheet').hidden") is False
             assert page.evaluate("document.querySelector('.sheet h2').textContent") == f"{match.score.red} points"
-            key("keyDown", "KeyW")  # nobody drives any more
+            key("keyDown", "KeyW")  # # nobody drives any more
             page.evaluate("dispatchEvent(new KeyboardEvent('keydown', {code: 'KeyR', key: 'r'})); 1")
             ended.join(10.0)
             assert seeds == [0]
@@ -255,7 +255,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
 
 
 @pytest.mark.slow
-def test_free_driving_counts_down_has_no_clock_and_looks_the_way_the_sticks_point(browser) -> None:
+def test_free_driving_counts_down_shows_no_clock_and_looks_along_the_sticks(browser) -> None:
     driving = ViewDriving(("shoot",), at_once=True, is_free=True)
     view = LiveView(driving=driving)
     with Match(
@@ -301,7 +301,7 @@ def test_free_driving_counts_down_has_no_clock_and_looks_the_way_the_sticks_poin
             view.close()
 
 
-def test_free_driving_is_enabled_after_the_match_would_be_over() -> None:
+def test_free_driving_stays_enabled_after_the_end_of_a_match() -> None:
     with Match(REBUILT, robots=(RobotEntry(),), practice=True) as match:
         _freely(match, "blue")
         assert match.timer.phase.mode == "teleop" and match.timer.is_enabled
@@ -309,7 +309,7 @@ def test_free_driving_is_enabled_after_the_match_would_be_over() -> None:
         assert match.timer.is_over and match.timer.is_enabled
 
 
-def test_what_a_page_may_not_ask_is_passed_over() -> None:
+def test_invalid_requests_of_a_page_are_ignored() -> None:
     view = LiveView()
     try:
         with connect(view.url.replace("http", "ws") + "/live", origin=view.url) as page:
@@ -333,8 +333,8 @@ def test_what_a_page_may_not_ask_is_passed_over() -> None:
         view.close()
 
 
-def test_what_a_page_asks_of_the_field_wrongly_never_ends_the_match() -> None:
-    """Arguments of another type are passed over; names that there are not are refused in the next tick."""
+def test_invalid_commands_of_a_page_for_the_field_never_end_the_match() -> None:
+    """Arguments of another type are ignored; unknown names are refused in the next tick."""
     view = LiveView()
     try:
         with Match(REBUILT, robots=(RobotEntry(),)) as match:
@@ -362,16 +362,16 @@ def test_what_a_page_asks_of_the_field_wrongly_never_ends_the_match() -> None:
 
 
 def first(noted, wanted):
-    """Of what another thread notes, as soon as it is there."""
+    """Return the first wanted item that another thread notes, as soon as it is there."""
     wait_until(lambda: any(map(wanted, list(noted))))
     return next(filter(wanted, list(noted)))
 
 
-def test_a_key_is_seen_in_the_next_pictures(browser) -> None:
-    """From a key to the first picture with all of what it did, stage by stage; the server's part is ours to promise.
+def test_a_key_shows_its_effect_in_the_next_pictures(browser) -> None:
+    """Measure the time from a key to the first picture with its whole effect, by stages; limit the server's part.
 
-    The page notes when it sends what a key asks for and when a picture is finished, the server when it takes the
-    message and when it sends the frame of the tick that read it; all by the clock of this computer.
+    The page notes when it sends a key and when a picture is finished, the server when it takes the message and when it
+    sends the frame of the tick that read it; all by the clock of this computer.
     """
     driving, taken, read, sent = ViewDriving(), [], [], []
     view = LiveView(driving=driving, title="live")
@@ -418,7 +418,7 @@ def test_a_key_is_seen_in_the_next_pictures(browser) -> None:
                 stages = []
                 for press in range(8):
                     code = ("KeyA", "KeyQ")[press % 2]
-                    while 19.5 < match.time < 23.5:  # nobody is asked in the pause after the autonomous period
+                    while 19.5 < match.time < 23.5:  # # no player is read in the pause after the autonomous period
                         time.sleep(0.1)
                     begun = time.time()
                     page.call("Input.dispatchKeyEvent", type="keyDown", code=code, key=KEYS[code], text="")

@@ -48,13 +48,13 @@ def opened(browser, path, *, size=(1366, 768), query=""):
 
 
 def complaints(page) -> list[str]:
-    """What went wrong in scripts; that a picture is read back slowly is none."""
+    """Return what went wrong in scripts, without the warning that reading pixels back is slow."""
     page.evaluate("1")
     return [error for error in page.errors if "ReadPixels" not in error]
 
 
 @pytest.mark.slow
-def test_a_file_plays_without_a_request_by_keyboard_and_its_first_screen_has_all(browser, run) -> None:
+def test_a_file_plays_by_keyboard_without_requests_and_fits_its_first_screen(browser, run) -> None:
     path, _ = run
     page = opened(browser, path, query="#t=2.5")
     assert path.stat().st_size < 330_000
@@ -74,7 +74,7 @@ def test_a_file_plays_without_a_request_by_keyboard_and_its_first_screen_has_all
         for kind in ("mousePressed", "mouseReleased"):
             page.call("Input.dispatchMouseEvent", type=kind, x=x + off, y=y, button="left", clickCount=1)
         now = page.evaluate("simcore.now")
-        if wanted is None:  # beside all marks: the time of that place, on the same scale as the marks
+        if wanted is None:  # # beside all marks: the time at that place, on the same scale as the marks
             seconds = page.evaluate("(simcore.run.end - simcore.run.start) / (simcore.line.width - 2)")
             assert now == pytest.approx(first + off * seconds, abs=1.5 * seconds + 0.01)
         else:
@@ -94,15 +94,15 @@ def test_a_file_plays_without_a_request_by_keyboard_and_its_first_screen_has_all
 
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [390, 900])
-def test_nothing_overflows_on_narrow_screens(browser, run, width) -> None:
+def test_a_page_does_not_overflow_on_narrow_screens(browser, run, width) -> None:
     page = opened(browser, run[0], size=(width, 844))
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert complaints(page) == []
 
 
 @pytest.mark.slow
-def test_from_above_and_solid_agree_with_telemetry(browser, run) -> None:
-    """By pixels: the blue bumpers' middle in both views, within a pixel's part of a centimeter, at twenty instants."""
+def test_the_view_from_above_and_the_solid_view_agree_with_telemetry(browser, run) -> None:
+    """The middle of the blue bumpers, found by its pixels, agrees to a centimeter in both views at twenty instants."""
     path, recording = run
     page = opened(browser, path, size=(1400, 800))
     times, poses = recording.poses("Sim/Robot/Pose3d")
@@ -165,7 +165,7 @@ def test_from_above_and_solid_agree_with_telemetry(browser, run) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", ["follow", "behind"])
-def test_a_camera_that_follows_stays_between_the_walls_and_sees_the_robot(browser, run, camera) -> None:
+def test_a_following_camera_stays_between_the_walls_and_sees_the_robot(browser, run, camera) -> None:
     page = opened(browser, run[0])
     page.evaluate(f"simcore.setView('solid'); simcore.setCamera('{camera}'); 1")
     length, width = REBUILT.field.size
@@ -180,7 +180,7 @@ def test_a_camera_that_follows_stays_between_the_walls_and_sees_the_robot(browse
 
 
 @pytest.mark.slow
-def test_points_rise_where_they_are_made_and_only_while_it_plays(browser, run) -> None:
+def test_points_rise_where_they_are_scored_and_only_while_the_page_plays(browser, run) -> None:
     path, recording = run
     page = opened(browser, path)
     times, points = recording.series("Sim/Score/Blue")
@@ -204,7 +204,7 @@ def scene_goals():
 
 
 @pytest.mark.slow
-def test_the_score_board_says_what_the_log_says(browser, run) -> None:
+def test_the_score_board_shows_what_is_in_the_log(browser, run) -> None:
     """At twenty times: both scores, the clock and the period, as a reader sees them over the picture."""
     path, recording = run
     page = opened(browser, path)
@@ -230,8 +230,8 @@ def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
 
 
 @pytest.mark.slow
-def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> None:
-    """Names are texts; a tag lies across its normal; a place is marked while a piece is in it; the key counts."""
+def test_the_ground_the_key_the_heat_map_and_the_boards_show_the_data(browser, tmp_path) -> None:
+    """Names are shown as texts, a place is marked while a piece is in it, and the key counts shots."""
     levels = [
         LevelLook(name="BlueTop", alliance="blue", label="Top", places=("A", "B"), is_single=True, middle=(2.0, 1.5)),
         LevelLook(name="BlueTray", alliance="blue", label="Tray", places=("",), middle=(2.0, 1.5)),
@@ -273,7 +273,7 @@ def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["solid", "top"])
-def test_save_picture_is_a_png_of_what_is_seen_with_the_board(browser, run, view) -> None:
+def test_save_picture_saves_a_png_of_the_view_with_the_board(browser, run, view) -> None:
     page = opened(browser, run[0], size=(1200, 800), query="#t=6")
     page.evaluate(f"simcore.setView('{view}'); 1")
     page.evaluate(

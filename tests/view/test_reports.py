@@ -1,4 +1,4 @@
-"""Pages of results in a browser: a report with all blocks, a shooter table, and what `simcore check` found."""
+"""Pages of results in a browser: a report with all blocks, a table of shots, and the findings of `simcore check`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ X = np.arange(1.0, 9.0)
 
 
 def complaints(page) -> list[str]:
-    """What went wrong in scripts; that a picture is read back slowly is none."""
+    """Return what went wrong in scripts, without the warning that reading pixels back is slow."""
     return [error for error in page.errors if "ReadPixels" not in error]
 
 
@@ -49,7 +49,7 @@ DRAWN = """[...document.querySelectorAll('figure:not(.robot)')].map((figure) => 
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory) -> dict[str, Path]:
-    """Return the pages by name."""
+    """Return the paths of the pages by name."""
     folder = tmp_path_factory.mktemp("reports")
     found = {name: folder / f"{name}.html" for name in ("report", "shots", "check")}
     found["report"].write_text(report_page("all blocks", BLOCKS, subtitle="a note"), encoding="utf-8")
@@ -61,7 +61,7 @@ def pages(tmp_path_factory) -> dict[str, Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "figures"), [("report", 3), ("shots", 4), ("check", 1)])
-def test_everything_is_drawn_and_nothing_overflows(browser, pages, name, figures) -> None:
+def test_every_figure_is_drawn_and_no_page_overflows(browser, pages, name, figures) -> None:
     url = pages[name].as_uri()
     page = browser("about:blank")
     papers = set()
@@ -85,8 +85,8 @@ def test_everything_is_drawn_and_nothing_overflows(browser, pages, name, figures
 
 
 @pytest.mark.slow
-def test_a_share_is_a_bar_of_its_length(browser, pages) -> None:
-    """Of the whole width three quarters, and whiskers at both ends of the interval."""
+def test_a_share_is_a_bar_of_proportional_length(browser, pages) -> None:
+    """The bar has three quarters of the whole width, and whiskers are at both ends of the interval."""
     page = browser(pages["report"].as_uri())
     page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.share rect')")
     whole, bar, line, low, high = page.evaluate(
@@ -101,7 +101,7 @@ def test_a_share_is_a_bar_of_its_length(browser, pages) -> None:
 
 @pytest.mark.slow
 def test_a_robot_is_drawn_with_its_dimensions(browser, pages) -> None:
-    """The label gives bumpers as configured and the height of the highest corner, and leaves out zones and cameras."""
+    """The label gives the bumpers as configured and the height of the highest corner, without zones and cameras."""
     page = browser(pages["check"].as_uri())
     page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.robot canvas')")
     (block,) = [one for one in report_blocks(pages["check"].read_text()) if one["kind"] == "robot"]
@@ -113,7 +113,7 @@ def test_a_robot_is_drawn_with_its_dimensions(browser, pages) -> None:
 
 
 @pytest.mark.slow
-def test_a_pointer_reads_values_and_texts_stay_texts(browser, pages) -> None:
+def test_a_pointer_reads_values_and_texts_are_shown_as_texts(browser, pages) -> None:
     page = browser(pages["report"].as_uri())
     page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.chart .cursor')")
     read = """(() => {

@@ -1,4 +1,4 @@
-"""The script that takes pictures of pages for the docs."""
+"""Script that takes pictures of pages for the docs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from made_up_run import SCENE, recorded
 from simcore.show.page import write_page
 
 
-def test_without_a_browser_one_sentence_says_so(monkeypatch, tmp_path) -> None:
+def test_a_computer_without_a_browser_is_reported_in_a_single_sentence(monkeypatch, tmp_path) -> None:
     monkeypatch.setattr(take_picture.shutil, "which", lambda name: None)
     with pytest.raises(SystemExit, match="no Chromium or Chrome on this computer's path: looked for chromium, "):
         take_picture.main([str(tmp_path / "page.png")])
@@ -19,7 +19,7 @@ def test_without_a_browser_one_sentence_says_so(monkeypatch, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_a_picture_is_as_large_as_was_asked_for(browser, tmp_path) -> None:
+def test_a_picture_has_the_requested_size(browser, tmp_path) -> None:
     write_page(tmp_path / "run.html", recorded(), SCENE)
     picture = tmp_path / "page.png"
     assert (

@@ -1,4 +1,4 @@
-"""Poses between ticks."""
+"""Poses and readings between ticks."""
 
 import pytest
 
@@ -24,8 +24,8 @@ def test_a_history_keeps_little_more_than_two_seconds():
 
 
 @pytest.mark.parametrize(("time", "x"), [(1.02, 5.0), (0.5, 1.0)])
-def test_a_carried_robot_has_no_poses_in_between(time, x):
-    """A jump in space, or time that runs backwards: nothing is interpolated across it."""
+def test_a_robot_that_was_carried_has_no_poses_in_between(time, x):
+    """Nothing is interpolated across a jump in space, or where time runs backwards."""
     history = PoseHistory()
     history.add(1.0, (1.0, 0.0, 0.0), from_yaw(0.0))
     history.add(time, (x, 0.0, 0.0), from_yaw(0.0))
@@ -33,7 +33,7 @@ def test_a_carried_robot_has_no_poses_in_between(time, x):
     assert history.at(time - 0.01)[0] == (x, 0.0, 0.0)
 
 
-def test_readings_are_interpolated_and_late_ones_dropped():
+def test_readings_are_interpolated_and_late_readings_are_dropped():
     history = AngleHistory()
     assert history.at(0.0) is None
     history.add(1.0, (1.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""A camera in time: rates, latency, throttle, settings, heading modes."""
+"""A camera in time: rates, latency, throttle, settings and heading modes."""
 
 import math
 from dataclasses import replace
@@ -21,7 +21,7 @@ PLACE = (2.3, 4.2, 0.0)
 
 
 def drive(config, seconds=1.0, *, speed=0.0, spin=0.0, each=None, seed=0, yaw=0.0):
-    """Frames of a robot that drives along x and turns, with a call before each tick."""
+    """Return a camera and its frames on a robot that drives along x and turns, with a call before each tick."""
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(seed))
     history = PoseHistory()
     frames = []
@@ -39,24 +39,27 @@ def orient(camera, t, yaw):
 
 
 @each(("kind", "rate", "expected"), [(LL3, None, 30), (LL3, 5.0, 5), (LL4, None, 50), (LL4, 45.0, 45)])
-def test_frames_come_at_the_cameras_rate_and_at_most_once_a_tick(kind, rate, expected):
+def test_frames_come_at_the_cameras_rate_and_at_most_once_in_a_tick(kind, rate, expected):
     _, frames = drive(CameraConfig(type=kind, mount=MOUNT, frame_rate=rate), 4.0)
     assert len(frames) / 4.0 == pytest.approx(expected, rel=0.06)
     numbers = [frame.number for frame in frames]
     assert numbers == sorted(set(numbers))
 
 
-def test_a_frame_is_published_its_latency_after_its_exposure():
+def test_a_frame_is_published_after_its_latency():
     config = CameraConfig(type=replace(LL3, corner_noise=0.0), mount=MOUNT, bias=CameraBias.none())
     _, frames = drive(config, 1.0, speed=0.3, each=orient)
     for frame in frames:
         assert frame.published - frame.time == pytest.approx(0.0376 + 0.0206)
-        assert frame.megatag2.position[0] == pytest.approx(PLACE[0] + 0.3 * frame.time, abs=1e-6)  # where it was then
+        assert frame.megatag2.position[0] == pytest.approx(PLACE[0] + 0.3 * frame.time, abs=1e-6)  # # where it was then
 
 
-def test_megatag_2_uses_the_heading_at_the_frames_time():
-    """At two turns in three seconds, a heading that were a tick old would be 5 degrees off. Of an angle t, 0.08 rad a
-    tick, the attitude in between is off by t^3 / 240, 5 um at the distance of the tags."""
+def test_megatag_2_uses_the_heading_at_the_time_of_the_frame():
+    """At two turns in three seconds, a heading one tick old would be off by 5 degrees.
+
+    For a turn by an angle t, 0.08 rad in a tick, the interpolated attitude is off by t^3 / 240: 5 um at the distance of
+    the tags.
+    """
     config = CameraConfig(type=replace(LL3, corner_noise=0.0), mount=MOUNT, bias=CameraBias.none())
     _, frames = drive(config, 0.4, spin=4.0, each=orient, yaw=-0.8)
     seen = [frame for frame in frames if frame.megatag2 is not None]
@@ -74,8 +77,8 @@ def test_without_a_heading_megatag_2_assumes_heading_zero():
     assert math.dist(last.megatag1.position[:2], PLACE[:2]) < 0.05
 
 
-def test_a_moved_camera_sees_from_its_new_mount_and_knows_it():
-    """Turned back for a second half: other tags, and still the robot's true place."""
+def test_a_moved_camera_sees_from_its_new_mount_and_knows_the_mount():
+    """For the second half, it is turned to the back: it sees other tags and still finds the robot's true place."""
 
     def turn(camera, t, yaw):
         if abs(t - 0.5) < 1e-9:
@@ -92,7 +95,7 @@ def test_a_moved_camera_sees_from_its_new_mount_and_knows_it():
     assert camera.settings.mount == (-0.3, 0.0, 0.5, 0.0, 10.0, 180.0)
 
 
-def test_throttle_skips_frames():
+def test_a_throttle_skips_frames():
     def throttle(camera, t, yaw):
         camera.request(CameraRequest("throttle_set", (4.0,)), t)
 
@@ -101,7 +104,7 @@ def test_throttle_skips_frames():
 
 
 @pytest.mark.parametrize("topic", ["fiducial_id_filters_set", "priorityid"])
-def test_filters_choose_tags_and_priority_only_the_published_angles(topic):
+def test_filters_choose_tags_and_a_priority_only_the_published_angles(topic):
     def ask(camera, t, yaw):
         camera.request(CameraRequest(topic, (25.0,)), t)
 
@@ -111,8 +114,8 @@ def test_filters_choose_tags_and_priority_only_the_published_angles(topic):
     assert (len(last.tags) == 1) is (topic == "fiducial_id_filters_set")
 
 
-def test_a_camera_with_a_wrong_mount_setting_gives_a_wrong_pose():
-    """0.2 m ahead of where it is: the robot seems 0.2 m farther back."""
+def test_a_camera_with_a_wrong_mount_gives_a_wrong_pose():
+    """The mount is set 0.2 m ahead of its true place: the robot seems 0.2 m farther back."""
 
     def tell(camera, t, yaw):
         camera.request(CameraRequest("camerapose_robotspace_set", (0.2, 0.0, 0.5, 0.0, 15.0, 0.0)), t)
@@ -124,7 +127,7 @@ def test_a_camera_with_a_wrong_mount_setting_gives_a_wrong_pose():
     assert last.mount[0] == 0.2
 
 
-def test_pipelines_switch_between_tags_and_pieces():
+def test_a_camera_switches_between_pipelines_for_tags_and_pieces():
     config = CameraConfig(mount=CameraMount(z=0.5), pipelines=(TagPipeline(), PiecePipeline(far=5.0)))
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0))
     history = PoseHistory()
@@ -140,7 +143,7 @@ def test_pipelines_switch_between_tags_and_pieces():
 
 
 def test_pieces_of_several_types_have_their_own_size_and_class():
-    """A ball of 0.2 m beside one of 0.1 m at the same distance: twice as wide, class id and name of its own."""
+    """A ball of 0.2 m beside a ball of 0.1 m at the same distance is twice as wide, with its own class id and name."""
 
     def look(**options):
         config = CameraConfig(
@@ -169,11 +172,11 @@ def test_pieces_of_several_types_have_their_own_size_and_class():
     assert look(piece_class="cone") == {}
 
 
-# --- the IMU of a Limelight 4 ---------------------------------------------------------------------------------------
+# # --- the IMU of a Limelight 4
 
 
 def turn_with(mode, *, told=None, has_imu=True, assist=0.001, mt1=None, seconds=2.0):
-    """Yaw that the camera uses after a robot at 0.5 rad turned at 1 rad/s."""
+    """Return the yaw that the camera uses after a robot at 0.5 rad has turned at 1 rad/s."""
     source = HeadingSource(has_imu=has_imu, drift_deg=0.0, rng=np.random.default_rng(0))
     source.mode, source.assist = mode, assist
     for k in range(round(seconds / 0.02) + 1):
@@ -187,19 +190,19 @@ def turn_with(mode, *, told=None, has_imu=True, assist=0.001, mt1=None, seconds=
     return math.atan2(r[1, 0], r[0, 0])
 
 
-def test_imu_modes():
+def test_each_imu_mode_uses_its_own_heading():
     def true(t):
         return 0.5 + t
 
     def wrong(t):
         return 0.9 + t
 
-    assert turn_with(0, told=wrong) == pytest.approx(2.9)  # what it is told
+    assert turn_with(0, told=wrong) == pytest.approx(2.9)  # # the heading that robot code sends
     assert turn_with(1, told=wrong) == pytest.approx(2.9)
-    assert turn_with(2) == pytest.approx(2.0)  # from zero at power-up, by its own gyro
+    assert turn_with(2) == pytest.approx(2.0)  # # from zero at power-up, by the camera's own gyro
     assert turn_with(2, told=wrong) == pytest.approx(2.0)
-    assert turn_with(2, told=wrong, has_imu=False) == pytest.approx(2.9)  # a camera without an IMU ignores modes
-    drawn = turn_with(4, told=true)  # 2 s of 1000 steps a second: all but exp(-2) of the way
+    assert turn_with(2, told=wrong, has_imu=False) == pytest.approx(2.9)  # # a camera without an IMU ignores modes
+    drawn = turn_with(4, told=true)  # # 2 s of 1000 steps a second: all but exp(-2) of the way
     assert drawn == pytest.approx(2.5 - 0.5 * math.exp(-2.0), abs=0.01)
     assert turn_with(3, mt1=true) == pytest.approx(2.5 - 0.5 * math.exp(-2.0), abs=0.02)
     assert turn_with(4, told=true, assist=0.1) == pytest.approx(2.5, abs=1e-3)
@@ -217,7 +220,7 @@ def test_a_crop_window_and_downscaling_lose_tags():
     _, coarse = drive(CameraConfig(mount=MOUNT), 0.3, each=downscale)
     assert {tag.id for tag in left[-1].tags} < {tag.id for tag in plain[-1].tags}
     assert all(tag.tx_deg < 0.0 for tag in left[-1].tags)
-    assert {tag.id for tag in coarse[-1].tags} == {25, 26}  # near: 70 px wide, 48 are needed
+    assert {tag.id for tag in coarse[-1].tags} == {25, 26}  # # near tags: 70 px wide, where 48 are needed
 
 
 def test_mode_1_seeds_the_imu_for_mode_2():
@@ -235,7 +238,7 @@ def test_mode_1_seeds_the_imu_for_mode_2():
     assert reading.acceleration_g == pytest.approx((0.0, 0.0, 1.0))
 
 
-def test_a_wrapping_heading_is_interpolated_the_short_way():
+def test_a_heading_beyond_half_a_turn_is_interpolated_the_short_way():
     source = HeadingSource(has_imu=False, drift_deg=0.0, rng=np.random.default_rng(0))
     source.tell(0.0, (179.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     source.tell(0.02, (-179.0, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Requests of robot code: good ones act, bad ones change nothing."""
+"""Requests of robot code: valid requests take effect, invalid requests change nothing."""
 
 import math
 
@@ -72,20 +72,20 @@ def test_filters_and_downscale_can_be_returned_to_the_pipeline():
 
 
 def test_a_camera_starts_with_its_true_mount():
-    """Ahead, right, up and pitch up in the Limelight's words are x, -y, z and -pitch in WPILib's."""
+    """Forward, right, up and pitch up in the Limelight's terms are x, -y, z and -pitch in WPILib's."""
     settings = CameraSettings.of(CONFIG)
     assert settings.mount == (0.3, -0.2, 0.5, 0.0, 20.0, 30.0)
     position, rotation = settings.believed_mount
     assert position == pytest.approx(CONFIG.mount.position)
     assert rotation == pytest.approx(CONFIG.mount.rotation)
-    assert rotate(rotation, (1.0, 0.0, 0.0))[2] == pytest.approx(math.sin(math.radians(20.0)))  # it looks up
+    assert rotate(rotation, (1.0, 0.0, 0.0))[2] == pytest.approx(math.sin(math.radians(20.0)))  # # it looks up
 
 
 @pytest.mark.parametrize(
     ("topic", "values"),
     [*BAD, ("robot_orientation_set", (1.0,)), ("robot_orientation_set", (math.nan,) * 6), ("crop", None)],
 )
-def test_a_bad_request_is_logged_once(topic, values, caplog):
+def test_an_invalid_request_is_logged_once(topic, values, caplog):
     camera = LimelightSim(CONFIG, official_layout("2026-welded"), np.random.default_rng(0))
     for k in range(5):
         camera.request(CameraRequest(topic, values), 0.02 * k)
@@ -97,7 +97,7 @@ def test_a_bad_request_is_logged_once(topic, values, caplog):
 
 
 @pytest.mark.parametrize("topic", [*NO_EFFECT, *NOT_MODELED, "priorityId", "x"])
-def test_a_topic_without_effect_is_named_once(topic, caplog):
+def test_a_topic_without_effect_is_logged_once(topic, caplog):
     caplog.set_level("INFO")
     camera = LimelightSim(CONFIG, official_layout("2026-welded"), np.random.default_rng(0))
     for k in range(5):

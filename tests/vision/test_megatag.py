@@ -25,7 +25,7 @@ def intrinsics(lens):
 
 
 def views(kind: str, count: int, min_side: float = 12.0):
-    """Random robot poses, also tilted, with what the camera would read there."""
+    """Yield random robot poses, some of them tilted, with what the camera would read there."""
     lens = limelight_type(kind)
     rng = np.random.default_rng(7)
     while count:
@@ -40,7 +40,7 @@ def views(kind: str, count: int, min_side: float = 12.0):
 
 
 def solved(lens, rows, corners, eye, rotation):
-    """Place of the camera and field to optical axes, by OpenCV's iterations from the truth."""
+    """Return the camera's place and the rotation from field to optical axes, iterated by OpenCV from the truth."""
     start, _ = cv2.Rodrigues(rotation)
     points = LAYOUT.corners[rows].reshape(-1, 3)
     way = (-rotation @ eye).reshape(3, 1)
@@ -52,14 +52,14 @@ def solved(lens, rows, corners, eye, rotation):
 
 
 def megatag1(lens, rows, corners, eye, rotation):
-    """The same by ours, and the whole estimate."""
+    """Return the same by our own code, and the whole estimate."""
     found = TagPicture(LAYOUT, LAYOUT, EXACT, rows, corners, eye, rotation, lens, MOUNTING).megatag1()
     turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
     return np.array(found.position) + turn @ MOUNTING.position, MOUNTING.to_optical @ turn.T, found
 
 
 @pytest.mark.parametrize("kind", ["LL3", "LL4"])
-def test_pixels_agree_with_opencvs_project_points(kind):
+def test_pixels_agree_with_the_projection_of_opencv(kind):
     worst = 0.0
     for lens, _, _, eye, rotation, rows, corners in views(kind, 100):
         turn, _ = cv2.Rodrigues(rotation)
@@ -72,7 +72,7 @@ def test_pixels_agree_with_opencvs_project_points(kind):
 
 
 def test_the_pose_from_several_tags_agrees_with_opencv():
-    """What the linearization leaves out is of second order: of a turn by d it is about d^2, some hundredths of d."""
+    """The linearization leaves out terms of second order: for a turn by d about d^2, some hundredths of d."""
     rng = np.random.default_rng(11)
     shares = []
     for lens, _, _, eye, rotation, rows, exact in views("LL3", 80):
@@ -81,14 +81,14 @@ def test_the_pose_from_several_tags_agrees_with_opencv():
             theirs, _ = solved(lens, rows, corners, eye, rotation)
             ours, _, _ = megatag1(lens, rows, corners, eye, rotation)
             shares.append(math.dist(ours, theirs) / math.dist(theirs, eye))
-    half, most = np.percentile(shares, (50, 90))  # small far tags can make OpenCV end in another minimum
+    half, most = np.percentile(shares, (50, 90))  # # small far tags can make OpenCV end in another minimum
     print(f"{len(shares)} pictures: differ by {half:.4f} of the error, nine of ten by less than {most:.3f}")
     assert len(shares) >= 20
     assert half < 0.02 and most < 0.1
 
 
-def test_covariance_agrees_with_many_opencv_solutions():
-    """400 pictures from each of 6 places: a deviation is known to 3.5 %; four of these, and 2 % for what is bent."""
+def test_the_covariance_agrees_with_many_solutions_of_opencv():
+    """A deviation from 400 pictures is known to 3.5 %; the limit is four of these, and 2 % for the nonlinear part."""
     rng = np.random.default_rng(5)
     compared = 0
     for lens, _, _, eye, rotation, rows, exact in views("LL4", 12, min_side=40.0):
@@ -108,8 +108,8 @@ def test_covariance_agrees_with_many_opencv_solutions():
     assert compared == 6
 
 
-def test_both_poses_of_a_tag_and_its_ambiguity_agree_with_ippe():
-    """OpenCV's SOLVEPNP_IPPE_SQUARE, each answer refined to its least squares; tags wider than 30 px."""
+def test_both_poses_of_a_tag_and_their_ambiguity_agree_with_ippe():
+    """OpenCV's SOLVEPNP_IPPE_SQUARE, with each answer refined to its least squares, for tags wider than 30 px."""
     rng = np.random.default_rng(3)
     h = LAYOUT.size / 2.0
     square = np.array([(-h, h, 0.0), (h, h, 0.0), (h, -h, 0.0), (-h, -h, 0.0)])

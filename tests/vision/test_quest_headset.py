@@ -1,4 +1,4 @@
-"""A headset knows its own motion: relative to its start, and on the field once it was told where it is."""
+"""A headset knows its own motion relative to its start, and on the field once it has been told where it is."""
 
 import math
 
@@ -23,7 +23,7 @@ def headset(mount: CameraMount | None = MOUNT, **settings: float) -> QuestHeadse
 
 
 def drive(quest: QuestHeadset, *poses, seconds: float = 0.1) -> None:
-    """Stand at each pose in turn."""
+    """Let the robot stand at each pose in turn."""
     history = PoseHistory()
     start = 0.0 if quest.last is None else quest.last.time
     for place in poses:
@@ -42,7 +42,7 @@ def is_same(quat, other) -> bool:
     return math.dist(rpy(multiply(quat, (-x, -y, -z, w))), (0.0, 0.0, 0.0)) < 1e-9
 
 
-def test_before_a_reset_poses_are_relative_to_the_start():
+def test_poses_before_a_reset_are_relative_to_the_start():
     """E = S^-1 H for the headset's start S and its pose H, both on the field."""
     quest = headset(**QUIET)
     drive(quest, START)
@@ -56,7 +56,7 @@ def test_before_a_reset_poses_are_relative_to_the_start():
     assert is_same(quest.last.attitude, multiply(back, attitude))
 
 
-def test_after_a_true_reset_poses_are_true():
+def test_poses_after_a_true_reset_are_true():
     quest = headset(**QUIET)
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)
@@ -88,8 +88,8 @@ def test_an_implausible_reset_gives_no_mount():
     assert quest.last.position == pytest.approx((9.0, 3.0, 0.5))
 
 
-def test_noise_has_the_size_of_the_config():
-    """Of n samples the standard deviation has a relative error of 1 / sqrt(2 n); four of those."""
+def test_the_noise_has_the_size_in_the_config():
+    """The standard deviation of n samples has a relative error of 1 / sqrt(2 n); four of these are allowed."""
     quest = headset(**{**QUIET, "position_noise": 0.002, "angle_noise_deg": 0.05})
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)
@@ -101,12 +101,12 @@ def test_noise_has_the_size_of_the_config():
     error = np.array([frame.position for frame in frames]) - on_robot(START)[0]
     assert error.std(axis=0) == pytest.approx([0.002] * 3, rel=4.0 / math.sqrt(2.0 * n))
     yaw = np.array([math.remainder(yaw_of(f.attitude) - yaw_of(on_robot(START)[1]), math.tau) for f in frames])
-    # 10 degrees of pitch turn a part of the roll's noise into yaw: 1 / cos at the most.
+    # # 10 degrees of pitch turn a part of the roll's noise into yaw: 1 / cos at most.
     assert np.degrees(yaw).std() == pytest.approx(0.05, rel=4.0 / math.sqrt(2.0 * n) + 0.02)
 
 
-def test_drift_after_a_match_has_the_size_of_the_config():
-    """A random walk of 150 s, twice (x and y) for each of 100 headsets: 4 / sqrt(2 * 200) of its own deviation."""
+def test_the_drift_after_a_match_has_the_size_in_the_config():
+    """A random walk of 150 s, twice (x and y) for each of 100 headsets; 4 / sqrt(2 * 200) of its size is allowed."""
     drifts = []
     for seed in range(100):
         config = QuestConfig(mount=MOUNT, **{**QUIET, "position_drift": 0.02}, frame_rate=1.0)

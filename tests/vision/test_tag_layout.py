@@ -1,4 +1,4 @@
-"""Layouts: the official ones, files, and what is wrong with a broken one."""
+"""Tag layouts: official layouts, files, and errors in a file."""
 
 import json
 import math
@@ -12,7 +12,7 @@ from simcore.vision.tag_layout import TAG_SIZE, TagLayout, load_layout, official
 from simcore.world.rotation import from_yaw
 
 
-def test_official_layouts_agree_with_wpilib():
+def test_the_official_layouts_agree_with_wpilib():
     apriltag = pytest.importorskip("robotpy_apriltag")
     for name in (n for n in vars(apriltag.AprilTagField) if n.startswith("k2")):
         theirs = apriltag.AprilTagFieldLayout.loadField(getattr(apriltag.AprilTagField, name))
@@ -25,8 +25,8 @@ def test_official_layouts_agree_with_wpilib():
             assert rotation == pytest.approx(pose.rotation().toMatrix(), abs=1e-12)
 
 
-def test_corners_are_counter_clockwise_when_facing_the_tag():
-    """Tag 26 faces the blue wall: who faces it looks along +x, so its left is +y."""
+def test_corners_are_counter_clockwise_when_one_faces_the_tag():
+    """Tag 26 faces the blue wall: whoever faces it looks along +x, so left is +y."""
     layout = official_layout("2026-welded")
     row = layout.id_list.index(26)
     low_left, low_right, up_right, up_left = layout.corners[row] - layout.centers[row]
@@ -38,12 +38,12 @@ def test_corners_are_counter_clockwise_when_facing_the_tag():
     assert layout.normals[row] == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_an_unknown_name_lists_the_known_ones():
+def test_an_unknown_name_gives_an_error_with_a_known_name():
     with pytest.raises(UnknownNameError, match="Did you mean '2026-welded'"):
         official_layout("2026-weld")
 
 
-def test_a_file_in_wpilibs_format(tmp_path):
+def test_a_file_in_the_format_of_wpilib_is_read(tmp_path):
     file = tmp_path / "practice.json"
     turn = {"W": math.cos(0.5), "X": 0.0, "Y": 0.0, "Z": math.sin(0.5)}
     tag = {"ID": 7, "pose": {"translation": {"x": 1.0, "y": 2.0, "z": 0.5}, "rotation": {"quaternion": turn}}}
@@ -54,7 +54,7 @@ def test_a_file_in_wpilibs_format(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"tags": [{"ID": 1}], "field": {"length": 1, "width": 1}}'])
-def test_a_broken_file_is_named(tmp_path, text):
+def test_a_broken_file_is_reported_by_name(tmp_path, text):
     file = tmp_path / "broken.json"
     file.write_text(text)
     with pytest.raises(ConfigError, match=r"broken\.json: not a tag layout"):
@@ -102,7 +102,7 @@ def test_a_repeated_id_is_refused():
         (lambda: PiecePipeline(min_visible=2.0), "min_visible"),
     ],
 )
-def test_settings_that_cannot_work_are_refused(make, message):
+def test_impossible_settings_are_refused(make, message):
     with pytest.raises((ConfigError, UnknownNameError)) as error:
         make()
     assert message in str(error.value)

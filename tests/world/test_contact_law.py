@@ -13,7 +13,7 @@ H = 0.0005
 
 
 def speed_after(restitution: float, stiffness: float = math.inf) -> float:
-    """Of a body of 1 kg that came with 1 m/s [m/s]: x'' = max(0, k x - c v), in steps."""
+    """Return the speed at which a body of 1 kg leaves that came at 1 m/s [m/s]: x'' = max(0, k x - c v), in steps."""
     k, c = contact_spring(restitution, 0.5, stiffness, 1.0, H)
     depth, speed = 0.0, 1.0
     while depth >= 0.0:
@@ -33,7 +33,7 @@ def test_a_material_softer_than_the_step_allows_keeps_its_stiffness():
     assert contact_spring(0.3, 0.5, math.inf, 2.0, H) == contact_spring(0.3, 0.5, 1e9, 2.0, H)
 
 
-def test_a_contact_without_friction_and_bounce_stops_a_body_in_one_step():
+def test_a_contact_without_friction_and_bounce_stops_a_body_in_a_single_step():
     spring, damper = contact_spring(0.0, 0.0, math.inf, 55.0, 0.005)
     assert damper * 0.005 == pytest.approx(1.0)
     assert damper == pytest.approx(2.0 * math.sqrt(spring)), "critical"
@@ -57,7 +57,7 @@ def test_impossible_materials_are_refused_by_name(field, value):
         TerrainSurface(name="ICE", **values)
 
 
-def test_a_preset_is_frozen_but_has_variants():
+def test_a_preset_is_frozen_but_can_be_varied():
     with pytest.raises(FrozenInstanceError):
         CARPET.friction = 0.1
     assert replace(CARPET, friction=0.1).restitution == CARPET.restitution

@@ -25,13 +25,13 @@ def test_without_a_name_the_first_installed_engine_is_chosen(installed, chosen, 
     assert choose_engine() == chosen
 
 
-def test_without_any_engine_the_error_names_both_ways_to_install(monkeypatch):
+def test_without_any_engine_the_error_names_both_ways_to_install_an_engine(monkeypatch):
     monkeypatch.setattr(engine_choice, "find_spec", lambda package: None)
     with pytest.raises(EngineError, match=r"pip install pybullet-arm64.*pip install mujoco"):
         choose_engine()
 
 
-def test_an_unknown_name_lists_the_known_ones(monkeypatch):
+def test_an_unknown_engine_gives_an_error_with_the_known_engines(monkeypatch):
     with pytest.raises(UnknownNameError, match=r"no physics engine named 'bulet'.*'bullet', 'mujoco'"):
         PhysicsWorld(engine="bulet")
     monkeypatch.setenv(VARIABLE, "ode")

@@ -37,7 +37,7 @@ def path(save):
     return save(group("hub_base", box), group("hub_funnel", box, (0, 2, 0)), group("posts", pair, (0, 5, 0)))
 
 
-def test_groups_become_named_elements(path):
+def test_the_groups_of_a_mesh_become_named_elements(path):
     field = FieldGeometry.load(path)
     assert [e.name for e in field.elements] == ["hub_base", "hub_funnel", "posts.0", "posts.1"]
     assert field.element("posts.1").position == pytest.approx((3.0, 5.0, 0.0))
@@ -51,17 +51,17 @@ def test_surfaces_match_by_pattern_and_the_last_match_wins(path):
     assert [e.surface for e in field.elements] == [RUBBER, POLYCARBONATE, CARPET, CARPET]
 
 
-def test_pattern_without_a_match_names_the_groups(path):
+def test_a_pattern_without_a_match_gives_an_error_with_the_groups(path):
     with pytest.raises(UnknownNameError, match=r"hub_funel.*Did you mean 'hub_funnel'.*posts"):
         FieldGeometry.load(path, surfaces={"hub_funel": RUBBER})
 
 
-def test_unknown_element_suggests_the_nearest(path):
+def test_an_unknown_element_gives_an_error_with_the_nearest_name(path):
     with pytest.raises(UnknownNameError, match="hub_base"):
         FieldGeometry.load(path).element("hub_bas")
 
 
-def test_boundary_surrounds_the_field_from_outside(path):
+def test_the_boundary_surrounds_the_field_from_outside(path):
     boundary = FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0)
     field = FieldGeometry.load(path, boundary=boundary, surfaces={"boundary_left": RUBBER})
     walls = {e.name: e for e in field.elements if e.name.startswith("boundary")}
@@ -73,7 +73,7 @@ def test_boundary_surrounds_the_field_from_outside(path):
     assert faces["boundary_left"][0][1] == pytest.approx(8.0)
     assert faces["boundary_blue"][1][0] == pytest.approx(0.0)
     assert faces["boundary_red"][0][0] == pytest.approx(16.0)
-    assert faces["boundary_blue"][0][1] == pytest.approx(-0.3)  # corners are closed
+    assert faces["boundary_blue"][0][1] == pytest.approx(-0.3)  # # corners are closed
     assert faces["boundary_red"][1] == pytest.approx((16.3, 8.3, 2.0))
     assert all(low[2] == pytest.approx(0.0) for low, _ in faces.values())
     assert walls["boundary_left"].surface is RUBBER and walls["boundary_right"].surface is WALL
@@ -115,18 +115,18 @@ def test_a_field_far_from_the_origin_is_refused(save):
         FieldGeometry.load(save(group("box", trimesh.creation.box(), (500.0, 0.0, 0.0))))
 
 
-def test_a_mesh_without_area_is_empty(save):
+def test_a_mesh_without_area_is_refused(save):
     line = ObjGroup("line", np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), ((0, 1, 2),))
     with pytest.raises(FieldMeshError, match="none of its faces has an area"):
         FieldGeometry.load(save(line))
 
 
-def test_missing_file_is_a_field_mesh_error(tmp_path):
+def test_a_missing_file_is_a_field_mesh_error(tmp_path):
     with pytest.raises(FieldMeshError, match="nowhere"):
         FieldGeometry.load(tmp_path / "nowhere.obj")
 
 
-def test_many_triangles_warn_and_name_the_script(save):
+def test_many_triangles_give_a_warning_that_names_the_script(save):
     ball = group("ball", trimesh.creation.icosphere(subdivisions=2))  # 320 triangles
     with pytest.warns(UserWarning, match=r"320 triangles.*scripts/simplify_field\.py"):
         FieldGeometry.load(save(ball), max_triangles=100)
@@ -142,7 +142,7 @@ def test_far_too_many_triangles_are_an_error(save):
 
 
 @pytest.mark.parametrize("count", [0, -1])
-def test_triangle_limit_must_be_positive(path, count):
+def test_the_triangle_limit_must_be_positive(path, count):
     with pytest.raises(ConfigError, match="max_triangles"):
         FieldGeometry.load(path, max_triangles=count)
 
@@ -165,34 +165,34 @@ def test_groups_that_remain_meshes_are_logged(save, caplog):
         (Compound((Part(Box((1.0, 1.0, 1.0))), Part(Box((1.0, 1.0, 1.0)), (1.0, 0.0, 0.0)))), 2.0),
     ],
 )
-def test_outlines_cover_the_shape_from_above(shape, area):
+def test_an_outline_covers_the_shape_from_above(shape, area):
     element = FieldElement(name="x", shape=shape, position=np.array([5.0, 6.0, 7.0]))
     x, y = element.outline().T
     signed = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2
-    assert signed == pytest.approx(area, rel=0.02)  # above zero: counter-clockwise
+    assert signed == pytest.approx(area, rel=0.02)  # # above zero: counter-clockwise
     (name, outline) = FieldGeometry((element,)).outlines()[0]
     assert name == "x" and outline == pytest.approx(element.outline())
 
 
-def test_outline_of_an_upright_triangle_is_a_line():
+def test_the_outline_of_an_upright_triangle_is_a_line():
     shape = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]]), np.array([[0, 1, 2]]))
     outline = FieldElement(name="x", shape=shape, position=np.zeros(3)).outline()
     assert outline == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0]]))
 
 
-def test_names_must_be_unique():
+def test_the_names_of_elements_must_differ():
     element = FieldElement(name="wall", shape=Sphere(1.0), position=np.zeros(3))
     with pytest.raises(ConfigError, match="wall"):
         FieldGeometry((element, element))
 
 
 @pytest.mark.parametrize("position", [(0.0, 0.0), (0.0, 0.0, float("nan"))])
-def test_positions_must_be_three_finite_numbers(position):
+def test_a_position_must_be_three_finite_numbers(position):
     with pytest.raises(ConfigError, match="position"):
         FieldElement(name="x", shape=Sphere(1.0), position=np.array(position))
 
 
-def test_positions_are_read_only_copies():
+def test_the_position_of_an_element_is_a_read_only_copy():
     given = np.zeros(3)
     element = FieldElement(name="x", shape=Sphere(1.0), position=given)
     given[0] = 1.0
@@ -201,7 +201,7 @@ def test_positions_are_read_only_copies():
         element.position[0] = 1.0
 
 
-def test_bounds_contain_everything(path):
+def test_the_bounds_contain_every_element(path):
     low, high = FieldGeometry.load(path).bounds()
     assert low == pytest.approx((-0.5, -0.5, -0.5))
     assert high == pytest.approx((3.5, 5.5, 0.5))

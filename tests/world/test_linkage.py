@@ -1,4 +1,4 @@
-"""Chains of joints: poses by hand, motion by numerical differentiation."""
+"""Chains of joints: poses computed by hand, and motion by numerical differentiation."""
 
 import math
 from types import SimpleNamespace
@@ -26,8 +26,8 @@ def motion(position=0.0, velocity=0.0):
     return SimpleNamespace(position=position, velocity=velocity)
 
 
-def test_pose_of_an_arm_on_an_elevator():
-    """0.3 m up, then 0.5 m ahead of a joint that is 60 degrees up."""
+def test_the_pose_of_an_arm_on_an_elevator_follows_both_joints():
+    """0.3 m up, then 0.5 m ahead of a joint that points 60 degrees up."""
     lift = Joint(mechanism="lift", axis=(0.0, 0.0, 1.0), slides=True, ratio=0.02, origin=(0.1, 0.0, 0.2))
     arm = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.05, 0.0))
     mechanisms = {"lift": motion(15.0), "arm": motion(math.pi / 3)}
@@ -42,8 +42,8 @@ def test_a_part_without_joints_is_fixed():
 
 
 @given(st.lists(joint, max_size=4), angle, angle, angle, angle, st.tuples(angle, angle, angle))
-def test_motion_is_the_derivative_of_the_pose(joints, a, b, da, db, offset):
-    """Central differences over 2e-6 s: errors of 1e-10 from rounding, 1e-9 from what is left out."""
+def test_the_motion_of_a_part_is_the_derivative_of_its_pose(joints, a, b, da, db, offset):
+    """Central differences over 2e-6 s have errors of 1e-10 from rounding and 1e-9 from terms that they leave out."""
     h = 1e-6
 
     def at(t):

@@ -1,4 +1,4 @@
-"""Which shape a group of triangles becomes, and what the OBJ reader does with good and bad files."""
+"""Shapes that groups of triangles become, and the OBJ reader with good and bad files."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ TWO = np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def classify(vertices, triangles, *, plate_thickness=0.05):
-    """The shapes that stand for some triangles, with plates behind the free side of open surfaces as they are wound."""
+    """Return the shapes for some triangles; an open surface becomes plates behind the side that its winding faces."""
     pieces = decompose(vertices, triangles)
     return tuple(part for p in pieces for part in (p.plates(plate_thickness) if isinstance(p, Sheet) else [p]))
 
@@ -30,7 +30,7 @@ def top_of(part):
     return part.position[2] + (part.shape.size[2] / 2 if isinstance(part.shape, Box) else part.shape.points[:, 2].max())
 
 
-def test_axis_aligned_box_becomes_a_box():
+def test_an_axis_aligned_box_becomes_a_box():
     mesh = trimesh.creation.box(extents=(1.0, 2.0, 0.5))
     mesh.apply_translation((3.0, 4.0, 5.0))
     (part,) = parts_of(mesh)
@@ -39,7 +39,7 @@ def test_axis_aligned_box_becomes_a_box():
     assert part.position == pytest.approx((3.0, 4.0, 5.0))
 
 
-def test_finely_triangulated_box_with_unshared_vertices_is_still_a_box():
+def test_a_finely_triangulated_box_with_unshared_vertices_is_still_a_box():
     mesh = trimesh.creation.box().subdivide().subdivide()
     vertices = mesh.triangles.reshape(-1, 3)
     (part,) = classify(vertices, np.arange(len(vertices)).reshape(-1, 3))
@@ -47,14 +47,14 @@ def test_finely_triangulated_box_with_unshared_vertices_is_still_a_box():
 
 
 @given(st.integers(0, 2**12 - 1))
-def test_wrong_winding_does_not_matter_for_a_box(flips):
+def test_the_winding_does_not_matter_for_a_box(flips):
     mesh = trimesh.creation.box()
     faces = np.array([f[::-1] if flips >> i & 1 else f for i, f in enumerate(mesh.faces)])
     (part,) = classify(np.asarray(mesh.vertices), faces)
     assert isinstance(part.shape, Box)
 
 
-def test_rotated_box_becomes_a_hull_of_its_corners():
+def test_a_rotated_box_becomes_a_hull_of_its_corners():
     mesh = trimesh.creation.box()
     mesh.apply_transform(trimesh.transformations.rotation_matrix(0.3, (0, 0, 1)))
     (part,) = parts_of(mesh)
@@ -62,7 +62,7 @@ def test_rotated_box_becomes_a_hull_of_its_corners():
     assert len(part.shape.points) == 8
 
 
-def test_closed_body_with_a_dent_is_a_mesh():
+def test_a_closed_body_with_a_dent_is_a_mesh():
     ring = trimesh.creation.annulus(r_min=0.5, r_max=1.0, height=0.2)
     (part,) = parts_of(ring)
     assert isinstance(part.shape, Mesh)
@@ -71,7 +71,7 @@ def test_closed_body_with_a_dent_is_a_mesh():
     assert trimesh.Trimesh(back, part.shape.faces).volume == pytest.approx(ring.volume)
 
 
-def test_two_boxes_in_one_group_are_separated():
+def test_two_boxes_in_a_group_are_separated():
     a, b = trimesh.creation.box(), trimesh.creation.box()
     b.apply_translation((3.0, 0.0, 0.0))
     assert [type(p.shape) for p in parts_of(trimesh.util.concatenate(a, b))] == [Box, Box]
@@ -84,19 +84,19 @@ def test_touching_boxes_are_separated_if_they_have_their_own_vertices():
     assert [type(p.shape) for p in parts] == [Box, Box]
 
 
-def test_open_square_becomes_a_plate_behind_its_normal():
+def test_an_open_square_becomes_a_plate_behind_its_normal():
     (part,) = classify(SQUARE, TWO, plate_thickness=0.05)
     assert isinstance(part.shape, Box)
     assert part.shape.size == pytest.approx((2.0, 3.0, 0.05))
-    assert top_of(part) == pytest.approx(1.0)  # the normal points up, so the plate grows down
+    assert top_of(part) == pytest.approx(1.0)  # # the normal points up, so the plate extends downward
 
 
-def test_flipped_square_becomes_a_plate_on_the_other_side():
+def test_a_flipped_square_becomes_a_plate_on_the_other_side():
     (part,) = classify(SQUARE, TWO[:, ::-1], plate_thickness=0.05)
     assert top_of(part) == pytest.approx(1.05)
 
 
-def test_finely_triangulated_flat_sheet_is_one_plate():
+def test_a_finely_triangulated_flat_sheet_becomes_a_single_plate():
     vertices, faces = trimesh.remesh.subdivide(SQUARE, TWO)
     vertices, faces = trimesh.remesh.subdivide(vertices, faces)
     assert len(faces) == 32
@@ -104,7 +104,7 @@ def test_finely_triangulated_flat_sheet_is_one_plate():
     assert isinstance(part.shape, Box)
 
 
-def test_l_shaped_sheet_becomes_two_plates_or_three_that_cover_it():
+def test_an_l_shaped_sheet_becomes_two_or_three_plates_that_cover_it():
     outline = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]])
     faces = np.array(triangulate(outline, tuple(range(6))))
     parts = classify(outline, faces)
@@ -113,31 +113,31 @@ def test_l_shaped_sheet_becomes_two_plates_or_three_that_cover_it():
     assert volume == pytest.approx(3.0 * 0.05)
 
 
-def test_open_funnel_becomes_one_plate_a_side_and_keeps_its_inside_free():
+def test_an_open_funnel_becomes_a_plate_for_each_side_and_stays_free_inside():
     angle = np.arange(6) * np.pi / 3
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     vertices = np.vstack([np.column_stack([0.3 * ring, np.zeros(6)]), np.column_stack([0.6 * ring, np.full(6, 0.4)])])
-    quads = [(i, 6 + i, 6 + (i + 1) % 6, (i + 1) % 6) for i in range(6)]  # normals to the axis
+    quads = [(i, 6 + i, 6 + (i + 1) % 6, (i + 1) % 6) for i in range(6)]  # # normals toward the axis
     group = ObjGroup("funnel", vertices, tuple(quads))
     parts = classify(vertices, group.triangles())
     assert len(parts) == 6 and all(isinstance(p.shape, Hull) for p in parts)
     assert min(np.abs(_points(part)[:, :2] @ ring.T).max() for part in parts) > 0.3
-    for part in parts:  # nothing within the throat
+    for part in parts:  # # nothing is within the throat
         assert np.linalg.norm(_points(part)[:, :2], axis=1).min() >= 0.3 * np.cos(np.pi / 6) - 1e-9
 
 
-def test_curved_open_surface_stays_a_mesh():
+def test_a_curved_open_surface_stays_a_mesh():
     ball = trimesh.creation.icosphere(subdivisions=3)
     lower = ball.triangles_center[:, 2] < 0.0
     (part,) = classify(np.asarray(ball.vertices), np.asarray(ball.faces)[lower])
     assert isinstance(part.shape, Mesh)
 
 
-def test_slivers_alone_give_nothing():
+def test_slivers_alone_give_no_shape():
     assert classify(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2]])) == ()
 
 
-def test_plate_thickness_must_be_positive():
+def test_the_plate_thickness_must_be_positive():
     with pytest.raises(ConfigError, match="plate_thickness"):
         FieldGeometry.load("field.obj", plate_thickness=0.0)
 
@@ -149,7 +149,7 @@ def _points(part):
     return part.position + half * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
 
 
-# --- OBJ -------------------------------------------------------------------------------------------------------------
+# # --- OBJ
 
 MIXED = """\
 # groups that differ in name, material and corner count
@@ -181,12 +181,12 @@ def write(tmp_path, text, name="field.obj"):
     return path
 
 
-def test_groups_keep_their_names_whatever_their_materials_and_corners(tmp_path):
+def test_groups_keep_their_names_whatever_their_materials_and_corners_are(tmp_path):
     groups = read_obj(write(tmp_path, MIXED))
     assert [(g.name, len(g.vertices), len(g.triangles())) for g in groups] == [("slab", 4, 4), ("post_left", 5, 3)]
 
 
-def test_a_written_file_is_read_back(tmp_path):
+def test_a_written_file_can_be_read_again(tmp_path):
     groups = read_obj(write(tmp_path, MIXED))
     again = read_obj(write(tmp_path, format_obj(groups, header="two lines\nof header"), "again.obj"))
     for a, b in zip(groups, again, strict=True):
@@ -194,7 +194,7 @@ def test_a_written_file_is_read_back(tmp_path):
         assert a.vertices == pytest.approx(b.vertices, abs=1e-6)
 
 
-def test_concave_polygon_is_triangulated_within_its_outline():
+def test_a_concave_polygon_is_triangulated_within_its_outline():
     arrow = np.array([[0.0, 0, 0], [2, 2, 0], [0, 1, 0], [-2, 2, 0]])
     for turn in range(4):
         face = tuple(np.roll(range(4), turn).tolist())
@@ -219,7 +219,7 @@ def test_concave_polygon_is_triangulated_within_its_outline():
         (b"glTF\x02\0\0\0", "binary"),
     ],
 )
-def test_errors_name_the_line_of_a_broken_file(tmp_path, text, message):
+def test_an_error_names_the_line_of_a_broken_file(tmp_path, text, message):
     with pytest.raises(FieldMeshError, match=message):
         read_obj(write(tmp_path, text))
 

@@ -1,4 +1,4 @@
-"""Records of robots: who has them, and where."""
+"""Records of robots: who holds them, and where."""
 
 import math
 
@@ -16,8 +16,8 @@ from simcore.world.world import PhysicsWorld
 CONFIG = RobotConfig(drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))
 
 
-def test_records_of_a_robot_keep_their_place_when_others_are_added():
-    """The drive of the first robot and the loop have the same memory, before and after a second one comes."""
+def test_the_records_of_a_robot_keep_their_place_when_others_are_added():
+    """The drive of the first robot shares memory with the loop before and after a second robot comes."""
     with PhysicsWorld() as world:
         rng = np.random.default_rng(0)
         first = Robot(world, CONFIG, rng=rng)
@@ -32,7 +32,7 @@ def test_records_of_a_robot_keep_their_place_when_others_are_added():
 
 
 def test_a_requested_limit_leaves_the_model_unchanged():
-    """A request of 20 A holds until the next; one beyond the model's limit is the model's."""
+    """A request of 20 A holds until the next request; a request beyond the model's limit gives the model's limit."""
     with PhysicsWorld() as world:
         drive = Robot(world, CONFIG, rng=np.random.default_rng(0)).drive
         own = drive.shafts["model"]["stator_limit"].tolist()

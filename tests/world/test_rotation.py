@@ -1,4 +1,4 @@
-"""Rotations against WPILib's Rotation3d and scipy's Rotation."""
+"""Rotations compared with WPILib's Rotation3d and scipy's Rotation."""
 
 import math
 
@@ -23,37 +23,37 @@ def rotation(draw) -> q.Quaternion:
 
 
 def same_rotation(a, b) -> bool:
-    """A quaternion and its negative are one rotation."""
+    """Return whether two quaternions are the same rotation; a quaternion and its negative are."""
     return abs(abs(float(np.dot(a, b))) - 1.0) < 1e-12
 
 
 @given(angle, angle, angle)
-def test_roll_pitch_yaw_agree_with_wpilib(roll, tilt, yaw):
+def test_roll_pitch_and_yaw_agree_with_wpilib(roll, tilt, yaw):
     theirs = Rotation3d(roll, tilt, yaw).getQuaternion()
     assert same_rotation(q.from_rpy(roll, tilt, yaw), (theirs.X(), theirs.Y(), theirs.Z(), theirs.W()))
 
 
 @given(angle, pitch, angle)
-def test_angles_survive_a_round_trip(roll, tilt, yaw):
+def test_angles_stay_the_same_in_a_round_trip(roll, tilt, yaw):
     back = q.rpy(q.from_rpy(roll, tilt, yaw))
     for got, want in zip(back, (roll, tilt, yaw), strict=True):
         assert math.remainder(got - want, math.tau) == pytest.approx(0.0, abs=1e-6)
 
 
 @given(angle)
-def test_yaw_only(yaw):
+def test_a_rotation_by_a_yaw_has_only_this_yaw(yaw):
     assert q.from_yaw(yaw) == pytest.approx(q.from_rpy(0.0, 0.0, yaw), abs=1e-15)
     assert math.remainder(q.yaw_of(q.from_yaw(yaw)) - yaw, math.tau) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_straight_up_has_a_pitch_of_ninety_degrees_and_no_domain_error():
-    """Rounding puts the sine of the pitch above 1; asin would raise."""
+def test_a_vertical_direction_has_a_pitch_of_ninety_degrees_without_a_domain_error():
+    """Rounding puts the sine of the pitch above 1, where asin would raise."""
     turn = q.from_rpy(0.0, math.pi / 2, 0.0)
     assert q.rpy([1.0000000001 * c for c in turn])[1] == pytest.approx(math.pi / 2)
 
 
 @given(rotation(), vector)
-def test_rotating_a_vector_agrees_with_wpilib_and_scipy(turn, v):
+def test_a_rotated_vector_agrees_with_wpilib_and_scipy(turn, v):
     got = q.rotate(turn, v)
     assert got == pytest.approx(Rotation.from_quat(turn).apply(v), abs=1e-9)
     theirs = Translation3d(*v).rotateBy(Rotation3d(*q.rpy(turn)))
@@ -61,7 +61,7 @@ def test_rotating_a_vector_agrees_with_wpilib_and_scipy(turn, v):
 
 
 @given(rotation(), vector)
-def test_a_frame_round_trip_returns_the_start(turn, v):
+def test_a_vector_rotated_back_and_forth_is_unchanged(turn, v):
     assert q.rotate_back(turn, q.rotate(turn, v)) == pytest.approx(v, abs=1e-9)
     assert q.rotate(turn, q.rotate_back(turn, v)) == pytest.approx(v, abs=1e-9)
 
@@ -80,9 +80,9 @@ def test_a_product_is_the_second_rotation_followed_by_the_first(a, b, v):
 
 
 @given(rotation(), vector, st.floats(0.0, 1.0))
-def test_an_interpolated_rotation_is_the_share_of_the_angle(start, axis, share):
-    """Slerp, within t^3 / 240 of a turn by t."""
-    axis = np.array(axis) / max(1.0, float(np.linalg.norm(axis)))  # a turn of at most 1 rad
+def test_an_interpolated_rotation_turns_by_its_share_of_the_angle(start, axis, share):
+    """As with slerp, to within t^3 / 240 for a turn by t."""
+    axis = np.array(axis) / max(1.0, float(np.linalg.norm(axis)))  # # a turn by at most 1 rad
     a = Rotation.from_quat(start)
     want = a * Rotation.from_rotvec(share * axis)
     got = q.interpolate(start, tuple((a * Rotation.from_rotvec(axis)).as_quat().tolist()), share)

@@ -1,4 +1,4 @@
-"""Collision shapes refuse what has no volume; how far they reach and how they stand, against their geometry."""
+"""Collision shapes: those without volume are refused; their reach and stability follow from their geometry."""
 
 import math
 
@@ -82,7 +82,7 @@ CUBE = Hull(np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z 
         (Compound((Part(Sphere(0.1), (0.0, 0.0, -0.2)), Part(Sphere(0.1)))), from_rpy(math.pi, 0.0, 0.0), 0.1),
     ],
 )
-def test_support_height_is_set_by_the_lowest_point(shape, quat, height):
+def test_the_support_height_is_set_by_the_lowest_point(shape, quat, height):
     assert support_height(shape, quat) == pytest.approx(height, rel=2e-3)
 
 
@@ -94,7 +94,7 @@ def test_a_shape_stands_if_its_center_is_above_its_base():
     assert stands(cone(height=0.4, bottom_radius=0.2)), "on its bottom"
 
 
-def test_sizes_follow_the_formulas():
+def test_the_sizes_of_shapes_follow_their_formulas():
     assert bounding_radius(TUBE) == pytest.approx(math.hypot(0.15, 0.06))
     assert inner_radius(TUBE) == pytest.approx(0.06, rel=2e-3), "the bore counts as filled"
     assert smallest_thickness(TUBE) == pytest.approx(0.01, rel=0.05)
@@ -114,14 +114,14 @@ def test_the_bounding_box_includes_rotated_parts():
     assert low == pytest.approx(-high)
 
 
-# --- inertia of solids against their formulas -----------------------------------------------------------------------
+# # --- inertia of solids, compared with their formulas
 
 
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 def test_a_tube_has_the_inertia_of_a_hollow_cylinder():
-    """m (a^2 + b^2) / 2 and m (3 (a^2 + b^2) + h^2) / 12; the bore is a polygon, 2 % larger in area than its circle.
+    """m (a^2 + b^2) / 2 and m (3 (a^2 + b^2) + h^2) / 12; the bore is a polygon with 2 % more area than its circle.
 
     The halves of its staves overlap in the middle, where the mass counts twice: 3 % less across.
     """
@@ -135,7 +135,7 @@ def test_a_tube_has_the_inertia_of_a_hollow_cylinder():
     assert found.volume == pytest.approx(math.pi * (b * b - a * a) * h, rel=0.12)
 
 
-def test_a_hull_of_a_boxs_corners_has_the_boxs_mass_properties_anywhere():
+def test_the_hull_of_a_boxs_corners_has_the_mass_properties_of_the_box_anywhere():
     turn, size = matrix(from_rpy(0.4, -0.8, 1.1)), np.array([0.2, 0.5, 0.9])
     hull = mass_properties(Hull(CORNERS * size @ turn.T + (1.0, 2.0, 3.0)))
     box = mass_properties(Box((0.2, 0.5, 0.9)))
@@ -148,7 +148,7 @@ def test_a_hull_of_a_boxs_corners_has_the_boxs_mass_properties_anywhere():
     assert again == pytest.approx(hull.inertia, abs=1e-12) and np.linalg.det(matrix(axes)) == pytest.approx(1.0)
 
 
-def test_a_cone_and_a_ring_have_textbook_inertia():
+def test_a_cone_and_a_ring_have_the_inertia_of_textbooks():
     """Cone: 3/10 r^2 and 3/20 (r^2 + h^2 / 4), center at h / 4. Torus: R^2 + 3/4 r^2 and R^2 / 2 + 5/8 r^2."""
     found = mass_properties(cone(height=0.4, bottom_radius=0.2, sides=48))
     assert np.diag(found.inertia) == pytest.approx([0.15 * (0.04 + 0.04)] * 2 + [0.3 * 0.04], rel=0.02)

@@ -1,4 +1,4 @@
-"""The command that makes a CAD mesh small enough, and its report of how far the shape moved."""
+"""Command that makes a CAD mesh small enough, and its report of how far the shape has moved."""
 
 import importlib.util
 import re
@@ -23,7 +23,7 @@ def group(name, mesh, shift=(0.0, 0.0, 0.0)):
 
 @pytest.fixture
 def dense(tmp_path):
-    """A ball of 5120 triangles, a finely cut box and a plain one."""
+    """Return a file with a ball of 5120 triangles, a finely divided box and a plain box."""
     ball, box = trimesh.creation.icosphere(subdivisions=4), trimesh.creation.box()
     fine = box.copy().subdivide().subdivide().subdivide()
     path = tmp_path / "dense.obj"
@@ -36,7 +36,7 @@ def run(dense, tmp_path, *args):
     return script.main([str(dense), str(out), *args]), out
 
 
-def test_budget_is_met_groups_keep_their_names_and_the_box_is_untouched(dense, tmp_path, capsys):
+def test_the_budget_is_met_while_groups_keep_their_names_and_the_box_is_unchanged(dense, tmp_path, capsys):
     pytest.importorskip("fast_simplification")
     code, out = run(dense, tmp_path, "--triangles", "600")
     assert code == 0
@@ -48,7 +48,7 @@ def test_budget_is_met_groups_keep_their_names_and_the_box_is_untouched(dense, t
     text = capsys.readouterr().out
     assert re.search(r"triangles: 5900 -> \d+ in 3 groups", text)
     moved = [float(x) for x in re.search(r"moved by ([\d.]+) mm at most, ([\d.]+) mm on average", text).groups()]
-    # A chord of a unit ball with edges of about 4 sqrt(pi / 600 / sqrt(3)) lies 1/2 (edge^2 / 3) = 8 mm under it.
+    # # A chord of a unit ball with edges of about 4 sqrt(pi / 600 / sqrt(3)) lies 1/2 (edge^2 / 3) = 8 mm below it.
     assert 2.0 < moved[0] < 60.0 and moved[1] < moved[0] / 2
     assert "'ball'" in text
 
@@ -59,21 +59,21 @@ def test_a_mesh_within_the_budget_is_written_unchanged(dense, tmp_path, capsys):
     assert "moved by 0.00 mm at most" in capsys.readouterr().out
 
 
-def test_scale_converts_millimeters_to_meters(dense, tmp_path):
+def test_the_scale_converts_millimeters_to_meters(dense, tmp_path):
     _, out = run(dense, tmp_path, "--triangles", "10000", "--scale", "0.001")
     assert max(np.abs(g.vertices).max() for g in read_obj(out)) == pytest.approx(0.0095)
 
 
-def test_deviation_of_a_shifted_box_is_the_shift():
-    """A box raised by 3 mm: side faces stay in their planes, top and bottom move by exactly 3 mm."""
+def test_the_deviation_of_a_shifted_box_is_the_shift():
+    """A box is raised by 3 mm: its side faces stay in their planes, its top and bottom move by exactly 3 mm."""
     box = trimesh.creation.box()
     distances = script.deviation(group("a", box), group("b", box, (0, 0, 0.003)), 500)
     assert distances.max() == pytest.approx(0.003)
     assert distances.min() == pytest.approx(0.0, abs=1e-12)
 
 
-def test_deviation_agrees_with_all_pairs():
-    """The search by classes of size finds the same distances as looking at every triangle."""
+def test_the_deviation_agrees_with_a_search_of_all_pairs():
+    """The search by size classes finds the same distances as a search of every triangle."""
     rng = np.random.default_rng(3)
     triangles = rng.normal(size=(80, 3, 3)) * rng.choice([0.01, 0.1, 3.0], size=(80, 1, 1)) + rng.normal(
         size=(80, 1, 3)
@@ -83,7 +83,7 @@ def test_deviation_agrees_with_all_pairs():
     assert script._distances(points, triangles) == pytest.approx([np.linalg.norm(e, axis=1).min() for e in each])
 
 
-def test_missing_package_says_how_to_install_it(dense, tmp_path, capsys, monkeypatch):
+def test_a_missing_package_gives_an_error_with_the_way_to_install_the_package(dense, tmp_path, capsys, monkeypatch):
     def gone(name):
         raise ModuleNotFoundError(f"No module named {name!r}")
 
@@ -93,19 +93,19 @@ def test_missing_package_says_how_to_install_it(dense, tmp_path, capsys, monkeyp
     assert "pip install fast-simplification" in capsys.readouterr().err
 
 
-def test_missing_input_is_an_error_not_a_traceback(tmp_path, capsys):
+def test_a_missing_input_is_an_error_without_a_traceback(tmp_path, capsys):
     code, _ = run(tmp_path / "nowhere.obj", tmp_path)
     assert code == 1
     assert "nowhere.obj" in capsys.readouterr().err
 
 
-def test_unwritable_output_is_an_error_not_a_traceback(dense, tmp_path, capsys):
+def test_an_unwritable_output_is_an_error_without_a_traceback(dense, tmp_path, capsys):
     assert script.main([str(dense), str(tmp_path / "no" / "out.obj"), "--triangles", "10000"]) == 1
     assert "cannot write" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("args", [["--triangles", "3"], ["--scale", "0"], ["--scale", "nan"]])
-def test_arguments_are_checked(dense, tmp_path, args, capsys):
+def test_invalid_arguments_are_refused(dense, tmp_path, args, capsys):
     with pytest.raises(SystemExit):
         run(dense, tmp_path, *args)
     assert args[0] in capsys.readouterr().err

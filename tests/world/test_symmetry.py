@@ -1,4 +1,4 @@
-"""Red is blue, turned by 180 degrees or mirrored."""
+"""The red side is the blue side, rotated by 180 degrees or mirrored."""
 
 import math
 
@@ -17,7 +17,7 @@ kinds = st.sampled_from([ROTATE, MIRROR])
 
 
 @given(kinds, x_place, y_place, any_angle)
-def test_flipping_twice_returns_the_start(symmetry, x, y, yaw):
+def test_a_pose_flipped_twice_returns_to_its_start(symmetry, x, y, yaw):
     bx, by, back = symmetry.flip_pose(*symmetry.flip_pose(x, y, yaw))
     assert (bx, by) == pytest.approx((x, y))
     assert math.remainder(back - yaw, math.tau) == pytest.approx(0.0, abs=1e-9)
@@ -37,7 +37,7 @@ def test_a_velocity_flips_like_the_difference_of_two_points(symmetry, x, y, vx, 
     assert symmetry.flip_vectors((b - a)[None]) == pytest.approx(way, abs=1e-9)
 
 
-def test_rotation_is_about_the_center_and_mirroring_about_the_center_line():
+def test_a_rotation_is_about_the_center_and_a_reflection_about_the_center_line():
     assert ROTATE.flip_point(1.0, 2.0) == pytest.approx((SIZE[0] - 1.0, SIZE[1] - 2.0))
     assert MIRROR.flip_point(1.0, 2.0) == pytest.approx((SIZE[0] - 1.0, 2.0))
     assert ROTATE.keeps_hands and not MIRROR.keeps_hands

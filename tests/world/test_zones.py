@@ -1,4 +1,4 @@
-"""Zones: edges, corners and what a fast piece must not jump over."""
+"""Zones: edges, corners, and pieces that are too fast to be seen inside."""
 
 import math
 
@@ -21,14 +21,14 @@ def row(*point: float) -> np.ndarray:
     ("point", "inside"),
     [
         ((1.5, 3.0, 0.5), True),
-        ((1.0, 2.0, 0.0), True),  # the corner belongs to it
+        ((1.0, 2.0, 0.0), True),  # # the corner belongs to the box
         ((0.999, 3.0, 0.5), False),
         ((1.5, 4.001, 0.5), False),
         ((1.5, 3.0, -0.001), False),
         ((math.nan, 3.0, 0.5), False),
     ],
 )
-def test_a_box_contains_its_faces_and_nothing_beyond(point, inside):
+def test_a_box_contains_its_faces_and_nothing_beyond_them(point, inside):
     assert bool(BOX.contains(row(*point))[0]) is inside
 
 
@@ -36,7 +36,7 @@ def test_a_box_contains_its_faces_and_nothing_beyond(point, inside):
     ("point", "inside"),
     [((5.0, 5.0, 1.3), True), ((5.3, 5.0, 1.2), True), ((5.22, 5.22, 1.3), False), ((5.0, 5.0, 1.436), False)],
 )
-def test_a_cylinder_is_round_and_closed(point, inside):
+def test_a_cylinder_is_round_and_contains_its_surface(point, inside):
     assert bool(TUBE.contains(row(*point))[0]) is inside
 
 
@@ -45,7 +45,7 @@ def test_a_path_that_ends_on_a_face_touches_the_box():
 
 
 @pytest.mark.parametrize("zone", [BOX, TUBE])
-def test_no_pieces_and_pieces_with_nan(zone):
+def test_zones_accept_empty_arrays_and_contain_no_piece_at_nan(zone):
     none = np.zeros((0, 3))
     assert zone.contains(none).shape == zone.crossed(none, none).shape == (0,)
     nan = row(math.nan, math.nan, math.nan)
@@ -64,12 +64,12 @@ def test_impossible_zones_are_refused():
 
 
 def test_a_capsule_contains_the_points_near_its_line():
-    """Against the distances of many points on both lines."""
+    """Compared with the distances of many points on both lines."""
     capsule = CapsuleZone((1.0, 1.0, 1.0), (1.3, 1.0, 1.4), 0.1)
     line = np.array(capsule.start) + np.linspace(0.0, 1.0, 400)[:, None] * np.subtract(capsule.end, capsule.start)
     rng = np.random.default_rng(1)
     start, end = rng.uniform(0.7, 1.7, (2, 200, 3))
-    end[:20] = start[:20]  # pieces that stand still
+    end[:20] = start[:20]  # # pieces that stand still
     way = start[:, None] + np.linspace(0.0, 1.0, 400)[None, :, None] * (end - start)[:, None]
     apart = np.array([np.linalg.norm(one[:, None] - line[None], axis=2).min() for one in way])
     clear = np.abs(apart - capsule.radius) > 0.003
@@ -80,7 +80,7 @@ def test_a_capsule_contains_the_points_near_its_line():
     )
     assert 10 < capsule.crossed(start, end).sum() < 190
     bar = CapsuleZone((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), 0.1)
-    for beyond, is_near in ((0.13, True), (0.15, False)):  # past an end at 45 degrees: 92 and 106 mm from it
+    for beyond, is_near in ((0.13, True), (0.15, False)):  # # past an end at 45 degrees: 92 and 106 mm away
         for x in (-beyond, 1.0 + beyond):
             assert bar.crossed(row(x - 1.0, -1.0, 1.0), row(x + 1.0, 1.0, 1.0))[0] == is_near
     assert np.array(capsule.box) == pytest.approx(np.array([(0.9, 0.9, 0.9), (1.4, 1.1, 1.5)]))
@@ -97,7 +97,7 @@ def test_a_capsule_contains_the_points_near_its_line():
     ],
 )
 def test_the_box_of_a_zone_is_its_smallest_bounding_box(zone):
-    """Its faces are as near to the zone as the points are to each other, of a grid in the box."""
+    """Each face is as near to the zone as the points of a grid in the box are to each other."""
     low, high = map(np.array, zone.box)
     start, end = np.random.default_rng(2).uniform(0.6, 1.5, (2, 4000, 3))
     hit = zone.crossed(start, end)

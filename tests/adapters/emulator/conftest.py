@@ -1,4 +1,4 @@
-"""Phoenix 6 in simulated time, in this process: the library is given back its native side after every test."""
+"""Phoenix 6 in simulated time in this process; the library gets its native side back after every test."""
 
 import json
 import math
@@ -11,12 +11,12 @@ DATA = Path(__file__).resolve().parents[1] / "data" / "phoenix6_26.3.0.json"
 
 @pytest.fixture(scope="session")
 def recorded():
-    """What CTRE's simulation did on the wall clock."""
+    """Return the behavior of CTRE's simulation, recorded on the wall clock."""
     return json.loads(DATA.read_text())
 
 
 class Bench:
-    """Motors on a bench: each may turn a flywheel; robot code ticks at 50 Hz, physics steps at 200 Hz."""
+    """Motors on a bench, each with an optional flywheel; robot code runs at 50 Hz and physics at 200 Hz."""
 
     def __init__(self, emulator):
         from phoenix6 import CANBus
@@ -27,7 +27,7 @@ class Bench:
         self._devices = []
 
     def device(self, cls, number, config=None, **settings):
-        """A device with a configuration; settings are `group__name=value`, a TalonFX has no current limits."""
+        """Return a configured device without current limits; settings are `group__name=value`."""
         from phoenix6 import configs, hardware
 
         device = getattr(hardware, cls)(number, self.bus)
@@ -46,13 +46,13 @@ class Bench:
         return self.device("TalonFX", number, **settings)
 
     def spin(self, talon, inertia=0.002, encoder=None, gearing=1.0):
-        """Put a Kraken X60 with an inertia (at the rotor) behind a controller; returns the plant."""
+        """Connect a Kraken X60 with an inertia at the rotor to a controller; return the plant."""
         plant = {"talon": talon, "angle": 0.0, "speed": 0.0, "inertia": inertia, "encoder": encoder, "gearing": gearing}
         self.plants.append(plant)
         return plant
 
     def hold(self, talon, rotations=0.0, rps=0.0, supply=12.0):
-        """Hold a rotor where it is, turning at a speed."""
+        """Hold a rotor at a position, with a given speed reading."""
         state = talon.sim_state
         state.set_supply_voltage(supply)
         state.set_raw_rotor_position(rotations)
@@ -77,7 +77,7 @@ class Bench:
                 plant["encoder"].sim_state.set_velocity(plant["speed"] / math.tau / plant["gearing"])
 
     def run(self, seconds, each_tick=lambda: None, enabled=True):
-        """Let time pass; `each_tick` is the robot's periodic method."""
+        """Advance time; `each_tick` is the robot's periodic method."""
         from phoenix6 import unmanaged
 
         for k in range(round(seconds / 0.005)):
@@ -94,12 +94,12 @@ class Bench:
 
 @pytest.fixture
 def bench():
-    """A bench with fresh devices; the robot is enabled without delay unless a test says otherwise."""
+    """Yield a bench with fresh devices; the robot is enabled without delay unless a test changes that."""
     pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     from simcore import season
     from simcore.robotcode.emulator import EnableDelays, install, uninstall
 
-    season.wpilib_simulation.pause_timing()  # the library's own enable feed runs on the FPGA clock
+    season.wpilib_simulation.pause_timing()  # the library's enable feed runs on the FPGA clock
     made = Bench(install(delays=EnableDelays(enable=0.0, disable=0.0)))
     yield made
     made.close()

@@ -1,4 +1,4 @@
-"""Configurations are asked for again: on a busy computer a device does not answer at once."""
+"""Repeated reads of configurations: on a busy computer a device may not answer at once."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from simcore.quantities import DeviceAddress
 
 
 class Busy:
-    """A configurator that answers only after some tries."""
+    """Configurator that times out for the first reads."""
 
     def __init__(self, configurator, failures):
         self.configurator, self.failures, self.asked = configurator, failures, []
@@ -36,7 +36,7 @@ def group_of(device):
     return FollowerGroup(BuiltDevice("TalonFX", DeviceAddress(device.device_id), device))
 
 
-def test_a_flywheel_with_lost_first_answers_is_still_guessed(bench):
+def test_a_flywheel_is_still_guessed_when_its_first_answers_are_lost(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     device = Device(bench.talon(5, feedback__sensor_to_mechanism_ratio=1.5, slot0__k_s=0.12), 3)
@@ -46,7 +46,7 @@ def test_a_flywheel_with_lost_first_answers_is_still_guessed(bench):
     assert device.configurator.asked == sorted(device.configurator.asked) and len(device.configurator.asked) == 4
 
 
-def test_a_silent_device_is_named_and_the_others_work(bench):
+def test_a_silent_device_is_named_in_the_error(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
     from simcore.robotcode.makers.phoenix6.talon_motor import is_configured_clockwise
 
@@ -57,8 +57,8 @@ def test_a_silent_device_is_named_and_the_others_work(bench):
         is_configured_clockwise(device)
 
 
-def test_the_default_friction_stops_an_undriven_guess(bench):
-    """No kS: 0.2 V. From 12 V it coasts for (12 - 0.2) / 0.2 of its time constant of 50 ms, some 3 s."""
+def test_default_friction_stops_an_undriven_guessed_mechanism(bench):
+    """Without kS, 0.2 V: from 12 V it coasts for (12 - 0.2) / 0.2 times its time constant of 50 ms, some 3 s."""
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     shaft = MAKER.guess(group_of(bench.talon(7))).mechanism

@@ -1,4 +1,4 @@
-"""The control patterns of CTRE's public Python examples, each on a plant: what a team copies first has to work."""
+"""Control patterns of CTRE's public Python examples, each on a plant: the code that teams copy first must work."""
 
 import math
 
@@ -7,8 +7,8 @@ import pytest
 pytestmark = pytest.mark.usefixtures("bench")
 
 
-def test_talonfx_open_loop_follows_the_stick_and_its_own_position(bench):
-    """TalonFX: a duty cycle from a joystick, and signals printed from time to time."""
+def test_a_talonfx_in_open_loop_follows_the_stick(bench):
+    """TalonFX example: a duty cycle from a joystick, and signals printed now and then."""
     from phoenix6 import controls
 
     talon = bench.talon()
@@ -23,8 +23,8 @@ def test_talonfx_open_loop_follows_the_stick_and_its_own_position(bench):
     assert talon.control_request is request
 
 
-def test_arcade_drive_with_inverted_right_side_and_followers(bench):
-    """ArcadeDrive, TankDrive: leaders by duty cycle, the right side inverted, rear motors follow."""
+def test_an_arcade_drive_runs_with_an_inverted_right_side_and_followers(bench):
+    """ArcadeDrive and TankDrive: leaders by duty cycle, right side inverted, rear motors as followers."""
     from phoenix6 import controls, signals
 
     clockwise = signals.InvertedValue.CLOCKWISE_POSITIVE
@@ -43,13 +43,13 @@ def test_arcade_drive_with_inverted_right_side_and_followers(bench):
     speeds = [plant["speed"] / math.tau for plant in plants]
     assert speeds[0] == pytest.approx(0.7 * 5800 / 60, rel=0.01)
     assert speeds[1] == pytest.approx(speeds[0], rel=0.002)
-    assert speeds[2] == pytest.approx(-0.5 * 5800 / 60, rel=0.01)  # counter-clockwise frame of the simulation
+    assert speeds[2] == pytest.approx(-0.5 * 5800 / 60, rel=0.01)  # counter-clockwise simulation frame
     assert speeds[3] == pytest.approx(speeds[2], rel=0.002)
-    assert rear_right.get_velocity().value == pytest.approx(-speeds[3], rel=0.01)  # reads as its leader
+    assert rear_right.get_velocity().value == pytest.approx(-speeds[3], rel=0.01)  # reads like its leader
 
 
-def test_velocity_closed_loop_in_volts_and_amperes(bench):
-    """VelocityClosedLoop: slot 0 for volts, slot 1 for torque current, each with kS; a button lets go."""
+def test_velocity_closed_loops_hold_their_speed_by_volts_and_by_amperes(bench):
+    """VelocityClosedLoop: slot 0 for voltage and slot 1 for torque current, each with kS; then neutral."""
     from phoenix6 import configs, controls
 
     config = configs.TalonFXConfiguration()
@@ -61,11 +61,11 @@ def test_velocity_closed_loop_in_volts_and_amperes(bench):
     bench.spin(talon)
     volts, amperes = controls.VelocityVoltage(0).with_slot(0), controls.VelocityTorqueCurrentFOC(0).with_slot(1)
     bench.run(2.0, lambda: talon.set_control(volts.with_velocity(40)))
-    # steady: kS + kV r + kP (r - v) = v ke
+    # steady state: kS + kV r + kP (r - v) = v ke
     ke = 12.0 / (5800 / 60)
     assert talon.get_velocity().value == pytest.approx((0.1 + 0.12 * 40 + 0.11 * 40) / (ke + 0.11), rel=1e-4)
     bench.run(2.0, lambda: talon.set_control(amperes.with_velocity(-30)))
-    assert talon.get_velocity().value == pytest.approx(-30.5, abs=0.01)  # kS/kP beyond: no load, so no torque at rest
+    assert talon.get_velocity().value == pytest.approx(-30.5, abs=0.01)  # beyond by kS/kP: no load, so no torque
     assert talon.get_closed_loop_reference().value == pytest.approx(-30.0)
     assert talon.get_closed_loop_reference().units == "rotations per second"
     talon.set_control(controls.NeutralOut())
@@ -73,7 +73,7 @@ def test_velocity_closed_loop_in_volts_and_amperes(bench):
     assert talon.get_torque_current().value == 0.0
 
 
-def test_position_closed_loop_in_volts_and_amperes(bench):
+def test_position_closed_loops_arrive_by_volts_and_by_amperes(bench):
     """PositionClosedLoop: go to ten turns, then brake with StaticBrake."""
     from phoenix6 import configs, controls
 
@@ -96,8 +96,8 @@ def test_position_closed_loop_in_volts_and_amperes(bench):
 
 
 @pytest.mark.parametrize("kind", ["MotionMagicVoltage", "MotionMagicExpoVoltage", "DynamicMotionMagicVoltage"])
-def test_motion_magic_keeps_its_limits_and_arrives(bench, kind):
-    """MotionMagic: a profile with cruise velocity, acceleration and jerk; the reference never passes them."""
+def test_motion_magic_stays_within_its_limits_and_arrives(bench, kind):
+    """MotionMagic: a profile with cruise velocity, acceleration and jerk; its reference keeps the cruise velocity."""
     from phoenix6 import controls
 
     talon = bench.talon(
@@ -130,8 +130,8 @@ def test_motion_magic_keeps_its_limits_and_arrives(bench, kind):
     assert talon.get_motion_magic_at_target().value
 
 
-def test_a_fused_cancoder_gives_the_mechanisms_position(bench):
-    """FusedCANcoder: the encoder after the gears is the position, with its magnet offset, the short way round."""
+def test_a_fused_cancoder_sets_the_position_of_a_mechanism(bench):
+    """FusedCANcoder: the encoder behind the gears gives the position with offset; the motor takes the short way."""
     from phoenix6 import configs, controls, signals
 
     config = configs.CANcoderConfiguration()
@@ -152,13 +152,13 @@ def test_a_fused_cancoder_gives_the_mechanisms_position(bench):
     assert talon.get_position().value == pytest.approx(0.4, abs=1e-6)
     assert encoder.get_absolute_position().value == pytest.approx(0.4, abs=1e-6)
     bench.run(1.0, lambda: talon.set_control(controls.PositionVoltage(-0.4)))
-    assert talon.get_position().value == pytest.approx(0.6, abs=0.003)  # forward through the half turn
+    assert talon.get_position().value == pytest.approx(0.6, abs=0.003)  # forward through half a turn
     assert encoder.get_absolute_position().value == pytest.approx(-0.4, abs=0.003)
     assert not talon.get_fault_remote_sensor_data_invalid().value
 
 
 def test_control_request_limits_and_limit_switches_stop_one_direction(bench):
-    """ControlRequestLimits: a digital input limits one direction of a request; switches and soft limits do as well."""
+    """ControlRequestLimits: a digital input limits one direction of a request, as limit switches do."""
     from phoenix6 import controls
 
     talon = bench.talon()
@@ -184,7 +184,7 @@ def test_control_request_limits_and_limit_switches_stop_one_direction(bench):
     assert not talon.get_sticky_fault_forward_hard_limit().value
 
 
-def test_soft_limits_hold_a_mechanism_inside(bench):
+def test_a_soft_limit_stops_a_mechanism_just_beyond_it(bench):
     from phoenix6 import controls, signals
 
     talon = bench.talon(
@@ -201,7 +201,7 @@ def test_soft_limits_hold_a_mechanism_inside(bench):
 
 
 def test_current_limits_bound_stator_and_supply_current(bench):
-    """CurrentLimits: 40 A of torque from standstill, and less supply current after a while above the limit."""
+    """CurrentLimits: 40 A of stator current from rest, and a lower supply limit after half a second at the limit."""
     from phoenix6 import controls
 
     talon = bench.talon(
@@ -229,7 +229,7 @@ def test_current_limits_bound_stator_and_supply_current(bench):
 
 
 def _on(talon, *names):
-    """The controller's current limits with some of them switched on."""
+    """Return the controller's current limits with the named ones enabled."""
     from phoenix6 import configs
 
     limits = configs.CurrentLimitsConfigs()
@@ -240,7 +240,7 @@ def _on(talon, *names):
 
 
 def test_wait_for_all_returns_simultaneous_signals(bench):
-    """WaitForAll: several signals at one rate, waited for together; in simulated time they are there at once."""
+    """WaitForAll: several signals at one rate; in simulated time they are available at once."""
     from phoenix6 import BaseStatusSignal, controls
 
     talons = [bench.talon(k) for k in (1, 2)]
@@ -258,8 +258,8 @@ def test_wait_for_all_returns_simultaneous_signals(bench):
     assert now == pytest.approx(talons[0].get_position().value, abs=1e-6)
 
 
-def test_status_signals_age_and_update(bench):
-    """StatusSignals: a signal keeps its value until refreshed, and knows how old it is; rates can be lowered."""
+def test_status_signals_age_until_they_are_refreshed(bench):
+    """StatusSignals: a signal keeps its value until refreshed, and reports its age; its rate can be lowered."""
     from phoenix6 import hardware
 
     talon = bench.talon()
@@ -285,7 +285,7 @@ def test_status_signals_age_and_update(bench):
 
 
 def test_cancoder_counts_turns_and_can_be_set(bench):
-    """CANcoder: position over turns, absolute position within one, a new position, magnet health."""
+    """CANcoder: position over several turns, absolute position within one, a new position, and magnet health."""
     from phoenix6 import signals
 
     encoder = bench.device("CANcoder", 1, magnet_sensor__sensor_direction=signals.SensorDirectionValue(0))
@@ -300,8 +300,8 @@ def test_cancoder_counts_turns_and_can_be_set(bench):
     assert encoder.get_magnet_health().value.name == "MAGNET_GREEN"
 
 
-def test_pigeon_yaw_is_continuous_and_can_be_set(bench):
-    """Pigeon2: yaw over turns, set to a heading; attitude as a rotation."""
+def test_a_pigeon_yaw_is_continuous_and_can_be_set(bench):
+    """Pigeon2: yaw over several turns, set to a heading; attitude as a rotation."""
     gyro = bench.device("Pigeon2", 1)
     state = gyro.sim_state
     for degrees in range(0, 400, 50):
@@ -316,8 +316,8 @@ def test_pigeon_yaw_is_continuous_and_can_be_set(bench):
     assert math.degrees(getattr(rotation, "z", None) or rotation.Z()) == pytest.approx(144.0, abs=1e-6)
 
 
-def test_canrange_detects_with_hysteresis(bench):
-    """CANrange: near than 0.4 m is detected, and stays so to 0.41 m."""
+def test_a_canrange_detects_with_hysteresis(bench):
+    """CANrange: it detects closer than 0.4 m, and stays so up to 0.41 m."""
     sensor = bench.device("CANrange", 1)
     seen = []
     for distance in (0.1, 0.39, 0.405, 0.42, 0.40, 0.395, 0.385, 2.0):
@@ -328,8 +328,8 @@ def test_canrange_detects_with_hysteresis(bench):
     assert seen == [True, True, True, False, False, False, True, False]  # as measured on CTRE's simulation
 
 
-def test_candi_pins_and_sensors(bench):
-    """CANdi: digital pins with a close state, a pulse-width and a quadrature sensor."""
+def test_a_candi_reads_its_pins_and_its_sensors(bench):
+    """CANdi: digital pins with a close state, a pulse-width sensor and a quadrature sensor."""
     from phoenix6 import signals
 
     candi = bench.device("CANdi", 1, digital_inputs__s1_close_state=signals.S1CloseStateValue.CLOSE_WHEN_LOW)
@@ -363,8 +363,8 @@ def test_a_remote_limit_on_a_canrange_stops_a_roller(bench):
     assert talon.get_motor_voltage().value == 0.0
 
 
-def test_sysid_ramps_volts_and_logs(bench):
-    """PhoenixSysId: a slow voltage ramp, with a state written to the signal log; nothing is written to disk here."""
+def test_a_sysid_routine_ramps_the_voltage_and_logs(bench):
+    """PhoenixSysId: a slow voltage ramp with its state in the signal log; nothing is written to disk here."""
     from phoenix6 import SignalLogger, controls
 
     talon = bench.talon()
@@ -383,8 +383,8 @@ def test_sysid_ramps_volts_and_logs(bench):
     assert talon.get_velocity().value * 12.0 / (5800 / 60) == pytest.approx(4.0, abs=lag)
 
 
-def test_candle_lights_move_nothing(bench):
-    """CANdle: colors and animations are accepted."""
+def test_candle_requests_are_accepted(bench):
+    """CANdle: colors and animations."""
     from phoenix6 import controls, signals
 
     lights = bench.device("CANdle", 1)
@@ -392,8 +392,8 @@ def test_candle_lights_move_nothing(bench):
     assert lights.set_control(controls.RainbowAnimation(8, 37, slot=0)).is_ok()
 
 
-def test_talonfxs_with_a_minion(bench):
-    """The free speed of a Minion at 6 V, and no motion without an arrangement."""
+def test_a_talonfxs_drives_a_minion_only_with_its_arrangement(bench):
+    """At 20 turns/s, 3 V give the current of a Minion; without a motor arrangement the output stays 0 V."""
     from phoenix6 import controls, signals
 
     arranged = bench.device("TalonFXS", 1, commutation__motor_arrangement=signals.MotorArrangementValue.MINION_JST)

@@ -1,4 +1,4 @@
-"""The seam: what goes in, what comes out again, and what is refused by name."""
+"""Installation of the emulator behind the Phoenix 6 library, and calls that are refused by name."""
 
 import ctypes
 import math
@@ -6,7 +6,7 @@ import math
 import pytest
 
 
-def test_the_library_gets_its_native_side_back(bench):
+def test_uninstalling_gives_the_library_its_native_side_back(bench):
     from phoenix6.phoenix_native import Native
 
     from simcore.robotcode.emulator import install, installed, uninstall
@@ -34,7 +34,7 @@ def test_the_library_gets_its_native_side_back(bench):
         ),
     ],
 )
-def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change, words):
+def test_an_incompatible_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change, words):
     from phoenix6.phoenix_native import Native
 
     from simcore.robotcode.emulator.installation import SeamError, check_seam
@@ -48,7 +48,7 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
 
 
 @pytest.mark.parametrize("cls", ["TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi"])
-def test_configurations_read_as_applied_and_a_full_one_resets_the_rest(bench, cls):
+def test_configurations_read_as_applied_and_a_full_one_resets_all_other_settings(bench, cls):
     from phoenix6 import configs
 
     from simcore.robotcode.emulator.emulated_device import parse_config
@@ -76,7 +76,7 @@ def test_configurations_read_as_applied_and_a_full_one_resets_the_rest(bench, cl
     assert (first.custom_params.custom_param0, first.custom_params.custom_param1) == (0, 0)
 
 
-def test_one_group_leaves_the_others_alone(bench):
+def test_applying_one_configuration_group_leaves_the_others_alone(bench):
     from phoenix6 import configs
 
     talon = bench.talon(slot0__k_p=3.0)
@@ -89,7 +89,7 @@ def test_one_group_leaves_the_others_alone(bench):
 
 
 def test_devices_drive_only_while_enabled_with_a_delay(bench):
-    """The wall clock shows 49 ms from enable to volts and 86 ms from disable to none."""
+    """On the wall clock, output starts 49 ms after enabling and stops 86 ms after disabling."""
     from phoenix6 import controls, unmanaged
 
     from simcore.robotcode.emulator import EnableDelays
@@ -125,8 +125,8 @@ def test_a_request_sent_once_lasts_a_tenth_of_a_second(bench):
 
 
 @pytest.mark.parametrize("parts", [1, 2, 5])
-def test_a_step_in_parts_equals_one_step(bench, parts):
-    """A profile is a closed form of time: 5 ms at once or in parts, to the last digits."""
+def test_a_step_in_parts_equals_a_single_step(bench, parts):
+    """A profile is a closed form of time, so 5 ms at once or in parts agree to the last digits."""
     from phoenix6 import configs, controls
 
     config = configs.TalonFXConfiguration()
@@ -149,7 +149,7 @@ def test_a_step_in_parts_equals_one_step(bench, parts):
 _WHOLE: list[float] = []
 
 
-def test_tasks_run_at_their_time_within_a_step(bench):
+def test_scheduled_tasks_run_at_their_time_within_a_step(bench):
     seen = []
     clock = bench.emulator.clock
     cancel = bench.emulator.every(0.004, lambda: seen.append(round(clock.now, 6)))
@@ -171,7 +171,7 @@ def test_wpilib_sim_devices_mirror_outputs_on_request(bench, mirror):
 
     uninstall()
     bench.emulator = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
-    number = 40 + mirror  # the HAL keeps a SimDevice by its name
+    number = 40 + mirror  # the HAL keeps SimDevices by name
     talon = bench.talon(number)
     bench.hold(talon, rotations=3.0)
     bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
@@ -208,11 +208,11 @@ REFUSALS = {
     ),
     "a rotor that is no number": (lambda b, c: b.talon().sim_state.set_rotor_velocity(math.nan), "RotorVelocity"),
 }
-"""By what is refused: the call, and what is said."""
+"""Call and expected message of each refusal."""
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_unmodelled_or_nan_values_are_refused_by_name(bench, name):
+def test_unmodelled_features_and_nan_values_are_refused_by_name(bench, name):
     from phoenix6 import controls
 
     from simcore.errors import NonFiniteError
@@ -222,7 +222,7 @@ def test_unmodelled_or_nan_values_are_refused_by_name(bench, name):
         call(bench, controls)
 
 
-def test_versions_and_licences_are_those_of_the_library(bench):
+def test_reported_versions_and_licences_are_those_of_the_library(bench):
     from phoenix6 import unmanaged
 
     talon = bench.talon()
@@ -233,7 +233,7 @@ def test_versions_and_licences_are_those_of_the_library(bench):
     assert unmanaged.get_phoenix_version() == 0x1A0300
 
 
-def test_stubbed_devices_accept_every_call(bench):
+def test_stub_devices_accept_every_call(bench):
     from phoenix6 import controls, hardware
 
     talon = hardware.TalonFX.none()
@@ -242,8 +242,8 @@ def test_stubbed_devices_accept_every_call(bench):
     assert talon.get_position().status.is_ok()
 
 
-def test_a_new_position_survives_a_change_of_ratio(bench):
-    """As on CTRE's simulation: the rotor's count is what is set."""
+def test_a_new_position_survives_a_change_of_gear_ratio(bench):
+    """As on CTRE's simulation, setting a position sets the rotor count."""
     from phoenix6 import configs
 
     talon = bench.talon(feedback__sensor_to_mechanism_ratio=10.0)

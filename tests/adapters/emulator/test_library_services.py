@@ -1,4 +1,4 @@
-"""Whatever the Python library asks of the native one is answered as CTRE's simulation does, or refused clearly."""
+"""Every service that the Python library requests of the native one answers as in CTRE's simulation or is refused."""
 
 import inspect
 import re
@@ -15,14 +15,14 @@ def names(statuses):
     return [status.name for status in statuses]
 
 
-def test_generated_telemetry_writes_structs_to_a_log(bench):
+def test_generated_telemetry_can_write_structs_to_a_log(bench):
     """CTRE's generated telemetry.py does this 250 times a second."""
     from phoenix6 import SignalLogger
     from phoenix6.hoot_schema_type import HootSchemaType
 
     try:
         from wpimath import Pose2d, SwerveModuleVelocity
-    except ImportError:  # of 2026
+    except ImportError:  # names of 2026
         from wpimath.geometry import Pose2d
         from wpimath.kinematics import SwerveModuleState as SwerveModuleVelocity
 
@@ -45,8 +45,8 @@ def test_generated_telemetry_writes_structs_to_a_log(bench):
     assert SignalLogger.stop().is_ok()
 
 
-def test_a_bus_with_a_missing_hoot_file_works(bench):
-    """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`, imported at any time."""
+def test_a_bus_works_without_its_hoot_file(bench):
+    """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`."""
     from phoenix6 import CANBus, HootReplay, hardware
 
     from simcore.robotcode.emulator.emulated_native import IS_2027
@@ -61,7 +61,7 @@ def test_a_bus_with_a_missing_hoot_file_works(bench):
     assert not HootReplay.is_file_loaded() and HootReplay.is_playing() and HootReplay.is_finished()
 
 
-def test_an_orchestra_takes_every_call_and_makes_no_sound(bench):
+def test_an_orchestra_accepts_every_call_and_makes_no_sound(bench):
     from phoenix6 import Orchestra, hardware
 
     orchestra = Orchestra([hardware.TalonFX(1, bench.bus)])
@@ -71,7 +71,7 @@ def test_an_orchestra_takes_every_call_and_makes_no_sound(bench):
 
 
 @pytest.mark.parametrize("name", DEVICES)
-def test_every_getter_and_command_without_arguments_of_a_device_answers(bench, name):
+def test_every_method_without_arguments_of_a_device_answers(bench, name):
     device = bench.device(name, 9)
     bench.emulator.step(0.02)
     called = 0
@@ -90,8 +90,8 @@ def test_every_getter_and_command_without_arguments_of_a_device_answers(bench, n
     assert called > 20
 
 
-def test_every_function_of_the_python_library_is_emulated():
-    """What is missing is a request of differential mechanisms, and nothing else."""
+def test_the_emulator_has_every_function_that_the_python_library_calls():
+    """Only requests of differential mechanisms are missing."""
     import phoenix6
 
     from simcore.robotcode import emulator

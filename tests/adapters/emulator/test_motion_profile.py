@@ -1,4 +1,4 @@
-"""Motion profiles: limits are kept, goals are reached from any state, and time may come in pieces."""
+"""Motion profiles stay within their limits and reach goals from any state, whole or in parts."""
 
 import math
 
@@ -32,7 +32,7 @@ def test_a_profile_reaches_its_last_goal_within_its_limits(start, v0, goals, cru
     assert (profile.p, profile.v) == (goals[-1], 0.0)
 
 
-def test_a_trapezoid_takes_the_time_of_the_textbook():
+def test_a_trapezoid_takes_the_textbook_time():
     """d / v + v / a."""
     profile = SCurve()
     steps = 0
@@ -42,7 +42,7 @@ def test_a_trapezoid_takes_the_time_of_the_textbook():
     assert steps * 0.001 == pytest.approx(10.0 / 4.0 + 4.0 / 8.0, abs=0.0011)
 
 
-def test_an_s_curve_takes_the_time_of_the_textbook():
+def test_an_s_curve_takes_the_textbook_time():
     """d / v + v / a + a / j."""
     profile = SCurve()
     steps = 0
@@ -54,8 +54,8 @@ def test_an_s_curve_takes_the_time_of_the_textbook():
 
 @given(goal=st.floats(-50.0, 50.0), v0=st.floats(-60.0, 60.0), kv=st.floats(0.1, 1.0), ka=st.floats(0.01, 1.0),
        cruise=st.sampled_from([0.0, 5.0, 30.0]))  # fmt: skip
-def test_an_exponential_profile_obeys_its_motor(goal, v0, kv, ka, cruise):
-    """|kV v + kA a| <= 12 V all the way, except while a start beyond the cruise velocity is braked."""
+def test_an_exponential_profile_stays_within_the_voltage_of_its_motor(goal, v0, kv, ka, cruise):
+    """|kV v + kA a| <= 12 V all along, except while it brakes from above the cruise velocity."""
     profile = Expo()
     v0 = max(min(v0, 11.0 / kv), -11.0 / kv)
     profile.start(0.0, v0)
@@ -71,7 +71,7 @@ def test_an_exponential_profile_obeys_its_motor(goal, v0, kv, ka, cruise):
     assert (profile.p, profile.v) == (goal, 0.0)
 
 
-def test_an_exponential_profile_starts_as_its_motor_does():
+def test_an_exponential_profile_starts_like_its_motor():
     """v = 12 / kV (1 - exp(-t kV / kA))."""
     profile = Expo()
     for k in range(1, 101):
@@ -80,7 +80,7 @@ def test_an_exponential_profile_starts_as_its_motor_does():
 
 
 @given(goals=st.lists(number, min_size=1, max_size=3), a=st.floats(1.0, 100.0), jerk=st.sampled_from([0.0, 50.0]))
-def test_a_velocity_ramp_arrives(goals, a, jerk):
+def test_a_velocity_ramp_reaches_its_goal(goals, a, jerk):
     ramp = VelocityRamp()
     for goal in goals:
         for _ in range(3000):

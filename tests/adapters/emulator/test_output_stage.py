@@ -1,4 +1,4 @@
-"""The output stage and the control laws by their equations."""
+"""Output stage and control laws against their equations."""
 
 import math
 
@@ -21,7 +21,7 @@ def put_out(bench, talon, request, seconds=0.04):
     ],
 )
 def test_an_open_loop_ramp_rises_at_its_rate_and_restarts_after_neutral(bench, unit, request_of, full, read):
-    """Full scale in the ramp's time: 12 V, 1, 300 A."""
+    """Full scale within the ramp's time: 12 V, duty cycle 1, 300 A."""
     from phoenix6 import controls
 
     period = 1.0
@@ -50,8 +50,8 @@ def test_a_ramp_continues_from_the_previous_requests_output(bench):
     assert put_out(bench, talon, controls.VelocityVoltage(10.0), 0.1) == pytest.approx(4.0 + 12.0 * 0.1, abs=0.13)
 
 
-def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):
-    """A new set point waits for the sensor's next frame; a request of another kind begins with no output."""
+def test_a_loop_on_a_remote_sensor_runs_once_per_frame(bench):
+    """A new setpoint takes effect with the sensor's next frame; a request of another kind starts with zero output."""
     from phoenix6 import controls, signals
 
     encoder = bench.device("CANcoder", 1)
@@ -60,7 +60,7 @@ def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):
         feedback__feedback_remote_sensor_id=1,
         feedback__feedback_sensor_source=signals.FeedbackSensorSourceValue.FUSED_CANCODER,
     )
-    period = 10  # loops, at 100 Hz
+    period = 10  # loops of 1 ms, at 100 Hz
     bench.run(0.1, lambda: talon.set_control(controls.PositionVoltage(0.0)))
 
     def loops_until(volts):
@@ -72,7 +72,7 @@ def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):
 
     loops_until(0.0)
     encoder.sim_state.set_raw_position(-0.1)
-    loops_until(1.0)  # a frame has just been read, and the next one is a period away
+    loops_until(1.0)  # a frame has just been read, so the next is one period away
     talon.set_control(controls.PositionVoltage(0.2).with_update_freq_hz(0))
     assert loops_until(3.0) == period
     talon.set_control(controls.PositionDutyCycle(-0.09).with_update_freq_hz(0))
@@ -82,7 +82,7 @@ def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):
 
 @pytest.mark.parametrize("slot", [0, 1, 2])
 @pytest.mark.parametrize("arm", [False, True])
-def test_every_gain_of_every_slot_acts(bench, slot, arm):
+def test_every_gain_of_every_slot_contributes_to_the_output(bench, slot, arm):
     """u = kS sign + kG cos + kV r' + kP e + kD e' + feed-forward."""
     from phoenix6 import controls, signals
 
@@ -102,7 +102,7 @@ def test_every_gain_of_every_slot_acts(bench, slot, arm):
     assert talon.get_control_mode().value.name == "POSITION_VOLTAGE_FOC"
 
 
-def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_its_goal(bench):
+def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_the_sign_of_its_goal(bench):
     from phoenix6 import controls, signals
 
     talon = bench.talon(
@@ -113,7 +113,7 @@ def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_its_goal(bench):
     )
     bench.hold(talon, rps=8.0)
     talon.sim_state.set_rotor_acceleration(10.0)
-    # the goal is below the velocity: the sign is still the goal's
+    # the goal is below the velocity, but the sign is that of the goal
     assert put_out(bench, talon, controls.VelocityVoltage(5.0, acceleration=20.0)) == pytest.approx(
         0.3 + 0.02 * 20.0 + 0.1 * (20.0 - 10.0), abs=1e-6
     )
@@ -122,7 +122,7 @@ def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_its_goal(bench):
 @pytest.mark.parametrize(
     ("at", "goal", "error"), [(0.9, 0.1, 0.2), (0.0, 0.5, -0.5), (3.2, 0.1, -0.1), (0.0, 2.75, -0.25)]
 )
-def test_continuous_wrap_takes_the_shorter_way(bench, at, goal, error):
+def test_continuous_wrap_takes_the_shorter_way_around(bench, at, goal, error):
     from phoenix6 import controls
 
     talon = bench.talon(slot0__k_p=1.0, closed_loop_general__continuous_wrap=True)
@@ -130,8 +130,8 @@ def test_continuous_wrap_takes_the_shorter_way(bench, at, goal, error):
     assert put_out(bench, talon, controls.PositionVoltage(goal)) == pytest.approx(error, abs=1e-6)
 
 
-def test_an_integral_follows_its_equation_and_resets_with_the_request(bench):
-    """kI e t, kept when the goal changes, gone with another kind of request or after a disable."""
+def test_an_integral_term_follows_its_equation_and_resets_when_disabled(bench):
+    """kI e t; kept when the goal changes, reset by another kind of request or by disabling."""
     from phoenix6 import controls
 
     talon = bench.talon(slot0__k_i=1.0)
@@ -143,7 +143,7 @@ def test_an_integral_follows_its_equation_and_resets_with_the_request(bench):
     assert put_out(bench, talon, controls.PositionVoltage(-1.0)) == 0.0
 
 
-def test_a_missing_remote_sensor_stops_closed_loops_only_and_shows_a_fault(bench):
+def test_a_missing_remote_sensor_stops_only_closed_loops_and_sets_a_fault(bench):
     from phoenix6 import controls, signals
 
     talon = bench.talon(
@@ -159,7 +159,7 @@ def test_a_missing_remote_sensor_stops_closed_loops_only_and_shows_a_fault(bench
     assert not talon.get_fault_remote_sensor_data_invalid().value
 
 
-def test_a_synced_cancoder_gives_the_rotor_its_zero(bench):
+def test_a_synced_cancoder_sets_the_zero_of_the_rotor(bench):
     from phoenix6 import signals
 
     encoder = bench.device("CANcoder", 3, magnet_sensor__magnet_offset=0.2)
@@ -188,7 +188,7 @@ def test_a_limit_switch_can_set_the_position(bench):
     assert talon.get_position().value == pytest.approx(9.0)
 
 
-def test_over_voltage_turns_the_bridge_off(bench):
+def test_over_voltage_turns_the_output_off(bench):
     from phoenix6 import controls
 
     talon = bench.talon()

@@ -1,4 +1,4 @@
-"""The emulator against what CTRE's simulation did on the wall clock, recorded with the phoenix6 version in the file."""
+"""The emulator against recordings of CTRE's simulation on the wall clock, of the phoenix6 version in the file name."""
 
 import importlib.util
 import json
@@ -29,7 +29,7 @@ def simulated():
 
 
 @pytest.mark.parametrize("name", RECORDED["figures"])
-def test_a_request_moves_its_plant_as_on_ctres_simulation(simulated, name):
+def test_a_request_moves_its_plant_as_in_ctres_simulation(simulated, name):
     """t90 within 20 ms (30 ms at a supply limit), overshoot within 3 % and final value within 0.5 % of the step."""
     real, ours = RECORDED["figures"][name], simulated["figures"][name]
     assert not compare.misses(name, real, ours), (real, ours)
@@ -52,8 +52,8 @@ def test_the_recording_still_matches_ctres_simulation(simulated):
 
 
 @pytest.mark.realtime
-def test_devices_stay_within_their_time_budget():
-    """12 TalonFX, 4 CANcoder and a Pigeon 2 at 1 kHz: at most 1 ms per 20 ms tick; the best of three runs counts."""
+def test_emulated_devices_stay_within_their_time_budget():
+    """12 TalonFX, 4 CANcoder and a Pigeon 2 at 1 kHz take at most 1 ms per 20 ms tick, in the best of three runs."""
     pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     best = math.inf
     for _ in range(3):
@@ -74,8 +74,8 @@ def test_devices_stay_within_their_time_budget():
 
 
 @pytest.mark.parametrize("row", RECORDED["held"], ids=lambda row: f"{row['request']} {row['args']} at {row['rps']} rps")
-def test_a_held_rotor_gets_the_recorded_volts_and_amperes(bench, row):
-    """Within a step of the simulated current sensor and what its limiters hunt: 3 A, or 2 %."""
+def test_a_held_rotor_gets_the_recorded_voltage_and_current(bench, row):
+    """Within a step of the simulated current sensor and the oscillation of its limiter: 3 A or 2 %."""
     from phoenix6 import controls, signals
 
     enums = {"motor_output.neutral_mode": signals.NeutralModeValue}

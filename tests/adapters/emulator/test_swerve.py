@@ -1,4 +1,4 @@
-"""Constants of CTRE's generated swerve code become a model."""
+"""Constants of CTRE's generated swerve code make a model."""
 
 from types import SimpleNamespace
 
@@ -8,7 +8,7 @@ from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
 
 
-def test_constants_become_a_model_by_attribute_name(bench):
+def test_swerve_constants_are_read_by_attribute_name(bench):
     from simcore.robotcode.makers.phoenix6.swerve import swerve_config
 
     limits = SimpleNamespace(

@@ -1,11 +1,11 @@
-"""Equal ids on two buses are two devices, and what finds a device by its id alone finds one of its own bus."""
+"""Equal ids on two buses are two devices, and a lookup by id finds the device on its own bus."""
 
 import pytest
 
 
 @pytest.fixture
 def on(bench):
-    """Makes a device of a class on a bus, with a configuration."""
+    """Return a function that makes a device on a bus, with a configuration."""
     from phoenix6 import CANBus
 
     def make(bus, cls, number, **settings):
@@ -15,7 +15,7 @@ def on(bench):
     return make
 
 
-def test_two_motors_of_one_id_move_apart(bench, on):
+def test_two_motors_with_one_id_move_independently(bench, on):
     from phoenix6 import configs, controls
 
     own, far = on("rio", "TalonFX", 3, slot0__k_p=1.5), on("canivore", "TalonFX", 3, slot0__k_p=9.0)
@@ -37,7 +37,7 @@ def test_the_name_rio_means_the_roborios_bus(bench, on):
     assert same.get_motor_voltage().value == pytest.approx(3.0)
 
 
-def test_a_follower_follows_only_on_its_own_bus(bench, on):
+def test_a_follower_follows_only_a_leader_on_its_own_bus(bench, on):
     from phoenix6 import controls, signals
 
     lead, decoy = on("rio", "TalonFX", 3), on("canivore", "TalonFX", 4)
@@ -55,7 +55,7 @@ def test_a_follower_follows_only_on_its_own_bus(bench, on):
     assert far.get_motor_voltage().value == 0.0
 
 
-def test_a_remote_encoder_is_on_the_controllers_bus(bench, on):
+def test_a_remote_encoder_is_looked_up_on_the_controllers_bus(bench, on):
     from phoenix6 import signals
 
     fused = {
@@ -70,7 +70,7 @@ def test_a_remote_encoder_is_on_the_controllers_bus(bench, on):
     assert [t.get_position().value for t in talons] == pytest.approx([0.125, -0.25], abs=1e-3)
 
 
-def test_gyros_ranges_and_motors_with_own_encoders_are_told_apart(bench, on):
+def test_gyros_range_sensors_and_talonfxs_on_two_buses_are_told_apart(bench, on):
     gyros = [on(bus, "Pigeon2", 1) for bus in ("rio", "canivore")]
     ranges = [on(bus, "CANrange", 1) for bus in ("rio", "canivore")]
     small = [on(bus, "TalonFXS", 1) for bus in ("rio", "canivore")]
@@ -84,7 +84,7 @@ def test_gyros_ranges_and_motors_with_own_encoders_are_told_apart(bench, on):
     assert [talon.get_rotor_position().value for talon in small] == pytest.approx([3.0, 6.0])
 
 
-def test_physics_and_a_team_s_own_simulation_reach_the_device_of_the_right_bus(bench, on):
+def test_physics_and_a_teams_own_simulation_reach_the_device_on_the_right_bus(bench, on):
     from simcore.quantities import DeviceAddress
     from simcore.robotcode.makers.phoenix6.built_devices import watch_simulations
     from simcore.robotcode.makers.phoenix6.sensor_ports import sim_state_of
@@ -93,7 +93,7 @@ def test_physics_and_a_team_s_own_simulation_reach_the_device_of_the_right_bus(b
     asked = []
     watch_simulations(lambda key: asked.append(key) is None and key[1].bus == "canivore")
     sim_state_of(own).write_rotor(2.0, 0.0)
-    own.sim_state.set_raw_rotor_position(9.0)  # dropped
+    own.sim_state.set_raw_rotor_position(9.0)  # dropped: physics owns this device
     far.sim_state.set_raw_rotor_position(5.0)
     watch_simulations(lambda key: True)
     bench.run(0.1)

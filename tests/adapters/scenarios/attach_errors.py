@@ -1,4 +1,4 @@
-"""What one can get wrong with `--simcore`, and what one is told; in one process, one mistake after the other."""
+"""Mistakes with `--simcore` and their error messages, one after the other in one process."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def main() -> None:
     three = SwerveDrive(replace(config, modules=config.modules[:3]))
     said["fewer modules"] = message(lambda: adapter.SwerveDrivetrainSim(whole, three))
     shared = SimpleNamespace(modules=[*whole.modules[:3], whole.modules[0]], pigeon2=whole.pigeon2)
-    twice = {"modules": adapter.module_constants(whole)}  # the back right module has the front left one's motors
+    twice = {"modules": adapter.module_constants(whole)}  # the back right module has the motors of the front left one
     said["one motor twice"] = message(lambda: adapter.SwerveDrivetrainSim(shared, SwerveDrive(config), **twice))
 
     known = adapter.module_constants(whole)

@@ -1,9 +1,9 @@
-"""Every control request on a plant of its own, with its figures as JSON.
+"""Every control request on its own plant, with its figures as JSON.
 
     python control_cases.py real|simulated [name ...]
 
-`real` is CTRE's simulation on the wall clock, `simulated` the emulator. Physics runs at 200 Hz and robot code at 50 Hz
-in both, and the plant is the same: a motor with a flywheel, exactly integrated over a step.
+`real` is CTRE's simulation on the wall clock, `simulated` the emulator. In both cases physics runs at 200 Hz, robot
+code at 50 Hz, and the plant is a motor with a flywheel, integrated exactly over a step.
 """
 
 from __future__ import annotations
@@ -18,37 +18,37 @@ from dataclasses import dataclass, field
 from typing import Any
 
 PHYSICS = 0.005
-"""[s]"""
+"""Step of the physics [s]."""
 ROBOT = 4
-"""Steps of the physics in a tick of the robot."""
+"""Physics steps per robot tick."""
 LATE = 0.008
-"""A loop that comes later than this [s] cannot be judged."""
+"""Largest delay of a loop for results that can be judged [s]."""
 LEAD = 0.3
-"""At rest before the request [s]."""
+"""Time at rest before the request [s]."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One request."""
+    """Request with its plant, configuration and goal."""
 
     name: str
     request: Callable[[Any], Any]
-    """Makes the request from `phoenix6.controls`."""
+    """Function that makes the request from `phoenix6.controls`."""
     goal: float
-    """What is reached in the end, or for a stop where it starts from."""
+    """Value reached in the end, or for a stop the initial value."""
     config: dict[str, float] = field(default_factory=dict)
-    """`group.setting`: value, besides limits that are off."""
+    """Values of `group.setting`, in addition to disabled current limits."""
     inertia: float = 0.002
-    """At the rotor [kg m^2]."""
+    """Inertia at the rotor [kg m^2]."""
     on_position: bool = False
-    """Whether the figure is the mechanism's position and not its velocity."""
+    """Whether the figures are of the mechanism's position, not its velocity."""
     gearing: float = 1.0
     before: Callable[[Any], Any] | None = None
-    """Request during the lead, which then lasts one second; None stays neutral."""
+    """Request during the lead, which then lasts one second; None for neutral."""
     encoder: bool = False
-    """Whether a CANcoder sits on the mechanism."""
+    """Whether the mechanism has a CANcoder."""
     leader: str = ""
-    """Name of the case that this one follows."""
+    """Name of the case whose motor this motor follows."""
 
 
 OFF = {"current_limits.stator_current_limit_enable": False, "current_limits.supply_current_limit_enable": False}
@@ -139,7 +139,7 @@ ALIGNED: Any = 0
 
 
 class Plant:
-    """A Kraken X60 (FOC) that turns an inertia, without friction."""
+    """Kraken X60 (FOC) with an inertia and without friction."""
 
     resistance, emf, torque = 12.0 / 483.0, 12.0 / (5800.0 * math.tau / 60.0), 9.37 / 483.0
 
@@ -148,7 +148,7 @@ class Plant:
         self.angle = self.speed = 0.0  # of the rotor [rad], [rad/s]
 
     def step(self, volts: float, is_open: bool, dt: float) -> None:
-        """Exact for constant volts; open, the rotor goes on as it is."""
+        """Integrate exactly at constant voltage; with an open circuit the speed stays."""
         end = self.speed if is_open else volts / self.emf
         grown = -math.expm1(-self.rate * dt)
         self.angle += end * dt + (self.speed - end) * grown / self.rate
@@ -163,7 +163,7 @@ def _set(config: Any, path: str, value: Any) -> None:
 
 
 def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str, Any]:
-    """Time, value pairs of each case, and how late the loop was at worst [s]."""
+    """Return (time, value) pairs of each case, and the largest delay of the loop [s]."""
     global ALIGNED, LEADER
     from phoenix6 import CANBus, configs, controls, hardware, signals, unmanaged
 
@@ -181,7 +181,7 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
         number = ids[case.name]
         if case.encoder:
             encoder = encoders[case.name] = hardware.CANcoder(number, bus)
-            # At the default 100 Hz, which the swerve class keeps, the overshoot depends on when the frames leave.
+            # At the default 100 Hz, which the swerve class keeps, overshoot depends on when the frames are sent.
             encoder.get_position(False).set_update_frequency(250.0)
             encoder.get_velocity(False).set_update_frequency(250.0)
         talon = talons[case.name] = hardware.TalonFX(number, bus)
@@ -240,7 +240,7 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
 
 
 def figures(case: Case, trace: list[float]) -> dict[str, float]:
-    """t90 [s] (-1 for never), overshoot [of the step], final value and step."""
+    """Return t90 [s] (-1 if never reached), overshoot [of the step], final value and step."""
     first, goal = (case.goal, 0.0) if case.before else (0.0, case.goal)
     step = goal - first
     t90 = math.inf
@@ -259,14 +259,14 @@ def figures(case: Case, trace: list[float]) -> dict[str, float]:
 
 
 def main() -> None:
-    """Run the cases that are named, or all, a dozen at a time."""
+    """Run the named cases, or all, a dozen at a time."""
     mode, names = sys.argv[1], sys.argv[2:]
     cases = [case for case in _cases() if not names or case.name in names]
     from simcore import season
 
     season.initialize_hal()
     driver_station = season.wpilib_simulation.DriverStationSim
-    # The library feeds its enable signal from the driver station, on a thread of its own.
+    # The library feeds its enable signal from the driver station, on its own thread.
     driver_station.set_ds_attached(True)
     driver_station.set_enabled(True)
     driver_station.notify_new_data()
@@ -290,7 +290,7 @@ def main() -> None:
         if result["late"] > LATE and spare:
             spare -= 1
             if first + len(batch) + sum(len(other) for other in batches) <= 63:
-                batches.append(batch)  # once more, with fresh devices
+                batches.append(batch)  # again, with fresh devices
                 continue
         late = max(late, result["late"])
         for case in batch:

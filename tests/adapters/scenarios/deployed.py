@@ -1,6 +1,6 @@
-"""The example as `robotpy deploy` copies it, on a machine without simulation, and without PathPlanner if so asked.
+"""The example as `robotpy deploy` copies it, on a machine without the simulation, and optionally without PathPlanner.
 
-Arguments: the project's folder, and modules that are not installed there.
+Arguments: the project's folder, and modules to hide.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What robot code reads of each gyro while the model turns left at 1 rad/s, tilted; then after a reset."""
+"""Readings of each gyro in robot code while the model turns left at 1 rad/s, tilted, and after a reset."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DT, HEADING, PITCH, ROLL = 0.005, 2.5, 0.1, -0.05
 
 
 def built(name: str) -> Any:
-    """A gyro as a program builds it, of a class of its own."""
+    """Build a gyro as robot programs do, from a derived class."""
     if name == "navx3":
         import navx
 
@@ -44,7 +44,7 @@ def built(name: str) -> Any:
 
 
 def read(gyro: Any) -> dict[str, Any]:
-    """All that it offers, in its own units and signs."""
+    """Return all readings of a gyro, in its own units and signs."""
     names = ("getYaw", "getAngle", "getRate", "getPitch", "getRoll", "getXComplementaryAngle", "getYComplementaryAngle")
     row = {name: float(getattr(gyro, name)()) for name in names if hasattr(gyro, name)}
     if hasattr(gyro, "getRotation2d"):
@@ -58,7 +58,7 @@ def read(gyro: Any) -> dict[str, Any]:
 
 
 def turned(name: str) -> dict[str, Any]:
-    """Everything that one gyro shows."""
+    """Return all readings of one gyro over the scenario."""
     gyro = built(name)
     device = device_of(gyro)
     assert device is not None, "the constructor was not seen"

@@ -1,4 +1,4 @@
-"""The example in its window on a virtual screen, driven by keys: what does each of them do on the field?
+"""The example in its window on a virtual screen, driven by keys, and the effect of each key on the field.
 
 Argument: the project's folder. The keys go through X, the window's keyboard joystick and the driver station.
 """
@@ -29,7 +29,7 @@ running: list[RobotPhysics] = []
 
 
 def screen() -> str:
-    """A virtual screen of its own; ends with this process."""
+    """Start a virtual screen, which ends with this process."""
     read, write = os.pipe()
     subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", "1300x740x24"],

@@ -1,4 +1,4 @@
-"""Closed loops of real TalonFX on simcore's mechanisms, beside WPILib's sims of the same plants."""
+"""Closed loops of real TalonFX on simcore's mechanisms, compared with WPILib's simulations of the same plants."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def talon(number: int, *, inverted=CCW, neutral=signals.NeutralModeValue.BRAKE, 
 
 
 class WpilibPlant:
-    """The same five steps by hand, on a WPILib sim."""
+    """Five steps of `TalonFXMotorSim.update` written out by hand, on a WPILib simulation."""
 
     def __init__(self, device: hardware.TalonFX, sim: object, position, velocity, gearing: float, inverted) -> None:
         self.device, self.sim, self.gearing = device, sim, gearing
@@ -56,13 +56,13 @@ class WpilibPlant:
 
 def arm_reference(low: float, high: float) -> SingleJointedArmSim:
     # Heavier than a real hood: where the time constant is below some ms, WPILib's adaptive integrator (absolute error
-    # 1e-6) loses 5 % of the way, at the right velocity: a flaw of the reference, not of ours.
-    length = 1.5 * 2.0 / (1.2 * 0.12)  # WPILib's arm is a rod, whose gravity acts as 1.5 g / length
+    # 1e-6) loses 5 % of the distance at the right velocity: an error of the reference, not of ours.
+    length = 1.5 * 2.0 / (1.2 * 0.12)  # WPILib models the arm as a rod, whose gravity acts as 1.5 g / length
     return SingleJointedArmSim(KRAKEN, 90.0, 2.0, length, low, high, True, low)
 
 
 def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, object, object, str]]:
-    """Per mechanism: device and adapter, device and WPILib's plant, the request, and what to watch."""
+    """Return by mechanism: device and adapter, device and WPILib's plant, request, and the reading to watch."""
     made = {}
 
     def pair(name, number, ours, wpilib, position, velocity, gearing, request, watch, motors=1, **settings):
@@ -180,7 +180,7 @@ def main() -> None:
 
     loop = Loop(step)
     enable()
-    # the first reading of a signal may be one from before its frequency was set
+    # the first reading may be from before the frequency was set
     loop.run(0.3, lambda _: [d.get_position().value + d.get_velocity().value for r in made.values() for d in r[:3:2]])
     for ours, _, theirs, _, request, *_ in made.values():
         ours.set_control(request)
@@ -206,7 +206,7 @@ def main() -> None:
     hood = made["hood"][1]
     results["hood_deg"] = math.degrees(hood.mechanism.position)
 
-    # neutral: a braked hood creeps down, an open one falls
+    # neutral: a braked hood creeps down, an open circuit lets it fall
     hood_talon = made["hood"][0]
     hood_talon.set_control(controls.NeutralOut())
     loop.run(0.3)
@@ -222,7 +222,7 @@ def main() -> None:
     results["feeder_after_coast_rps"] = feeder[0].get_velocity().value
     feeder[0].set_control(controls.VelocityVoltage(50.0))
     loop.run(0.3)
-    enable(False)  # to the configured neutral mode: brake
+    enable(False)  # back to the configured neutral mode: brake
     loop.run(0.5)
     results["feeder_after_disable_rps"] = feeder[0].get_velocity().value
     report(loop, **results)

@@ -1,4 +1,4 @@
-"""Who may write a device, on the real device simulation: claims, foreign writes, guesses that are given back."""
+"""Right to write a device on the real device simulation: claims, foreign writes, and released guesses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from simcore.robotcode.sim.device_assignment import DeviceAssignment, short_name
 
 
 def reads(device: hardware.TalonFX, rotations: float) -> bool:
-    """Whether the device comes to show a rotor position within a second."""
+    """Return whether the device reads a rotor position within a second."""
     signal = device.get_rotor_position()
     for _ in range(50):
         time.sleep(0.02)
@@ -57,14 +57,14 @@ def main() -> None:
     config.feedback.sensor_to_mechanism_ratio = 4.0
     config.slot0.k_v, config.slot0.k_a, config.slot0.k_s = 0.5, 0.1, 0.2
     lead.configurator.apply(config)
-    lone.set_control(controls.Follower(99, opposed))  # its leader does not exist
+    lone.set_control(controls.Follower(99, opposed))  # the leader does not exist
     devices = [d for d in MAKER.built() if d.address.number >= 10]
     groups = MAKER.groups(devices)
     said["groups"] = [str(g) for g in groups]
     said["opposed"] = list(groups[0].opposed)
     mechanism = MAKER.guess(groups[0]).mechanism
     said["time_constant"] = mechanism.time_constant
-    # kS volts just do not turn it, a little more do
+    # kS alone does not turn the motor, a little more does
     mechanism.set_volts(0.19)
     mechanism.step(0.1, 12.0)
     still = mechanism.velocity

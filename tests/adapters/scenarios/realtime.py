@@ -1,6 +1,6 @@
-"""Real time for the real Phoenix 6: its simulation runs on the wall clock, so physics must keep to it.
+"""Real time for the real Phoenix 6: its simulation runs on the wall clock, so physics must keep up.
 
-With SIMULATED set the same scenario runs on the emulator, as fast as it can.
+With SIMULATED set, the scenario runs on the emulator as fast as possible.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SIMULATED = bool(os.environ.get("SIMULATED"))
 
 
 def start() -> None:
-    """The HAL without a robot, and no diagnostics server that could meet another process."""
+    """Start the HAL without a robot, and without a diagnostics server that could clash with another process."""
     if SIMULATED:
         emulator.install()
         pauseTiming()
@@ -38,7 +38,7 @@ def enable(on: bool = True) -> None:
 
 
 class Loop:
-    """Calls `each` every 5 ms by the wall clock and remembers how late it was."""
+    """Loop that calls `each` every 5 ms by the wall clock and records its delays."""
 
     def __init__(self, each: Callable[[], None]) -> None:
         self.each = each
@@ -63,12 +63,12 @@ class Loop:
 
     @property
     def lateness_ms(self) -> float:
-        """99th percentile [ms]; above 5 the devices saw stale rotors, and results mean nothing."""
+        """99th percentile of the delay [ms]; above 5 ms the devices read stale rotors and results are void."""
         return 1e3 * float(np.percentile(self.late, 99))
 
 
 def report(loop: Loop, **results: object) -> None:
-    """The last line of the output: what the test reads."""
+    """Print the report for the test, as the last line of the output."""
     work = 1e3 * np.array(loop.work)
     print(
         json.dumps(

@@ -1,4 +1,4 @@
-"""REVLib of 2027 in stepped time: turns and rpm, and SimDevices named by port and id."""
+"""REVLib 2027 in stepped time: turns and RPM, and SimDevices named by port and id."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def main():
     facts["devices"] = [str(MAKER.device_of(made)) for made in (one, other)]
     facts["groups"] = [str(g) for g in MAKER.groups([MAKER.device_of(made) for made in (one, other, stray, near)])]
     print(json.dumps(facts), flush=True)
-    os._exit(0)  # whatever threads REVLib has started
+    os._exit(0)  # whichever threads REVLib has started
 
 
 main()

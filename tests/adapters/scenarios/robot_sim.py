@@ -1,6 +1,6 @@
-"""Runs a robot project under `robotpy sim --nogui`, unmodified, and plays the driver station from inside.
+"""Run an unmodified robot project under `robotpy sim --nogui` and play the driver station inside it.
 
-Arguments: the project's folder and what to play. Reports what truly happened on the field.
+Arguments: the project's folder and the play. Reports the true motion on the field.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from simcore.robotcode.sim.robot_physics import RobotPhysics, field_control
 
 
 class Play:
-    """One scripted driver; called after every tick of the physics."""
+    """Scripted driver that runs after every tick of the physics."""
 
     def __init__(self, name: str, alliance: str) -> None:
         station = AllianceStationID.kRed1 if alliance == "red" else AllianceStationID.kBlue2
@@ -73,10 +73,10 @@ class Play:
         )
         os._exit(0)
 
-    # --- the plays ----------------------------------------------------------------------------------------------
+    # --- plays --------------------------------------------------------------------------------------------------------
 
     def auto(self, physics):
-        """20 s of autonomous, the default."""
+        """Play 20 s of autonomous with the default auto."""
         DriverStationSim.notifyNewData()  # the alliance
         yield from self.wait(1.0)
         path = [physics.robot_sim.chassis.pose]
@@ -91,7 +91,7 @@ class Play:
         self.results["match_time"] = DriverStation.getMatchTime()
 
     def straight(self, physics):
-        """Half a stick ahead for two seconds; plain robots drive ahead without."""
+        """Push half a stick forward for two seconds; plain robots drive forward by themselves."""
         DriverStationSim.setJoystickAxisCount(0, 6)
         self.axes(left_y=-0.5)
         yield from self.wait(1.0)
@@ -122,7 +122,7 @@ class Play:
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
     def control(self, physics):
-        """A dashboard places the robot and puts a piece before it; robot code asks for the same."""
+        """Place the robot and a piece in front of it from a dashboard, and again from robot code."""
         DriverStationSim.notifyNewData()
         yield from self.wait(0.4)
         tables = NetworkTableInstance.getDefault()
@@ -146,7 +146,7 @@ class Play:
         self.results["said"] = [str(result) for result in field.results]
 
     def shape(self, physics):
-        """Any robot around the course."""
+        """Drive any robot over the course."""
         from course import Course
 
         is_field_centric = os.environ["STICKS"] == "field"
@@ -154,7 +154,7 @@ class Play:
         yield from course.run()
         self.results |= course.results
 
-    # --- a driver's hands ---------------------------------------------------------------------------------------
+    # --- sticks -------------------------------------------------------------------------------------------------------
 
     def enable(self, *, autonomous: bool) -> None:
         DriverStationSim.setDsAttached(True)
@@ -180,7 +180,7 @@ def main() -> None:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
-    shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
+    shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for others
     sys.argv = ["robotpy", "sim", "--nogui", *flags]
     robotpy_main()
 

@@ -1,4 +1,4 @@
-"""CANdi, CANrange and a TalonFXS with an encoder of its own, on the real device simulation."""
+"""CANdi, CANrange and a TalonFXS with its own encoder, on the real device simulation."""
 
 from __future__ import annotations
 

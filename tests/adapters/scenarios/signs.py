@@ -1,4 +1,4 @@
-"""Every combination of configured inversion and `reversed`: positive volts must raise what robot code reads."""
+"""Every combination of configured inversion and `reversed`: positive volts must raise the position in robot code."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def main() -> None:
         for device, adapter, clockwise, opposite in rows
     ]
 
-    # limits of the device's own model
+    # limits of the device's model
     spare = hardware.TalonFX(30)
     port = TalonPort(spare, clockwise=False)
     port.write(20000.0, 170.0)

@@ -1,4 +1,4 @@
-"""SPARKs on mechanisms in stepped time: beside REVLib's own `SparkSim.iterate`, and beside closed forms."""
+"""SPARKs on mechanisms in stepped time, compared with REVLib's `SparkSim.iterate` and with closed forms."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def run(motors, seconds, supply=12.0):
 
 
 def beside_iterate():
-    """The output that a mechanism at rest settles at, of REVLib's model and of ours."""
+    """Return the settled output of a mechanism at rest, from REVLib's model and from ours."""
     rows = {
         "proportional": (lambda c: c.closedLoop.pid(0.1, 0, 0), CT.kPosition, 1.5, 0.0, 12.0),
         "proportional at 10 V": (lambda c: c.closedLoop.pid(0.1, 0, 0), CT.kPosition, 1.5, 0.0, 10.0),
@@ -83,10 +83,10 @@ def beside_iterate():
         sim, loop = rev.SparkMaxSim(made, NEO), SparkLoop(read_spark_configuration(made))
         sim.setPosition(position)
         made.getClosedLoopController().setSetpoint(setpoint, mode)
-        for _ in range(300):  # its current limiter lets the output in slowly
+        for _ in range(300):  # its current limiter releases the output slowly
             sim.iterate(0.0, bus, 0.02)
         ours = loop.run(1, Command(mode.value, setpoint), position, 0.0, 0.0, bus)
-        if name == "soft limit":  # which is the output stage's
+        if name == "soft limit":  # which belongs to the output stage
             port = SparkMotorSim(made, ShaftSim(neo(), 0.001))
             made.getEncoder().setPosition(position)
             run([port], 0.01)
@@ -96,7 +96,7 @@ def beside_iterate():
 
 
 def closed_forms():
-    """Spin-up at a duty cycle, a stall at the current limit, coasting and braking."""
+    """Measure spin-up at a duty cycle, stall at the current limit, coasting and braking."""
     shaft = ShaftSim(neo(gearing=2.0), 0.004)
     made = spark(lambda c: c.smartCurrentLimit(200))
     motor = SparkMotorSim(made, shaft)
@@ -136,7 +136,7 @@ def closed_forms():
 
 
 def loops():
-    """Closed loops of every kind on the sensors that they may have, and what robot code reads meanwhile."""
+    """Run closed loops of every kind on each sensor, and read back their values in robot code."""
     shaft = ShaftSim(neo(motor=DCMotor.neoVortex(1)), 0.002)
     kv = shaft.gearbox.volts_per_speed * math.tau / 60.0  # [V/rpm]
 
@@ -161,7 +161,7 @@ def loops():
     arm.getClosedLoopController().setSetpoint(1.2, CT.kPosition)
     run([motor], 1.5)
     facts["inverted"] = [pivot.position, arm.getEncoder().getPosition()]
-    arm.getEncoder().setPosition(0.2)  # as if it were at 0.2 rad
+    arm.getEncoder().setPosition(0.2)  # as if the shaft were at 0.2 rad
     run([motor], 1.5)
     facts["zeroed"] = [pivot.position, arm.getEncoder().getPosition()]
 
@@ -194,7 +194,7 @@ def loops():
 
 
 def sensors():
-    """What a module of a swerve drive, or a brushed motor, has on the data port."""
+    """Read sensors on the data port, for swerve modules and brushed motors."""
 
     def azimuth(c, sensor, turn):
         own = c.absoluteEncoder if sensor == "Absolute" else c.analogSensor
@@ -220,7 +220,7 @@ def sensors():
     facts["centered"] = centered.getAbsoluteEncoder().getPosition()
 
     seeded = spark(lambda c: c.encoder.positionConversionFactor(0.5))
-    seeded.getEncoder().setPosition(1.5)  # before physics is there, as from an absolute encoder
+    seeded.getEncoder().setPosition(1.5)  # before physics exists, as from an absolute encoder
     turned = ShaftSim(neo(), 0.01)
     motor = SparkMotorSim(seeded, turned)
     turned.reset(position=math.tau)
@@ -282,7 +282,7 @@ def main():
         "guess": guesses(),
     }
     print(json.dumps(answer), flush=True)
-    os._exit(0)  # whatever threads REVLib has started
+    os._exit(0)  # whichever threads REVLib has started
 
 
 main()

@@ -1,4 +1,4 @@
-"""What a drivetrain asks of its motors, and what it believes, case by case; robot held still by hand.
+"""Motor requests and pose estimates of a drivetrain case by case, with the robot held still by hand.
 
 Argument: `real` (CTRE's simulation, on the wall clock) or `simulated`. Prints one JSON object: case -> numbers.
 """
@@ -87,7 +87,7 @@ def build(output: swerve.ClosedLoopOutputType = swerve.ClosedLoopOutputType.VOLT
 def put(
     robot: swerve.SwerveDrivetrain, azimuth: float = 0.0, rate: float = 0.0, wheel: float = 0.0, yaw: float = 0.0
 ) -> None:
-    """Turn every azimuth and wheel there [rotations, 1/s], and the gyro [deg]."""
+    """Set the angle of every module and wheel [rotations, 1/s], and of the gyro [deg]."""
     for module in robot.modules:
         module.encoder.sim_state.set_raw_position(azimuth)
         module.encoder.sim_state.set_velocity(rate)
@@ -104,7 +104,7 @@ def value(signal: object) -> float:
 
 
 def note(name: str, robot: swerve.SwerveDrivetrain) -> None:
-    """Targets of all modules; what module 0's motors were asked for; the control mode."""
+    """Record the targets of all modules, the requests to module 0's motors and the control mode."""
     state = robot.get_state()
     row = [x for t in state.module_targets for x in (t.speed, t.angle.radians())]
     drive, steer = robot.modules[0].drive_motor, robot.modules[0].steer_motor
@@ -118,7 +118,7 @@ def note(name: str, robot: swerve.SwerveDrivetrain) -> None:
 
 
 def believe(name: str, robot: swerve.SwerveDrivetrain) -> None:
-    """Pose, gyro and the first module's travel."""
+    """Record pose, gyro and the travel of the first module."""
     state = robot.get_state()
     pose = state.pose
     CASES[name] = [
@@ -135,7 +135,7 @@ def ask(name: str, robot: swerve.SwerveDrivetrain, request: requests.SwerveReque
 
 
 class Direct:
-    """One module request for all modules, by a request written in Python."""
+    """Request written in Python that gives all modules one module request."""
 
     def __init__(self, speed: float, angle: float, **fields: object) -> None:
         self.request = SwerveModule.ModuleRequest().with_state(SwerveModuleState(speed, Rotation2d(angle)))
@@ -222,7 +222,7 @@ def drive_requests(robot: swerve.SwerveDrivetrain) -> None:
 
 
 def forces(robot: swerve.SwerveDrivetrain, unit: str) -> None:
-    """What every drive motor feeds forward for wheel forces in the request's own axes."""
+    """Record every drive motor's feedforward for wheel forces in the request's own axes."""
     x, y = [25.0, 30.0, 35.0, 40.0], [10.0, -10.0, 5.0, 0.0]
     operator = requests.ForwardPerspectiveValue.OPERATOR_PERSPECTIVE
     field, own = requests.ApplyFieldSpeeds, requests.ApplyRobotSpeeds
@@ -241,7 +241,7 @@ def forces(robot: swerve.SwerveDrivetrain, unit: str) -> None:
         request.with_speeds(ChassisSpeeds(1.0, 0.5, 0.5)).with_drive_request_type(VELOCITY)
         robot.set_control(request.with_wheel_force_feedforwards_x(x).with_wheel_force_feedforwards_y(y))
         wait(0.1)
-        put(robot, azimuth=azimuth, wheel=0.001, yaw=yaw)  # CTRE's loops are only computed when a rotor moves
+        put(robot, azimuth=azimuth, wheel=0.001, yaw=yaw)  # CTRE computes its loops only while a rotor moves
         wait(0.1)
         CASES[f"forces fed forward, {unit}, {name}"] = [
             value(module.drive_motor.get_closed_loop_feed_forward()) for module in robot.modules

@@ -1,4 +1,4 @@
-"""What a program builds that nothing simulates, by name."""
+"""Devices of a program that nothing simulates, by name."""
 
 from __future__ import annotations
 

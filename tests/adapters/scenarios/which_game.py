@@ -1,4 +1,4 @@
-"""A robot project under `robotpy sim --nogui`: which game is it on? Arguments: the project's folder, then flags."""
+"""Game of a robot project under `robotpy sim --nogui`. Arguments: the project's folder, then flags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""As arm.cpp."""
+"""Same program as arm.cpp."""
 
 import wpilib
 

@@ -1,4 +1,4 @@
-"""As elevator.cpp."""
+"""Same program as elevator.cpp."""
 
 import wpilib
 
@@ -10,7 +10,7 @@ class Robot(wpilib.TimedRobot):
         self.low, self.high = wpilib.DigitalInput(4), wpilib.DigitalInput(5)
         self.encoder.setDistancePerPulse(1.0 / 2048.0)
         self.state = "down"
-        self.loops = 0  # at the lower switch, until it stands
+        self.loops = 0  # at the lower switch, to home
 
     def autonomousPeriodic(self):
         if self.state == "down" and not self.low.get():

@@ -1,4 +1,4 @@
-"""A program that does what it is told to do wrong: `mishaps.py WHAT`."""
+"""Program with a mishap of choice: `mishaps.py WHAT`."""
 
 import os
 import signal

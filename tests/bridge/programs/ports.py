@@ -1,4 +1,4 @@
-"""Uses every kind of port, and prints what it reads in its last loop."""
+"""Program that uses every kind of port and prints its readings in its last loop."""
 
 import json
 

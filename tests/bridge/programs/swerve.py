@@ -1,4 +1,4 @@
-"""As swerve.cpp."""
+"""Same program as swerve.cpp."""
 
 import math
 

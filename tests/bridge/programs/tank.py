@@ -1,4 +1,4 @@
-"""As examples/cpp_tank."""
+"""Same program as examples/cpp_tank."""
 
 import wpilib
 from wpimath.controller import PIDController

@@ -1,7 +1,7 @@
-"""Periods in which fuel counts: sentences of the 2026 game manual, each with its place and consequences.
+"""Periods in which fuel counts, tower levels and pins: sentences of the 2026 game manual with their sources.
 
-Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "TU" are team updates; "FMS" is
-Cheesy Arena (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
+"6.4" and "6.5" are sections of the manual and tables are numbered as there; "TU" are team updates; "FMS" is Cheesy
+Arena (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
 """
 
 import pytest
@@ -18,7 +18,7 @@ OTHER = {"blue": "red", "red": "blue"}
 
 
 def hubs(winner: str | None = "blue", coin: str = "blue", **settings: bool) -> HubCount:
-    """Return hubs after an auto that an alliance has won; None: nobody has scored."""
+    """Return hubs after an auto won by an alliance; without a winner no fuel has been scored."""
     made = HubCount(coin, **settings)  # type: ignore[arg-type]
     if winner:
         made.count(winner, 5.0)  # type: ignore[arg-type]
@@ -27,7 +27,7 @@ def hubs(winner: str | None = "blue", coin: str = "blue", **settings: bool) -> H
 
 # Blue has won auto, so blue's hub is inactive in shifts 1 and 3.
 FUEL_TIMES = [
-    # sentence, where it stands, alliance, time at the sensors [s], period
+    # sentence, source, alliance, time at the sensors [s], period
     ("fuel of the last tenth of auto is auto fuel", "table 6-2", "blue", 19.9, "auto"),
     ("fuel that is processed up to 3 s after auto is auto fuel", "6.5.1", "blue", 20.1, "auto"),
     ("... just before teleop too", "6.5.1, FMS", "blue", 22.9, "auto"),
@@ -61,7 +61,7 @@ FUEL_TIMES = [
 
 @each("winner", ["blue", "red"])
 @each(("sentence", "source", "alliance", "time", "period"), FUEL_TIMES)
-def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, period):
+def test_fuel_counts_in_the_period_that_the_manual_gives(winner, sentence, source, alliance, time, period):
     made = hubs(winner)
     alliance = alliance if winner == "blue" else OTHER[alliance]
     assert made.count(alliance, time) == period, f"{sentence} ({source})"
@@ -75,7 +75,7 @@ def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, per
 
 
 def test_chance_decides_a_tie_in_auto_even_without_fuel():
-    """6.4: with equal fuel, FMS chooses. The draw is final."""
+    """6.4: with equal fuel FMS draws the alliance, and the draw is final."""
     for coin in ALLIANCES:
         made = hubs(None, coin)
         assert made.first_inactive == coin
@@ -114,7 +114,7 @@ def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance,
     assert hubs("blue").light(alliance, time) == light
 
 
-def test_both_hubs_always_count_in_practice():
+def test_both_hubs_always_count_in_practice_mode():
     made = hubs("blue", practice=True)
     assert all(made.period(a, t) != UNCOUNTED for a in ALLIANCES for t in (10.0, 50.0, 75.0, 200.0))
 
@@ -145,17 +145,17 @@ TOWER = [
 
 
 @each(("sentence", "touched", "airborne", "lowest", "level"), TOWER)
-def test_levels_of_the_tower(sentence, touched, airborne, lowest, level):
+def test_tower_levels_follow_contacts_and_bumper_height(sentence, touched, airborne, lowest, level):
     assert tower_level("blue", touched, airborne=airborne, lowest=lowest) == level, f"{sentence} (6.5.2)"
 
 
-def test_g419_a_passage_is_closed_if_no_robot_fits_through():
+def test_g419_a_passage_counts_as_closed_if_no_robot_fits_through():
     assert not is_closed((0.0, 1.28), []) and is_closed((0.0, 1.28), [(0.24, 1.04)])
     assert not is_closed((0.0, 1.85), [(0.0, 0.8)]) and is_closed((0.0, 1.85), [(0.0, 0.8), (1.0, 1.8)])
 
 
 def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCounts | None = None) -> list[int]:
-    """Let robot 0 pin 1 for a time, then release it this far away [m] for a time [s]; return fouls by number."""
+    """Pin robot 1 by robot 0 for a time [s], then separate them by `away` [m] for `gap` [s]; return fouls by number."""
     made, found = counts or PinCounts(), []
     for tick in range(round((seconds + gap) / 0.02)):
         here = tick < round(seconds / 0.02)
@@ -168,7 +168,7 @@ def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCount
     ("seconds", "fouls"),
     [(2.98, []), (3.1, [0]), (9.1, [0, 1, 2])],
 )
-def test_g418_pins(seconds, fouls):
+def test_g418_a_pin_is_a_foul_after_three_seconds_and_every_three_seconds_from_then_on(seconds, fouls):
     assert pin(seconds) == fouls
 
 
@@ -191,8 +191,8 @@ def test_g418_a_pin_count_ends_when_the_pinned_robot_pins_the_other():
 @pytest.mark.parametrize(
     "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
 )
-def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(places):
-    """They stay closer, but six feet from where the pin began."""
+def test_g418_a_pin_count_ends_three_seconds_after_either_robot_leaves(places):
+    """The robots stay close together, but six feet away from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
         pin(2.0, counts=counts)
@@ -201,7 +201,7 @@ def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(place
         assert (counts.seconds((0, 1)) > 0.0) is left
 
 
-def test_g418_the_three_seconds_apart_must_be_continuous():
+def test_g418_the_three_seconds_of_separation_must_be_continuous():
     counts = PinCounts()
     pin(2.0, away=1.9, gap=2.0, counts=counts)
     counts.update(0.02, set(), {0: (2.0, 2.0), 1: (2.8, 2.0)})  # together for one tick

@@ -1,4 +1,4 @@
-"""Staging by the manual: 504 fuel, 206 x 72 in, seeded."""
+"""Staging by the manual: 504 fuel, a block of 206 x 72 in, places drawn by the seed."""
 
 import math
 
@@ -29,18 +29,18 @@ def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def test_the_manual_stages_504():
+def test_the_manual_stages_504_fuel():
     """360 in the neutral zone, 24 in each depot, 24 in each chute, 8 in each of six robots."""
     assert Staging().total == 360 + 2 * 24 + 2 * 24 + 6 * 8 == 504
 
 
 @each(("robots", "fuel"), [(6, 360), (5, 368), (1, 400), (0, 408)])
-def test_preloads_of_absent_robots_go_to_the_neutral_zone(robots, fuel):
+def test_preloads_of_absent_robots_are_staged_in_the_neutral_zone(robots, fuel):
     assert Staging().in_neutral_zone(robots) == fuel
 
 
-def test_the_full_box_measures_206_by_72_inches_around_the_field_center():
-    """From the outside of the first fuel to the outside of the last, within the jitter of 1 mm and 0.09 in of air."""
+def test_the_full_block_measures_206_by_72_inches_around_the_field_center():
+    """Between the outer sides of the outermost fuel, within the jitter of 1 mm and 0.09 in of play."""
     places = neutral_places(408, rng())
     low, high = places.min(axis=0) - RADIUS, places.max(axis=0) + RADIUS
     assert high[1] - low[1] == pytest.approx(inches(206.0), abs=0.005)
@@ -54,7 +54,7 @@ def test_no_fuel_is_staged_on_the_two_inch_divider():
 
 
 @each("seed", range(5))
-def test_no_two_fuel_overlap_and_all_lie_on_the_carpet(seed):
+def test_no_two_fuel_overlap_and_all_fuel_lies_on_the_carpet(seed):
     random = rng(seed)
     places = np.vstack((neutral_places(408, random), depot_places("blue", 24, random), depot_places("red", 24, random)))
     assert pdist(places).min() > 2.0 * RADIUS
@@ -62,19 +62,19 @@ def test_no_two_fuel_overlap_and_all_lie_on_the_carpet(seed):
 
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
-def test_a_depots_fuel_lies_between_its_barriers_and_the_wall(alliance):
+def test_the_fuel_of_a_depot_lies_between_its_barriers_and_the_wall(alliance):
     places = depot_places(alliance, 24, rng())
     if alliance == "red":
         places = FIELD.symmetry.flip_points(places)
     x, y = places[:, 0], places[:, 1]
     assert len(places) == 24
     assert x.min() > RADIUS
-    reach = math.sqrt(RADIUS**2 - (RADIUS - DEPOT_BARRIER_HEIGHT) ** 2)  # of a ball at the height of a barrier's top
+    reach = math.sqrt(RADIUS**2 - (RADIUS - DEPOT_BARRIER_HEIGHT) ** 2)  # reach of a ball at barrier height
     assert x.max() + reach < DEPOT_DEPTH - DEPOT_BARRIER_WIDTH
     assert np.abs(y - DEPOT_Y).max() + reach < DEPOT_WIDTH / 2 - DEPOT_BARRIER_WIDTH
 
 
-def test_staging_depends_on_the_seed():
+def test_staged_places_depend_on_the_seed():
     assert (neutral_places(400, rng(4)) == neutral_places(400, rng(4))).all()
     assert not np.array_equal(neutral_places(400, rng(4)), neutral_places(400, rng(5)))
     assert not np.array_equal(depot_places("blue", 24, rng(4)), depot_places("blue", 24, rng(5)))
@@ -82,12 +82,12 @@ def test_staging_depends_on_the_seed():
 
 @each("field", ["neutral", "depot", "chute", "preload_per_robot", "robots"])
 @each("value", [-1, 2.5])
-def test_counts_must_be_whole(field, value):
+def test_staging_counts_must_be_whole_numbers(field, value):
     with pytest.raises(ConfigError, match=f"{field} must be a whole number from 0 to .*, got {value}"):
         Staging(**{field: value})
 
 
-def test_more_fuel_than_fits_is_refused():
+def test_staging_more_fuel_than_fits_is_refused():
     with pytest.raises(ConfigError, match="depot must be a whole number from 0 to 24 fuel, got 25"):
         Staging(depot=25)
     with pytest.raises(ConfigError, match="the neutral zone holds 408 fuel, got 409"):

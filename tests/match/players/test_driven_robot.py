@@ -1,4 +1,4 @@
-"""What a person's sticks and buttons do with a robot, as seen from its own driver station."""
+"""Sticks and buttons of a person drive a robot as seen from its driver station."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ class Person:
 
 
 def driven(alliance="blue", symmetry="rotate", controls=None, game=None):
-    """A match with a robot that a person drives."""
+    """Return a match with a robot that a person drives, and the person."""
     game = game or Game.bare()
     game = replace(game, field=replace(game.field, symmetry=FieldSymmetry(symmetry, game.field.size)))
     match, person = Match(game, robots=(RobotEntry(alliance=alliance, start=(4.0, 4.0, 0.7)),)), Person()
@@ -36,8 +36,8 @@ def driven(alliance="blue", symmetry="rotate", controls=None, game=None):
     ("alliance", "symmetry", "ahead", "left"),
     [("blue", "rotate", 1, 1), ("red", "rotate", -1, -1), ("red", "mirror", -1, -1), ("blue", "mirror", 1, 1)],
 )
-def test_sticks_are_relative_to_the_drivers_station(alliance, symmetry, ahead, left):
-    """Whatever the robot's heading; and counter-clockwise is so for everybody."""
+def test_sticks_are_relative_to_the_driver_station(alliance, symmetry, ahead, left):
+    """Translation ignores the robot's heading, and positive turns are counter-clockwise on both sides."""
     match, person = driven(alliance, symmetry)
     with match:
         chassis = match.robots[0].chassis
@@ -53,7 +53,7 @@ def test_sticks_are_relative_to_the_drivers_station(alliance, symmetry, ahead, l
         assert 0.1 < math.remainder(chassis.pose[2] - yaw, math.tau) < 0.2 * math.tau * 0.3 + 0.1
 
 
-def test_it_stops_when_nobody_drives():
+def test_a_robot_stops_when_no_person_drives():
     match, person = driven()
     with match:
         person.wants = AHEAD
@@ -64,8 +64,8 @@ def test_it_stops_when_nobody_drives():
         assert math.hypot(*match.robots[0].chassis.vel[:2]) < 0.05
 
 
-def test_after_robots_were_disabled_it_starts_from_rest():
-    """Sticks that are pushed as it is enabled again: no more than the acceleration that they may ask for."""
+def test_a_robot_starts_from_rest_after_robots_were_disabled():
+    """With the sticks pushed when it is enabled again, acceleration stays within the configured one."""
     match, person = driven()
     with match:
         person.wants = DriverInput(ahead=1.0)
@@ -106,7 +106,7 @@ def test_an_action_runs_while_its_button_is_held_and_overrides_sticks_only_if_it
         person.wants = replace(AHEAD, action=1)
         match.play(1.0)
         assert abs(match.robots[0].chassis.vel[0]) < 0.05 and len(seen) == 5 and match._controllers[0].is_feeding
-        person.wants = replace(AHEAD, action=3)  # the game has none of that number
+        person.wants = replace(AHEAD, action=3)  # the game has no such action
         match.play(0.5)
         assert seen[5:] == ["let go", "rest"] and match.robots[0].chassis.vel[0] > 1.0
         assert not match._controllers[0].is_feeding
@@ -145,7 +145,7 @@ def test_a_person_takes_over_while_robots_may_move_and_keeps_the_robot():
         played.clear()
 
 
-def test_invalid_controls_and_input_are_refused():
+def test_invalid_driver_controls_and_inputs_are_refused():
     with pytest.raises(ConfigError, match=r"DriverInput: ahead must be .* got nan"):
         DriverInput(ahead=math.nan)
     with pytest.raises(ConfigError, match="at most 4 scripts by name"):

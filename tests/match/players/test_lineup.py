@@ -1,4 +1,4 @@
-"""Line-ups as people type them: who plays where, and what is refused."""
+"""Line-ups as typed by users: players, alliances and refusals."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -33,7 +33,7 @@ GAME = replace(
 )
 
 
-def test_seats_have_the_order_of_robots_with_me_first():
+def test_seats_are_in_the_order_of_robots_with_me_first():
     assert lineup(GAME, red="taker:4, waiter", blue="taker") == (
         Seat("blue", "taker", 2),
         Seat("red", "taker", 4),
@@ -64,12 +64,12 @@ def test_an_invalid_line_up_is_refused_with_what_would_work(red, blue, problem):
     assert problem in str(caught.value)
 
 
-def test_a_game_without_roles_says_so():
+def test_scripted_players_of_a_game_without_roles_are_refused():
     with pytest.raises(ConfigError, match="bare has no scripted players"):
         read_player(Game.bare(), "taker")
 
 
-def test_players_drive_while_robots_may_move_and_a_match_lasts_until_its_assessment():
+def test_players_drive_while_robots_may_move_and_a_match_includes_its_assessment():
     clock = GAME.clock
     assert match_seconds(GAME) == pytest.approx(clock.duration + 3.0 + 2 * TICK)
     seats = lineup(GAME, blue="me,taker:3", red="taker:2")
@@ -85,7 +85,7 @@ def test_players_drive_while_robots_may_move_and_a_match_lasts_until_its_assessm
 
 
 def test_a_player_restarts_with_each_auto_and_coasts_while_disabled():
-    """Not with teleop, nor when robots are enabled again in the course of it."""
+    """The player does not restart with teleop, nor when robots are enabled again during a mode."""
     timer = SimpleNamespace(is_enabled=False, phase=SimpleNamespace(mode="auto"))
     make, robot = Mock(side_effect=Mock), SimpleNamespace(drive=Mock(), mechanisms={"roller": Mock()})
     player = WhileEnabled(SimpleNamespace(timer=timer), make)

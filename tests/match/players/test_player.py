@@ -1,4 +1,4 @@
-"""Routes go the shortest way around what stands on the field, and keep a robot's width from it and from others."""
+"""Routes take the shortest way around field elements, at a robot's width from them and from other robots."""
 
 import math
 from itertools import pairwise
@@ -25,7 +25,7 @@ def length(start, way):
 
 
 def nearest(start, way, place):
-    """How near a way comes to a place [m]."""
+    """Return the smallest distance of a route from a place [m]."""
     points = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise([start, *way])])
     return float(np.hypot(*(points - place).T).min())
 
@@ -35,7 +35,7 @@ def test_a_route_in_the_open_or_under_a_gate_is_a_straight_line():
 
 
 def test_a_route_around_a_wall_is_as_long_as_the_tangents_to_its_end():
-    """Two tangents on circles of 0.6 m about the corners of the wall's end, the arcs, and its 0.2 m of thickness.
+    """Two tangents to circles of 0.6 m about the corners of the wall's end, the arcs, and its 0.2 m of thickness.
 
     The grid's steps of 45 degrees may make it 8 % longer.
     """
@@ -49,13 +49,13 @@ def test_a_route_around_a_wall_is_as_long_as_the_tangents_to_its_end():
     assert shortest * 0.97 < length(start, way) < shortest * 1.08
 
 
-def test_a_route_avoids_other_robots_except_its_goal():
+def test_a_route_avoids_other_robots_except_one_at_its_goal():
     routes, start, goal, other = route_map(), (4.0, 4.0), (8.0, 4.0), (6.0, 4.05)
     assert nearest(start, routes.route(start, goal, [other]), other) > 0.8
     assert routes.route(start, goal, [(8.3, 4.0)]) == [goal]
 
 
-def test_red_sees_the_field_flipped():
+def test_a_red_route_is_the_blue_one_flipped():
     blue, red = route_map(WALL), route_map(WALL, flipped=True)
     start, goal = (6.1, 2.1), (10.1, 1.7)
     seen_start, seen_goal = ((16.0 - x, 8.0 - y) for x, y in (start, goal))
@@ -69,7 +69,7 @@ def test_a_route_leads_out_of_an_obstacle():
     assert way[-1] == (5.0, 1.0)
 
 
-def test_the_map_knows_ramps_and_free_places():
+def test_the_map_distinguishes_ramps_and_free_places():
     routes = route_map(WALL, RAMP, drivable=("ramp",))
     assert routes.is_ramp((11.5, 4.0)) and not routes.is_ramp((10.5, 4.0))
     assert routes.is_free((11.5, 4.0)) and routes.is_free((4.0, 4.0))

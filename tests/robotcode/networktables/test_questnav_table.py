@@ -1,4 +1,4 @@
-"""QuestNav's messages, byte by byte as Google's protobuf writes them from QuestNav's own descriptions."""
+"""QuestNav's messages, byte for byte as Google's protobuf writes them from QuestNav's own descriptions."""
 
 import math
 
@@ -9,7 +9,8 @@ from simcore.errors import ConfigError
 from simcore.robotcode.networktables.questnav_table import device_message, frame_message, read_command, response_message
 from simcore.vision.quest_headset import QuestFrame
 
-# Made by the classes in robotpy-questnav 2026.0.1a0 with protobuf 6.33; tests/adapters/test_questnav.py asks them anew.
+# # Made by the classes in robotpy-questnav 2026.0.1a0 with protobuf 6.33; tests/adapters/test_questnav.py makes them
+# again.
 FRAME = (
     "08ac0211000000000000f83f1a450a1b0900000000000004401100000000000011c019000000000000e03f12260a2409000000000000e03f"
     "11000000000000e03f19000000000000e0bf21000000000000e03f2001"
@@ -17,22 +18,22 @@ FRAME = (
 RESET = "08011007522c0a2a0a1209000000000000084011000000000000f83f12140a1209333333333333e33f219a9999999999e93f"
 
 
-def test_a_frame():
+def test_a_frame_has_the_bytes_of_questnav():
     frame = QuestFrame(300, 1.5, (2.5, -4.25, 0.5), (0.5, -0.5, 0.5, 0.5))  # x, y, z, w
     assert frame_message(frame).hex() == FRAME
 
 
-def test_the_state_of_the_device():
-    """Field 2, `currently_tracking`, is of 2025 and in nobody's way."""
+def test_the_state_of_the_device_has_the_bytes_of_questnav():
+    """Newer headsets omit field 2, `currently_tracking`; libraries that do not know it skip it."""
     assert device_message(87, lost=2).hex() == "0802" + "1001" + "1857"
 
 
-def test_a_response():
+def test_a_response_has_the_bytes_of_questnav():
     assert response_message(7).hex() == "08071001"
     assert response_message(7, "no").hex() == "0807" + "1000" + "1a026e6f"
 
 
-def test_a_pose_reset():
+def test_a_pose_reset_is_read():
     command = read_command(bytes.fromhex(RESET))
     assert command.number == 7 and command.problem == ""
     assert command.reset is not None
@@ -60,6 +61,6 @@ def test_an_invalid_message_is_refused(data):
         read_command(data)
 
 
-def test_large_and_negative_numbers_keep_their_value():
+def test_large_and_negative_numbers_keep_their_values():
     frame = QuestFrame(2**31 - 1, math.pi, (0.0, -1e9, 1e-9), (0.0, 0.0, 0.0, 1.0))
     assert frame_message(frame).startswith(b"\x08\xff\xff\xff\xff\x07")

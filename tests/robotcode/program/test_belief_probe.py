@@ -1,4 +1,4 @@
-"""What modules say of their sensors, asked while these are moved: at once, after their own update, or never."""
+"""What modules report of their sensors as these are moved: at once, after their own update, or never."""
 
 import math
 from types import SimpleNamespace
@@ -10,11 +10,11 @@ from simcore.robotcode.program.belief_probe import ModulePorts, probe_modules
 Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
 SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition
 
-WAY, OFFSET = 0.05, -2.5  # [m] a turn of the rotor, [rad]; a quarter turn on, the angle has passed half a turn
+WAY, OFFSET = 0.05, -2.5  # # [m] a turn of the rotor, and [rad]; a quarter turn on, the angle has passed half a turn
 
 
 class Port:
-    """A motor or an encoder, as the program reads it."""
+    """Motor or encoder, as the program reads it."""
 
     def __init__(self) -> None:
         self.position = 0.0
@@ -40,7 +40,7 @@ class Live:
 
 
 class Kept(Live):
-    """What its update has read last, as with loggers and layers of input."""
+    """Module that returns what its last update read, as with loggers and input layers."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,8 +71,8 @@ def test_a_module_is_measured_with_and_without_its_update(kind):
         assert belief.meters_per_rotor_turn == pytest.approx(-WAY)
         assert belief.angle_per_encoder_turn == pytest.approx(-math.tau)
         assert not belief.is_deaf
-    assert all(m.get_position().distance == 0.0 for m in modules)  # it begins where its sensors are
-    assert modules[0].updates == 0 or kind is Kept  # nothing is called that need not be
+    assert all(m.get_position().distance == 0.0 for m in modules)  # # the module starts where its sensors are
+    assert modules[0].updates == 0 or kind is Kept  # # nothing is called without need
 
 
 def test_a_module_without_sensors_differs_from_one_without_answers():

@@ -1,4 +1,4 @@
-"""Measures of a drivetrain: which source counts, what is a guess, and what contradicts what."""
+"""Dimensions of a drivetrain: which source counts, what is a guess, and which contradictions are reported."""
 
 import json
 import math
@@ -43,7 +43,7 @@ def swerve(way: float | None, *, wired: bool = False, **measures: Measure) -> Fo
 
 @pytest.fixture
 def planned(tmp_path):
-    """A project with PathPlanner's settings."""
+    """Return a function that writes PathPlanner's settings into a project."""
 
     def write(**changed):
         path = tmp_path / "deploy" / "pathplanner"
@@ -55,7 +55,7 @@ def planned(tmp_path):
 
 
 def test_a_maxswerve_is_known_by_its_ratio(tmp_path):
-    """pi 3 in / 4.71 m a turn and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
+    """pi 3 in / 4.71 m a turn, and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
     found = complete_measures(swerve(math.pi * 0.0762 / 4.71, wired=True), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measure("drive_gearing") == pytest.approx(
         4.71
@@ -66,14 +66,14 @@ def test_a_maxswerve_is_known_by_its_ratio(tmp_path):
     assert found.measures["wheel_radius"].is_guess
 
 
-def test_a_motor_turn_is_the_distance_that_the_program_counts(tmp_path):
+def test_a_turn_of_the_motor_is_the_distance_that_the_program_counts(tmp_path):
     found = complete_measures(swerve(0.05), RobotSettings(), tmp_path)
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
 
 @each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
-def test_a_tank_may_count_in_another_unit(tmp_path, unit, size):
-    """Wheels of 6 in at 8.45:1: the unit in which that is a speed of robots."""
+def test_a_tank_drive_may_count_in_another_unit(tmp_path, unit, size):
+    """Wheels of 6 in at 8.45:1; the unit is the one in which this gives the speed of a robot."""
     way = math.tau * 0.0762 / 8.45
     found = replace(swerve(way / size), kind="tank")
     known = complete_measures(found, RobotSettings(), tmp_path)
@@ -84,7 +84,7 @@ def test_a_tank_may_count_in_another_unit(tmp_path, unit, size):
 @each(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
 @each("half", [0.25, 0.6])
 def test_wheel_positions_are_converted_to_meters(unit, size, half):
-    """Of robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
+    """For robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
     found = swerve(None)
     wheels = tuple(
         replace(wheel, place=tuple(math.copysign(half / size, c) for c in wheel.place)) for wheel in found.wheels
@@ -95,20 +95,20 @@ def test_wheel_positions_are_converted_to_meters(unit, size, half):
 
 
 def test_a_motor_with_foc_is_the_same_motor(planned):
-    """It is a license, and no motor: nothing to say."""
+    """FOC is a license and not a motor, so there is nothing to report."""
     for name, count in (("Kraken X60 FOC", 0), ("Kraken X44", 1)):
         said = swerve(None, drive_motor=Measure(name, "positions"))
         assert len(complete_measures(said, RobotSettings(), planned(driveMotorType="krakenX60")).differences) == count
 
 
 def test_settings_win_over_an_implausible_distance(planned):
-    """0.5 m a turn of the motor are 47 m/s: not measured on the robot."""
+    """0.5 m a turn of the motor would be 47 m/s: it was not measured on the robot."""
     found = complete_measures(swerve(0.5), RobotSettings(), planned())
     assert (found.measure("drive_gearing"), found.measure("wheel_radius")) == (5.9, 0.048)
     assert any("odometry will be off by that much" in sentence for sentence in found.differences)
 
 
-def test_pathplanner_settings_fill_gaps_of_the_program(planned):
+def test_pathplanner_settings_fill_the_gaps_of_the_program(planned):
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), planned())
     assert [found.measure(n) for n in ("mass", "yaw_inertia", "wheel_cof", "wheel_radius")] == [61.0, 5.2, 1.4, 0.048]
     assert found.measure("drive_motor") == "NEO Vortex" and not found.measures["drive_motor"].is_guess
@@ -126,14 +126,14 @@ def test_each_contradiction_is_one_sentence(planned):
 
 @pytest.mark.parametrize(("volts", "is_weak"), [(1.0, True), (11.4, False)])
 def test_a_feed_forward_in_duty_cycle_is_reported(tmp_path, volts, is_weak):
-    """As MAXSwerve's velocityFF was, 1 / free speed, before REVLib 2026 took volts: 1 V where 12 are needed."""
+    """MAXSwerve's velocityFF was 1 / free speed until REVLib 2026 took volts: 1 V where 12 V are needed."""
     found = swerve(0.05)
     found = replace(found, free_speed_volts=(Measure(volts, "SPARK MAX 11"),))
     known = complete_measures(found, RobotSettings(), tmp_path)
     assert [("SPARK MAX 11" in sentence and "1 V" in sentence) for sentence in known.differences] == [True] * is_weak
 
 
-def test_the_file_overrides_all(planned):
+def test_the_robot_file_overrides_all_other_sources(planned):
     table = DrivetrainSettings(measures={"wheel_diameter": 0.1, "drive_motor": "Kraken X60"})
     settings = replace(RobotSettings(), drivetrain=table, mass=48.0, given=frozenset({"mass"}))
     found = complete_measures(swerve(None), settings, planned())
@@ -159,7 +159,7 @@ def test_choreo_settings_are_read(tmp_path):
     assert measures["places"].value[3] == (-0.2794, -0.2794)
 
 
-def test_settings_that_are_no_json_are_ignored(tmp_path, caplog):
+def test_settings_that_are_not_json_are_ignored(tmp_path, caplog):
     path = tmp_path / "deploy" / "pathplanner"
     path.mkdir(parents=True)
     (path / "settings.json").write_text("{")
@@ -167,7 +167,7 @@ def test_settings_that_are_no_json_are_ignored(tmp_path, caplog):
 
 
 def test_an_implausible_distance_is_reported(tmp_path):
-    """A NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing twice."""
+    """At a NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing applied twice."""
     assert not any("m/s" in text for text in complete_measures(swerve(0.0455), RobotSettings(), tmp_path).differences)
     for way in (1.0 / 7.36, 0.0018):
         (text,) = complete_measures(swerve(way), RobotSettings(), tmp_path).differences
@@ -175,7 +175,7 @@ def test_an_implausible_distance_is_reported(tmp_path):
 
 
 def test_wheel_turns_are_not_taken_as_meters(tmp_path):
-    """1 / 8.45 m a turn were 11 m/s; of a tank, whose odometry may multiply, nothing is told."""
+    """1 / 8.45 m a turn would be 11 m/s; nothing is reported for a tank drive, whose odometry may multiply."""
     way = {"meters_per_rotor_turn": Measure(1.0 / 8.45, "conversion factor")}
     sides = tuple(FoundWheel(name=n, place=(0.0, y), motors=(SPARK,)) for n, y in (("left", 0.3), ("right", -0.3)))
     tank = FoundDrivetrain(kind="tank", wheels=sides, measures={**MOTORS, **way})
@@ -187,8 +187,8 @@ def test_wheel_turns_are_not_taken_as_meters(tmp_path):
 
 
 @pytest.mark.parametrize(("said", "lowered"), [({}, (1, 4)), ({"dropped_center": False}, ())])
-def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowered, tmp_path):
-    hardware = MagicMock()  # asked where REVLib is imported
+def test_a_tank_drive_has_a_dropped_center_unless_the_file_says_otherwise(said, lowered, tmp_path):
+    hardware = MagicMock()  # # read where REVLib is imported
     hardware.config_accessor.closed_loop.feed_forward.getk_s.return_value = 0.0
     motors = (replace(SPARK, hardware=hardware),)
     sides = tuple(FoundWheel(name=name, place=(0.0, y), motors=motors) for name, y in (("left", 0.3), ("right", -0.3)))
@@ -199,8 +199,8 @@ def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowere
 
 
 @pytest.mark.parametrize("said", [None, False, True])
-def test_forward_is_a_guess_unless_the_file_gives_it(said, tmp_path):
-    hardware = MagicMock()  # asked where REVLib is imported
+def test_the_forward_direction_is_a_guess_unless_the_file_gives_it(said, tmp_path):
+    hardware = MagicMock()  # # read where REVLib is imported
     hardware.config_accessor.closed_loop.feed_forward.getk_s.return_value = 0.0
     motors = (replace(SPARK, hardware=hardware),)
     sides = tuple(FoundWheel(name=name, place=(0.0, y), motors=motors) for name, y in (("left", 0.3), ("right", -0.3)))
@@ -212,7 +212,7 @@ def test_forward_is_a_guess_unless_the_file_gives_it(said, tmp_path):
 
 
 def test_a_short_distance_means_smaller_wheels(tmp_path):
-    """12 mm a turn are 27:1 with them, more than any gears; with wheels of 3 in 20:1."""
+    """With usual wheels, 12 mm a turn would need 27:1, more than any gears; with wheels of 3 in it is 20:1."""
     found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess
     assert found.measure("drive_gearing") == pytest.approx(math.tau * 0.0381 / 0.012)

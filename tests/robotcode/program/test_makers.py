@@ -1,4 +1,4 @@
-"""The table of makers: what a program's devices are called, and that simcore.toml calls them the same."""
+"""Table of makers: the names of a program's devices, which are the same in simcore.toml."""
 
 import gc
 import subprocess
@@ -25,7 +25,7 @@ needs_all = pytest.mark.skipif(
 
 
 @needs_all
-def test_the_file_names_the_motor_controllers_that_makers_make():
+def test_the_robot_file_names_the_motor_controllers_of_the_makers():
     on_can = [model for maker in installed_makers() if not maker.on_ports for model in maker.motors]
     assert [c for c in CONTROLLERS if c not in PORT_CONTROLLERS] == sorted(on_can, key=CONTROLLERS.index)
     models = [m for maker in installed_makers() for m in (*maker.motors, *maker.encoders, *maker.gyros, *maker.others)]
@@ -33,13 +33,13 @@ def test_the_file_names_the_motor_controllers_that_makers_make():
 
 
 @needs_all
-def test_unserved_devices_are_named_once():
+def test_devices_that_nothing_serves_are_named_once():
     names = [
         *("Talon FX (v6)[1]", "Talon FX (v6)[1]/Rotor Sensor", "SPARK Flex [6] EXTERNAL ENCODER"),
         *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
         *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
     ]
-    installed_makers()  # loads them
+    installed_makers()  # # loads them
     assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]"]
 
 
@@ -51,17 +51,17 @@ def test_a_program_of_phoenix_5_is_refused_with_what_works():
 
 
 class Motor:
-    """A device of robot code."""
+    """Device of robot code."""
 
     def __init__(self, number: int) -> None:
         self.number = number
 
 
 class OwnMotor(Motor):
-    """As a program derives one."""
+    """Device of a class that a program derives."""
 
 
-def test_devices_are_known_by_object_and_forgotten_with_it():
+def test_devices_are_found_by_object_and_forgotten_with_it():
     devices = BuiltDevices()
     devices.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))
     devices.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))
@@ -71,13 +71,13 @@ def test_devices_are_known_by_object_and_forgotten_with_it():
     found = devices.find(own)
     assert found is not None and found.hardware is own
     device = devices.find(twin)
-    assert device is not None and device.hardware is first  # two objects of one id are one device
+    assert device is not None and device.hardware is first  # # two objects with the same id are one device
     del first, twin, device
     gc.collect()
     assert [str(d) for d in devices.devices()] == ["motor 2"]
 
 
-def test_followers_are_grouped_by_key_id_or_object_and_others_stay_single():
+def test_followers_are_grouped_by_key_id_or_object_and_other_motors_stay_single():
     devices = [BuiltDevice("motor", DeviceAddress(k), Motor(k)) for k in range(6)]
     first = DeviceAddress(0)
     leaders = {1: (("motor", first), True), 2: (first, False), 3: (devices[0].hardware, True)}

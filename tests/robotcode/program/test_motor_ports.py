@@ -1,4 +1,4 @@
-"""Ports: volts in, motion out, with doubles for the devices."""
+"""Ports with doubles of the devices: volts go in and motion comes out."""
 
 import math
 
@@ -27,7 +27,7 @@ class Gyro:
 
 
 class Controller:
-    """A motor controller with an encoder, as another maker's."""
+    """Motor controller with an encoder, like that of another maker."""
 
     def __init__(self, volts: float = 0.0, coasts: bool = False) -> None:
         self.asked, self.rotor, self.supply = volts, (math.nan, math.nan), math.nan
@@ -44,8 +44,8 @@ def swerve(**module) -> SwerveDrive:
     return SwerveDrive(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0, **module)))
 
 
-def test_swerve_volts_come_from_the_motors_and_motion_goes_to_every_sensor():
-    """Rotors turn gearing times the wheel, and a turning azimuth drags the drive rotor along by the coupling."""
+def test_swerve_volts_come_from_the_motors_and_the_motion_goes_to_every_sensor():
+    """Rotors turn by the gearing times the wheel, and a steering module drags its drive rotor along by the coupling."""
     drive = swerve(coupling_ratio=3.0)
     drives, steers = [Controller(6.0) for _ in range(4)], [Controller(1.0) for _ in range(4)]
     azimuths, wheels, gyro = [Angle() for _ in range(4)], [Angle() for _ in range(4)], Gyro()
@@ -69,12 +69,12 @@ def test_swerve_volts_come_from_the_motors_and_motion_goes_to_every_sensor():
     rotor = (m.drive_gearing * state.wheel_angle[1] + 3.0 * state.steer_angle[1]) / math.tau
     assert drives[1].rotor[0] == pytest.approx(rotor)
     assert steers[1].rotor[1] == pytest.approx(m.steer_gearing * state.steer_speed[1] / math.tau)
-    assert gyro.yaw == pytest.approx(0.2)  # zero where it was switched on
+    assert gyro.yaw == pytest.approx(0.2)  # # it was zero when it was switched on
 
 
 @pytest.mark.parametrize(("coasts", "slows"), [(True, False), (False, True)])
-def test_zero_volts_brake_or_coast_as_the_controller_says(coasts, slows):
-    """Braking from 20 rad/s of the wheel the motor carries current; coasting only friction is left."""
+def test_zero_volts_brake_or_coast_as_the_controller_is_set(coasts, slows):
+    """When it brakes from 20 rad/s of the wheel, the motor carries current; when it coasts, only friction is left."""
     drive = swerve(drive_friction_volts=0.0)
     motors = [Controller(0.0, coasts) for _ in range(8)]
     ports = SwervePorts(drive, [c.port for c in motors[:4]], [c.port for c in motors[4:]], steer_encoders=[None] * 4)
@@ -85,7 +85,7 @@ def test_zero_volts_brake_or_coast_as_the_controller_says(coasts, slows):
     assert (current > 5.0) == slows
 
 
-def test_tank_sides_move_independently():
+def test_the_sides_of_a_tank_drive_move_independently():
     drive = TankDrive(TankConfig())
     left, right, encoders = Controller(6.0), Controller(-6.0), (Angle(), Angle())
     ports = ShaftPorts(drive, ([left.port], [right.port]), encoders=encoders)
@@ -97,7 +97,7 @@ def test_tank_sides_move_independently():
     assert left.rotor[0] == pytest.approx(encoders[0].angle * drive.config.gearing / math.tau)
 
 
-def test_mistakes_are_named():
+def test_invalid_ports_are_refused():
     drive = swerve()
     four = [Controller().port] * 4
     with pytest.raises(ConfigError, match="3 drive motors for a model of 4 modules"):

@@ -1,4 +1,4 @@
-"""The watch tells faults of odometry, and keeps still where cameras, people or resets move belief or robot."""
+"""The watch reports faults of odometry, but not where cameras, people or resets move the belief or the robot."""
 
 import logging
 import math
@@ -14,7 +14,7 @@ _TICK = 0.02
 
 
 def _path(begin: Pose, *, speed: float = 2.0, rate: float = 0.8, ticks: int = 150) -> Iterator[Pose]:
-    """Drive an arc: the pose of each tick, field frame [m, m, rad]."""
+    """Yield the pose of each tick on an arc, in the field frame [m, m, rad]."""
     x, y, yaw = begin
     for _ in range(ticks):
         yield x, y, yaw
@@ -31,9 +31,9 @@ def _watched(
     disabled: int = 0,
     reset: int = -1,
 ) -> list[str]:
-    """Return what is said of a run in which a robot believes and stands at these poses, and its wheels do not slip.
+    """Return what is reported of a run with these believed and true poses, without slip of the wheels.
 
-    It is disabled for the first ticks, and the program sets its pose anew in one.
+    The robot is disabled for the first ticks, and in one tick the program sets its pose.
     """
     robot = SimpleNamespace(number=0, chassis=SimpleNamespace(), odometry=SimpleNamespace())
     watch = BeliefWatch(robot, sees=lambda: sees, why_still=lambda: why)  # type: ignore[arg-type]
@@ -84,7 +84,7 @@ FAULTS: dict[str, tuple[Callable[[int, Pose], Pose], str]] = {
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_no_warning_while_odometry_is_right(name, caplog):
+def test_nothing_is_reported_while_the_odometry_is_right(name, caplog):
     rows, sees = GOOD[name]
     assert _watched(rows, caplog, sees=sees) == []
 
@@ -112,9 +112,9 @@ def test_a_fault_at_constant_heading_is_reported_with_its_cause(name, caplog):
     assert len(said) == 1 and cause in said[0]
 
 
-def test_errors_while_disabled_after_a_reset_or_mended_by_cameras_are_no_fault(caplog):
+def test_errors_while_disabled_after_a_reset_or_corrected_by_cameras_are_not_faults(caplog):
     assert _watched([(BEGIN, p) for p in TRUTH], caplog, disabled=len(TRUTH)) == []
-    elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # three ticks after it was asked for
+    elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # # three ticks after the request
     assert _watched(list(zip(elsewhere, TRUTH, strict=True)), caplog, reset=75) == []
     seen = [_seen_in_steps((7.0, 1.0, 2.5), p, 1 - 0.9**k) for k, p in enumerate(TRUTH)]
     (said,) = _watched([(seen[min(k, 75)], p) for k, p in enumerate(TRUTH)], caplog, sees=True)

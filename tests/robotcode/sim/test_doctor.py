@@ -26,7 +26,7 @@ from simcore.robotcode.sim.doctor import Finding
     [((3, 9, 18), "fail", "python3.13 -m venv"), ((3, 10, 0), "ok", ""), ((3, 14, 8), "ok", ""),
      ((3, 15, 0), "fail", "py -3.13 -m venv")],
 )  # fmt: skip
-def test_python(version, level, advice):
+def test_the_version_of_python_is_judged(version, level, advice):
     found = doctor.check_python(version)
     assert found.level == level and advice in found.advice and bool(found.advice) == (level != "ok")
 
@@ -41,14 +41,14 @@ def test_python(version, level, advice):
         ({"wpilib": "2026.2.2"}, "warn", "runs from a folder and is not installed"),
     ],
 )
-def test_versions(installed, level, words):
+def test_versions_of_two_seasons_are_reported(installed, level, words):
     found = doctor.check_versions(installed)
     assert found.level == level and words in found.text
     assert bool(found.advice) == (level != "ok") and "\n" not in found.text + found.advice
 
 
 def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
-    """Of a library that is not there at all, the command that brings it."""
+    """For a library that is not there at all, the command that installs it is given."""
     monkeypatch.setattr(season, "import_module", lambda name: importlib.import_module(f"{name}_is_not_there"))
     mixture = {"wpilib": "2026.2.2", "pyntcore": "2027.0.0a7"}
     monkeypatch.setattr(
@@ -64,8 +64,8 @@ def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
         load("ntcore")
 
 
-def test_imports_of_the_robot_program(tmp_path, monkeypatch):
-    """A library that is missing is named with the extra that brings it; optional ones and tests do not count."""
+def test_imports_of_the_robot_program_that_do_not_load_are_reported(tmp_path, monkeypatch):
+    """A missing library is reported with the extra that installs it; optional libraries and tests do not count."""
     assert [f.level for f in doctor.check_imports(tmp_path)] == ["warn"]
     vendors = tmp_path / "vendors"
     vendors.mkdir()
@@ -94,14 +94,14 @@ def test_imports_of_the_robot_program(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("milliseconds", "level"), [(1.0, "ok"), (9.0, "warn"), (25.0, "fail")])
-def test_run(milliseconds, level, monkeypatch):
+def test_the_time_of_a_tick_is_judged(milliseconds, level, monkeypatch):
     clock = iter(range(10**6))
     monkeypatch.setattr(doctor.time, "perf_counter", lambda: next(clock) * 1e-3 * milliseconds)
     *_, found = doctor.check_run()
     assert found.level == level and f"a tick takes {milliseconds:.1f} of its 20 ms" in found.text
 
 
-def test_an_impossible_run(monkeypatch):
+def test_an_impossible_run_is_reported(monkeypatch):
     def games(found):
         monkeypatch.setattr("simcore.match.registry.installed_games", found)
         return list(doctor.check_run())
@@ -122,7 +122,7 @@ def parsed(*words: str) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def test_the_command_on_this_computer(tmp_path, capsys):
+def test_the_command_runs_on_this_computer(tmp_path, capsys):
     status = doctor.run(parsed("--json", "--folder", str(tmp_path)))
     report = json.loads(capsys.readouterr().out)
     levels = {row["check"]: row["level"] for row in report["findings"]}
@@ -131,7 +131,7 @@ def test_the_command_on_this_computer(tmp_path, capsys):
     assert all(row["advice"] for row in report["findings"] if row["level"] != "ok")
 
 
-def test_a_failure_is_status_1_and_in_the_table(tmp_path, capsys):
+def test_a_failure_gives_status_1_and_a_row_of_the_table(tmp_path, capsys):
     (tmp_path / "robot.py").write_text("import no_such_library")
     assert doctor.run(parsed("--no-physics", "--folder", str(tmp_path))) == 1
     said = capsys.readouterr().out
@@ -139,7 +139,7 @@ def test_a_failure_is_status_1_and_in_the_table(tmp_path, capsys):
 
 
 @each("encoding", ["utf-8", "cp1252", "ascii"])
-def test_the_table_on_any_terminal(encoding):
+def test_the_table_can_be_printed_on_any_terminal(encoding):
     file = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
     findings = [Finding("a", "ä [b]"), Finding("c", "d", "e", "warn"), Finding("f", "g" * 200, "h", "fail")]
     doctor.print_findings(findings, Console(file=file, width=80))
@@ -151,7 +151,7 @@ def test_the_table_on_any_terminal(encoding):
 
 
 def test_the_check_loads_no_vendor_library():
-    """It must work where half of it is missing."""
+    """It must work even where half of them are missing."""
     code = (
         "import sys, simcore.robotcode.sim.doctor\n"
         "assert not {'wpilib', 'hal', 'phoenix6', 'pyfrc', 'pybullet', 'mujoco'} & set(sys.modules)"

@@ -1,4 +1,4 @@
-"""When a sensor sees the pieces that a robot holds."""
+"""Times at which a sensor sees the pieces that a robot holds."""
 
 from types import SimpleNamespace
 
@@ -13,7 +13,7 @@ from simcore.units import TICK
 
 
 class Robot:
-    """What a sensor asks of a robot: a storage, and a claw."""
+    """Robot with what a sensor reads: a storage and a claw."""
 
     def __init__(self, *pieces: int) -> None:
         self.storage = Storage(StorageConfig(capacity=9))
@@ -38,7 +38,7 @@ def ticks_seen(sensor: PieceSensor, ticks: int) -> list[bool]:
     return [sensor.look() for _ in range(ticks)]
 
 
-def test_storage_is_counted_by_kind():
+def test_the_pieces_in_a_storage_are_counted_by_kind():
     robot = Robot(1, 11)
     two, cubes = eye(robot, at_least=2), eye(robot, at_least=2, kinds=("Cube",))
     assert two.look() and not cubes.look()
@@ -48,17 +48,17 @@ def test_storage_is_counted_by_kind():
     assert two.look() and not cubes.look()
 
 
-def test_a_piece_takes_time_from_the_intake_unless_preloaded():
+def test_a_piece_takes_time_from_the_intake_unless_it_was_preloaded():
     assert eye(Robot(1), delay=0.1).look()
     robot = Robot()
     sensor = eye(robot, delay=0.1)
     assert not sensor.look()
     robot.storage.add([1])
-    assert ticks_seen(sensor, 7) == [False] * 5 + [True] * 2  # first seen at once, then five ticks of 20 ms
+    assert ticks_seen(sensor, 7) == [False] * 5 + [True] * 2  # # the tick in which it enters, then five ticks of 20 ms
     robot.storage.take()
     assert not sensor.look()
     robot.storage.add([1])
-    assert not sensor.look()  # the same piece, come again
+    assert not sensor.look()  # # the same piece enters again
 
 
 @pytest.mark.parametrize("place", ["intake", "shooter"])
@@ -74,7 +74,7 @@ def test_a_passing_piece_is_seen_while_it_passes(place):
     assert (seen_in, seen_out) == ((passing, not_passing) if place == "intake" else (not_passing, passing))
 
 
-def test_a_claw_sensor_sees_its_piece_and_internal_moves_pass_nothing():
+def test_a_claw_sensor_sees_its_piece_and_no_piece_passes_on_internal_moves():
     robot = Robot(1)
     claw, shooter = eye(robot, "claw"), eye(robot, "shooter")
     assert not claw.look() and not shooter.look()

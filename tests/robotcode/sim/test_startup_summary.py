@@ -1,4 +1,4 @@
-"""What a run says at its start fits on one screen, whatever the robot has."""
+"""The summary at the start of a run fits on one screen, whatever the robot has."""
 
 from simcore.robotcode.sim.startup_summary import StartupSummary
 
@@ -37,7 +37,7 @@ def test_pieces_without_an_intake_are_reported():
     assert not any("intake" in line for line in StartupSummary(robot="Robot", drivetrain="TalonFX 1-8").lines())
 
 
-def test_without_a_file_the_screen_names_simcore_init():
+def test_without_a_robot_file_the_screen_names_simcore_init():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", has_file=False).lines()
     assert "`simcore init` writes a simcore.toml" in lines[-1]
     assert not any("network" in line for line in lines), "a test listens nowhere"

@@ -1,4 +1,4 @@
-"""A plain TimedRobot with a drivetrain as a member that nobody steps, and mechanisms that simcore.toml describes."""
+"""TimedRobot with a drivetrain member that no code steps, and mechanisms that simcore.toml describes."""
 
 import measures
 import ntcore
@@ -16,7 +16,7 @@ class Robot(wpilib.TimedRobot):
         self.feeder = measures.talon(33, ratio=2.0)
         self.roller = measures.talon(34, ratio=3.0)
         self.pivot = measures.talon(35, ratio=50.0, k_p=60.0, k_d=0.5)
-        self.pivot.set_position(0.25)  # it is switched on upright
+        self.pivot.set_position(0.25)  # the pivot is upright at power-on
 
     def teleopPeriodic(self) -> None:
         self.drivetrain.set_control(measures.driver_request())

@@ -1,4 +1,4 @@
-"""Devices of the whole robot, made as this module is imported."""
+"""All devices of the robot, made when this module is imported."""
 
 import measures
 import wpilib
@@ -13,6 +13,6 @@ beam = wpilib.DigitalInput(3)
 
 
 class Shooter:
-    """Its motors are those of the class."""
+    """Shooter with motors in its class body."""
 
     wheels = hardware.TalonFX(52)

@@ -1,4 +1,4 @@
-"""Builds its devices while it is imported: here, in a class body, and in a module of its own."""
+"""Robot that builds its devices during import: here, in a class body, and in another module."""
 
 import os
 import threading
@@ -15,7 +15,7 @@ class Robot(wpilib.TimedRobot):
     shooter = Shooter()
 
     def robotInit(self) -> None:
-        if "THREAD" in os.environ:  # which nobody ends
+        if "THREAD" in os.environ:  # never ends
             threading.Thread(target=threading.Event().wait, name="team-loop").start()
 
     def teleopPeriodic(self) -> None:

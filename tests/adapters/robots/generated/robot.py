@@ -1,6 +1,8 @@
-"""A command-based robot in the style of CTRE's generator: the drivetrain is a subsystem whose Notifier steps CTRE's own
-simulation 250 times a second. Beside it mechanisms that nobody describes: a shooter with two followers, an elevator and
-an arm with gravity gains, and a turret with an absolute encoder."""
+"""Command-based robot in the style of CTRE's generator: the drivetrain subsystem steps CTRE's simulation at 250 Hz.
+
+Its other mechanisms are not described in a file: a shooter with two followers, an elevator and an arm with gravity
+gains, and a turret with an absolute encoder.
+"""
 
 import commands2
 import measures

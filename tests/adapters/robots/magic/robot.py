@@ -1,4 +1,4 @@
-"""A MagicBot whose drivetrain is a member of a component, driven by torque current, with inverted steers."""
+"""MagicBot with a drivetrain in a component, driven by torque current, with inverted steer motors."""
 
 import magicbot
 import measures

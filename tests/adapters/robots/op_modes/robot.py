@@ -1,4 +1,4 @@
-"""A swerve robot whose program is made of op modes, which came with WPILib of 2027."""
+"""Swerve robot made of op modes, which came with WPILib 2027."""
 
 import wpilib
 from phoenix6 import CANBus, configs, hardware, swerve

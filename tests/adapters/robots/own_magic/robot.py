@@ -1,5 +1,7 @@
-"""A MagicBot whose swerve is a component with modules of its own: TalonFX for driving, SPARK MAX with analog encoders
-for steering, loops on the roboRIO."""
+"""MagicBot with a swerve component and modules of its own; loops run on the roboRIO.
+
+Modules drive by TalonFX and steer by SPARK MAX with analog encoders.
+"""
 
 import math
 

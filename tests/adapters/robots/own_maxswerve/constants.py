@@ -1,4 +1,4 @@
-"""REV's MAXSwerve template, in Python: ids, places and configurations."""
+"""Constants of REV's MAXSwerve template in Python: ids, places and configurations."""
 
 import math
 

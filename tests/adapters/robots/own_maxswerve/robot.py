@@ -1,4 +1,4 @@
-"""REV's MAXSwerve template, in Python: command-based, SPARK MAX with absolute encoders."""
+"""Robot of REV's MAXSwerve template in Python: command-based, SPARK MAX with absolute encoders."""
 
 import commands2
 import wpilib

@@ -1,4 +1,4 @@
-"""REV's MAXSwerve template, in Python: modules with absolute encoders, and the subsystem around them."""
+"""Subsystem of REV's MAXSwerve template in Python, and modules with absolute encoders."""
 
 import math
 

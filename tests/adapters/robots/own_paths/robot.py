@@ -1,4 +1,4 @@
-"""REV's MAXSwerve modules under a navX, a pose estimator that PhotonVision corrects, and PathPlanner's autos."""
+"""REV's MAXSwerve modules with a navX, a pose estimator corrected by PhotonVision, and PathPlanner autos."""
 
 import commands2
 import wpilib

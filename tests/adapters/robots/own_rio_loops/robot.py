@@ -1,5 +1,7 @@
-"""Swerve whose loops run on the roboRIO: PWM controllers for driving, SPARK Flex for steering by volts, encoders on the
-roboRIO's ports; one azimuth's encoder counts the other way, which the code puts right."""
+"""Swerve with loops on the roboRIO: PWM drive controllers, SPARK Flex steered by voltage, encoders on roboRIO ports.
+
+One steer encoder counts the other way, and the code corrects it.
+"""
 
 import math
 

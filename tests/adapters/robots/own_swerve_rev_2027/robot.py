@@ -1,4 +1,4 @@
-"""A swerve of SPARK MAX with absolute encoders, as REVLib of 2027 has it: turns and RPM, no conversion factors."""
+"""Swerve of SPARK MAX with absolute encoders in REVLib 2027: turns and RPM, no conversion factors."""
 
 import math
 

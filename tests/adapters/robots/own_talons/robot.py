@@ -1,4 +1,4 @@
-"""Swerve on TalonFX and CANcoders in a class of the team's own: wheel and gears are in its arithmetic alone."""
+"""Swerve on TalonFX and CANcoders in a class of the team's own; wheel size and gearing are only in its arithmetic."""
 
 import math
 

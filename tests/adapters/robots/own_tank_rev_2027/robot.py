@@ -1,4 +1,4 @@
-"""A tank drive on SPARK MAX of 2027 with followers, and the controller's own IMU."""
+"""Tank drive on SPARK MAX of 2027 with followers, and the onboard IMU."""
 
 import math
 

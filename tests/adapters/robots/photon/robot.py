@@ -1,8 +1,9 @@
-"""A TimedRobot that finds its place with PhotonVision, and believes at first that it is 3 m from where it is.
+"""TimedRobot that localizes with PhotonVision and starts with an estimate 3 m off.
 
-In simulation it feeds a VisionSystemSim with its own odometry, as photonlib's example does: that would confirm whatever
-it believes. One camera is in it, one is known by its estimator only, one is named by nobody but simcore.toml, and of
-one nobody says where it sits."""
+In simulation it feeds its odometry to a VisionSystemSim, as photonlib's example does, which would confirm any estimate.
+Of its cameras, one is in that simulation, one is placed by its estimator only, one by simcore.toml only, and one
+nowhere.
+"""
 
 import math
 

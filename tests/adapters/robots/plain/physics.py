@@ -18,7 +18,7 @@ class PhysicsEngine(RobotPhysics):
             wheel_positions=tuple((m.x, m.y) for m in config.modules),
         )
         build = RobotConfig(chassis=body, drivetrain=config)
-        # along the middle of the neutral zone's near edge, nothing in the way for 5 m
+        # along the near edge of the neutral zone, with nothing in the way for 5 m
         match = Match(REBUILT, robots=[RobotEntry(config=build, start=(2.0, 1.0, 1.5708), preload=0)])
         self.field = physics_controller.field
         devices = SwerveDrivetrainSim(drivetrain, match.robots[0].drive)

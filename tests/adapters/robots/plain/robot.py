@@ -1,4 +1,4 @@
-"""A TimedRobot without commands; its period comes from the environment."""
+"""TimedRobot without commands; its period comes from the environment."""
 
 import os
 

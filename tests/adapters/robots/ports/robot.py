@@ -1,6 +1,6 @@
-"""A robot of PWM controllers, roboRIO sensors, pneumatics, a servo, a relay and lights; simcore.toml says what they do.
+"""Robot of PWM controllers, roboRIO sensors, pneumatics, a servo, a relay and lights, described by simcore.toml.
 
-Its hood finds its lower switch, then goes where its encoder says; its code counts fuel by light barriers.
+The hood homes on its lower switch and then follows its encoder; the code counts fuel by light barriers.
 """
 
 import measures
@@ -18,13 +18,13 @@ class Robot(wpilib.TimedRobot):
     def robotInit(self) -> None:
         self.drivetrain = measures.build()
         self.wheels = measures.talon(31, k_v=0.125, k_p=0.4)
-        # an intake of two motors face to face, deployed by a cylinder
+        # intake with two motors face to face, deployed by a cylinder
         self.roller, self.second_roller = wpilib.Spark(0), wpilib.VictorSP(1)
         self.second_roller.setInverted(True)
         self.roller.addFollower(self.second_roller)
         self.deploy = wpilib.DoubleSolenoid(wpilib.PneumaticsModuleType.REVPH, 0, 1)
         self.flap = wpilib.PneumaticHub(1).makeSolenoid(2)
-        # a hood on a PWM controller that turns the wrong way unless it is inverted
+        # hood on a PWM controller that turns the wrong way unless inverted
         self.hood = wpilib.PWMSparkMax(2)
         self.hood.setInverted(True)
         self.hood_encoder = wpilib.Encoder(0, 1)
@@ -36,7 +36,7 @@ class Robot(wpilib.TimedRobot):
         self.is_homed = False
         self.latch = wpilib.Servo(3)
         self.kicker = wpilib.Relay(0)
-        # what sees fuel
+        # fuel sensors
         self.any_fuel = wpilib.DigitalInput(4)
         self.three_fuel = wpilib.DigitalInput(5)
         self.two_fuel = hardware.CANrange(12)
@@ -46,7 +46,7 @@ class Robot(wpilib.TimedRobot):
         self.strip = wpilib.AddressableLED(7)
         self.strip.setLength(4)
         self.strip.start()
-        # on the robot for something that nobody has described
+        # devices that no file describes
         self.spare = (wpilib.VictorSP(5), wpilib.DigitalInput(9), wpilib.AnalogInput(3), wpilib.Relay(1))
 
     def robotPeriodic(self) -> None:

@@ -1,6 +1,6 @@
-"""A driver's course for any swerve robot: stand, 5 m across the field, into fuel, against the wall, every button.
+"""Driver's course for any swerve robot: stand, 5 m across the field, into fuel, against the wall, every button.
 
-The driver sees the robot, so sticks are turned where odometry believes in another heading than the true one.
+The driver watches the robot, so sticks are rotated where the odometry heading differs from the true one.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ A, X, Y = 1, 3, 4
 
 
 class Course:
-    """One robot on its way.
+    """One run of a robot over the course.
 
     Args:
-        physics: Simcore's, of the robot program.
-        is_field_centric: Whether the program's sticks mean the field, as odometry has it, or the robot.
-        enable: Starts teleop.
+        physics: Simcore's physics of the robot program.
+        is_field_centric: Whether the program's sticks are field-centric by its odometry, not robot-centric.
+        enable: Function that starts teleop.
     """
 
     def __init__(self, physics: Any, *, is_field_centric: bool, enable: Callable[[], None]) -> None:
@@ -38,7 +38,7 @@ class Course:
         self.results: dict[str, Any] = {}
 
     def run(self) -> Iterator[None]:
-        """Go on by one tick of 20 ms at each `next`."""
+        """Play the course, one tick of 20 ms at each `next`."""
         DriverStationSim.setJoystickAxisCount(0, 6)
         DriverStationSim.setJoystickButtonCount(0, 10)
         DriverStationSim.setJoystickPOVCount(0, 1)
@@ -56,10 +56,10 @@ class Course:
         pose = self.drivetrain.get_state().pose
         return pose.X(), pose.Y(), pose.rotation().radians()
 
-    # --- stretches --------------------------------------------------------------------------------------------------
+    # --- parts of the course ------------------------------------------------------------------------------------------
 
     def stand(self, ticks: int) -> Iterator[None]:
-        """How far odometry leaves the truth though nobody asks the robot to move."""
+        """Record the drift of odometry from the truth while the robot stands."""
         true, told = self.chassis.pose, self.believed()
         for _ in range(ticks):
             yield
@@ -107,11 +107,11 @@ class Course:
             farthest = max(farthest, y + corner)
             places.append(y)
         self.results["gap_at_wall"] = FIELD_WIDTH - farthest
-        # mean of the last second: pressed on with all its grip it rattles by 1 mm, with up to 0.09 m/s
+        # mean of the last second: pushing with all its grip the robot rattles by 1 mm at up to 0.09 m/s
         self.results["speed_at_wall"] = abs(self.chassis.pose[1] - places[-50])
 
     def mechanisms(self) -> Iterator[None]:
-        """What the program's own `facts` say after 1.5 s of its buttons, and 2 s after they are let go."""
+        """Record the program's `facts` after 1.5 s with its buttons pressed, and 2 s after their release."""
         self.push(0.0, 0.0)
         robot = self.physics.robot
         for pressed, ticks, name in ((True, 75, "pressed"), (False, 100, "released")):
@@ -130,10 +130,10 @@ class Course:
         self.results["counted"] = on_field + count.held + count.scored + count.off_field
         self.results["taken_in"], self.results["shots"] = len(match.record.taken_in), len(match.record.shots)
 
-    # --- the driver's hands -----------------------------------------------------------------------------------------
+    # --- sticks -------------------------------------------------------------------------------------------------------
 
     def push(self, ahead: float, left: float) -> None:
-        """Sticks that move the robot along the field's axes, and hold its heading at zero."""
+        """Set the sticks to drive along the field axes with the heading held at zero."""
         yaw = self.chassis.pose[2]
         frame = self.believed()[2] - yaw if self.is_field_centric else -yaw
         x = ahead * math.cos(frame) - left * math.sin(frame)
@@ -145,7 +145,7 @@ class Course:
 
     @staticmethod
     def since(pose: tuple[float, float, float], start: tuple[float, float, float]) -> tuple[float, float]:
-        """Way from a start, in the axes of the start's heading."""
+        """Return the displacement from a start, in the axes of the start heading."""
         dx, dy = pose[0] - start[0], pose[1] - start[1]
         c, s = math.cos(start[2]), math.sin(start[2])
         return c * dx + s * dy, c * dy - s * dx

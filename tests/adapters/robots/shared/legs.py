@@ -1,4 +1,4 @@
-"""A driver's legs for a robot with any drivetrain, as a robot test; writes what was true and what was believed."""
+"""Driver's legs for a robot with any drivetrain, as a robot test; writes true and estimated motion."""
 
 import json
 import math
@@ -9,7 +9,7 @@ TANK = {"ahead": {"left_y": -0.3}, "turn": {"right_x": -0.3}, "curve": {"left_y"
 
 
 def drive(sim, legs):
-    """Drive each leg for 1.2 s and roll out; facts.json gets way, believed way and turn by leg."""
+    """Drive each leg for 1.2 s and coast; write distance, estimated distance and turn of each leg to facts.json."""
     pad, found = sim.xbox(0), {}
     sim.place(1.5, 2.2)
     sim.teleop(seconds=0.3)

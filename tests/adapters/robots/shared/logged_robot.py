@@ -1,4 +1,4 @@
-"""The team's framework: a loop of its own on a HAL notifier, and values on NetworkTables under one root."""
+"""Base class of a team: its own loop on a HAL notifier, and values on NetworkTables under one root."""
 
 from typing import Any, ClassVar
 

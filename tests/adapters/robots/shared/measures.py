@@ -1,4 +1,4 @@
-"""Swerve drivetrains of other measures than simcore's own, for the robots of these tests; copied beside each."""
+"""Swerve drivetrains with dimensions other than simcore's defaults; copied next to the robots of these tests."""
 
 import wpilib
 from phoenix6 import CANBus, configs, hardware, signals, swerve
@@ -16,7 +16,7 @@ def modules(
     slip_current: float = 90.0,
     k_s: float = 0.0,
 ) -> list:
-    """Four modules with ids 1-4, 11-14, 21-24; the right side's drive motors and one encoder are inverted."""
+    """Return four modules with ids 1-4, 11-14, 21-24; right drive motors and one encoder are inverted."""
     drive = configs.Slot0Configs().with_k_s(k_s).with_k_p(0.2).with_k_v(0.124)
     output = swerve.ClosedLoopOutputType.VOLTAGE
     if torque_current:
@@ -55,7 +55,7 @@ def modules(
 
 
 def build(drivetrain=swerve.SwerveDrivetrain, *, bus="", **settings):
-    """A drivetrain of these modules and Pigeon 9."""
+    """Return a drivetrain of these modules and Pigeon 9."""
     constants = swerve.SwerveDrivetrainConstants().with_can_bus_name(bus).with_pigeon2_id(9)
     steer, encoder = hardware.TalonFX, hardware.CANcoder
     if settings.get("fxs"):
@@ -64,7 +64,7 @@ def build(drivetrain=swerve.SwerveDrivetrain, *, bus="", **settings):
 
 
 def driver_request():
-    """What the first gamepad's sticks ask for, robot-centric: 3 m/s and 3 rad/s at the most."""
+    """Return the robot-centric request of the first gamepad's sticks, up to 3 m/s and 3 rad/s."""
     axis = wpilib.DriverStation.getStickAxis
     return (
         requests.RobotCentric()
@@ -76,7 +76,7 @@ def driver_request():
 
 
 def talon(number, *, cls=hardware.TalonFX, ratio=1.0, arrangement=None, **gains):
-    """A configured motor controller."""
+    """Return a configured motor controller."""
     device = cls(number, CANBus(""))
     config = configs.TalonFXConfiguration() if cls is hardware.TalonFX else configs.TalonFXSConfiguration()
     feedback = config.feedback if cls is hardware.TalonFX else config.external_feedback

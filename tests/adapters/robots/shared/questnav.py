@@ -1,4 +1,4 @@
-"""QuestNav's topics without its library: protocol buffers by hand, as small teams do who copy the class."""
+"""QuestNav's topics without its library: protocol buffers by hand, as in teams that copy the class."""
 
 import struct
 from dataclasses import dataclass

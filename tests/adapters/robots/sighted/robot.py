@@ -1,6 +1,7 @@
-"""A TimedRobot that reads two Limelights, of which simcore.toml describes one, and a QuestNav headset, all by topics.
+"""TimedRobot that reads two Limelights, one of them in simcore.toml, and a QuestNav headset, all by topics.
 
-It asks for its tables at the top of the file, in a class and when it starts, as robots do."""
+It opens its tables at the top of the file, in a class and at start, as robot programs do.
+"""
 
 import math
 
@@ -47,7 +48,7 @@ class Robot(wpilib.TimedRobot):
         self.quest = Quest()
         FRONT.getEntry("ledMode").setDouble(1.0)
         FRONT.getEntry("fiducial_offset_set").setDoubleArray([0.0, 0.1, 0.0])
-        FRONT.getEntry("priorityID").setDouble(25.0)  # it is called priorityid
+        FRONT.getEntry("priorityID").setDouble(25.0)  # a mistake: the topic is priorityid
         Vision.table.getEntry("pipeline").setDouble(0.0)
         self.has_told_quest = False
 
@@ -61,7 +62,7 @@ class Robot(wpilib.TimedRobot):
             self.quest.set_pose(Pose3d(pose).transformBy(ROBOT_TO_QUEST))
 
     def seen(self) -> dict:
-        """What the front camera tells, each topic read as robots read it."""
+        """Return the values of the front camera, each topic read as robot programs do."""
         return {
             "tv": FRONT.getEntry("tv").getInteger(0),
             "tid": FRONT.getEntry("tid").getInteger(-1),

@@ -1,5 +1,8 @@
-"""Phoenix 6 swerve with REV mechanisms, as CTRE's generator begins it: telemetry into the hoot log, a bus with a hoot
-file that is not there, ids from the deploy folder, mechanisms in a package."""
+"""Phoenix 6 swerve with REV mechanisms, as CTRE's generator starts it.
+
+Telemetry goes into the hoot log, a bus names a hoot file that does not exist, ids come from the deploy folder, and
+mechanisms are in a package.
+"""
 
 import json
 from pathlib import Path

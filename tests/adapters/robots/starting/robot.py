@@ -1,4 +1,4 @@
-"""Autos that begin in different places, each of which sets the drivetrain's pose anew as PathPlanner's do."""
+"""Robot with autos at different starts, each of which resets the drivetrain's pose as PathPlanner autos do."""
 
 import os
 import time
@@ -44,7 +44,7 @@ class Robot(wpilib.TimedRobot):
         self.ticks += 1
         self.drivetrain.set_control(requests.RobotCentric().with_velocity_x(1.0 if self.ticks > 5 else 0.0))
         if self.ticks == 15:
-            self.drivetrain.reset_pose(LATER)  # on its way, as a team corrects it by a camera
+            self.drivetrain.reset_pose(LATER)  # during the auto, like a correction by a camera
 
     def teleopInit(self) -> None:
         self.drivetrain.reset_pose(LATER)

@@ -1,4 +1,4 @@
-"""A kit-bot: two PWM controllers a side, the second of each a follower, encoders on the wheels, an analog gyro."""
+"""Kit bot: two PWM controllers a side, the second one a follower, encoders on the wheels and an analog gyro."""
 
 import math
 
@@ -19,7 +19,7 @@ class Robot(wpilib.TimedRobot):
         self.right.addFollower(self.followers[1])
         self.right.setInverted(True)
         self.drive = wpilib.drive.DifferentialDrive(self.left, self.right)
-        self.drive.setSafetyEnabled(False)  # it watches from a thread of its own, at its own time
+        self.drive.setSafetyEnabled(False)  # polls in its own thread, at its own times
         self.encoders = [wpilib.Encoder(0, 1), wpilib.Encoder(2, 3, True)]
         for encoder in self.encoders:
             encoder.setDistancePerPulse(math.tau * WHEEL_RADIUS / PULSES)

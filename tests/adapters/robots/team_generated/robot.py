@@ -1,4 +1,4 @@
-"""A project as CTRE's generator leaves it: TimedCommandRobot, RobotContainer, generated constants, telemetry.py."""
+"""Project as CTRE's generator writes it: TimedCommandRobot, RobotContainer, generated constants, telemetry.py."""
 
 import commands2
 from robotcontainer import RobotContainer

@@ -10,7 +10,7 @@ from wpimath.geometry import Rotation2d
 
 class RobotContainer:
     def __init__(self) -> None:
-        from generated.tuner_constants import TunerConstants  # late: its CANBus with a hoot path is built here
+        from generated.tuner_constants import TunerConstants  # late import: it builds a CANBus with a hoot path
 
         self.max_speed = TunerConstants.speed_at_12_volts
         self.max_turn = 4.7

@@ -6,7 +6,7 @@ from wpimath.kinematics import ChassisSpeeds, SwerveModulePosition, SwerveModule
 
 
 class Telemetry:
-    """What the drivetrain tells 250 times a second, on its odometry's thread."""
+    """Telemetry of the drivetrain, 250 times a second on its odometry thread."""
 
     def __init__(self, max_speed: float) -> None:
         self.max_speed = max_speed

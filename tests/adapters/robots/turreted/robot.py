@@ -1,6 +1,6 @@
-"""A turret that aims by odometry, a shooter with two wheels of their own speed, and an intake at either end.
+"""Turret that aims by odometry, a shooter with two wheels at different speeds, and an intake at each end.
 
-Nothing of it is the default robot's; simcore.toml says what it is.
+No mechanism is the default robot's; simcore.toml describes them all.
 """
 
 import math

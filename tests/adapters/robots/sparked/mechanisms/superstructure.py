@@ -1,4 +1,4 @@
-"""REV motor controllers of every sort, and a feeder on a TalonFX that coasts."""
+"""REV motor controllers of every kind, and a feeder on a TalonFX that coasts."""
 
 import measures
 import rev
@@ -27,7 +27,7 @@ class Superstructure:
         config.closedLoop.setFeedbackSensor(rev.FeedbackSensor.kAbsoluteEncoder).pid(0.02, 0, 0)
         self.hood.configure(config, *SAVE)
         self.winch = rev.SparkMax(ids["winch"], BRUSHLESS)
-        self.winch_sim = rev.SparkMaxSim(self.winch, DCMotor.NEO(1))  # the team simulates it itself
+        self.winch_sim = rev.SparkMaxSim(self.winch, DCMotor.NEO(1))  # simulated by the team
         self.feeder = measures.talon(ids["feeder"], ratio=2.0)
         self.feeder.configurator.apply(configs.MotorOutputConfigs().with_neutral_mode(signals.NeutralModeValue.COAST))
 

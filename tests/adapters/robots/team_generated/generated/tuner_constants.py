@@ -63,7 +63,7 @@ class TunerConstants:
 
 
 class TunerSwerveDrivetrain(swerve.SwerveDrivetrain[hardware.TalonFX, hardware.TalonFX, hardware.CANcoder]):
-    """The library's drivetrain of these devices; `None` fills up what was not given."""
+    """Drivetrain of the library with these devices; `None` arguments are completed."""
 
     def __init__(self, constants, arg0=None, arg1=None, arg2=None, arg3=None) -> None:
         swerve.SwerveDrivetrain.__init__(
