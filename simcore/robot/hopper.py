@@ -173,7 +173,7 @@ class Hopper:
         self._innermost = np.minimum(self._sign * low[:, self._axis], self._sign * high[:, self._axis])
 
     def room_at_inlet(self, size: float) -> int:
-        """Return the number of balls of a given radius [m] that can enter now at the same time."""
+        """Return the number of balls of a given radius [m] that can enter side by side now."""
         candidates = self._inlets(size)
         count, last = 0, -math.inf
         for place in candidates[

@@ -236,7 +236,7 @@ class MassBalance:
 
 
 class NamedMechanisms(dict[str, ShaftSim]):
-    """Mechanisms by name; an unknown name raises an error that lists the known ones."""
+    """Mechanisms by name; an unknown name raises an error that lists the known names."""
 
     def __missing__(self, name: str) -> ShaftSim:
         raise UnknownNameError("mechanism", name, self)

@@ -37,7 +37,7 @@ from simcore.world.linkage import MechanismMotion, PartState, require_mechanisms
 from simcore.world.rotation import from_rpy, multiply
 
 Number = TypeVar("Number", float, FloatArray)
-_LEAST_SQUEEZE = 0.3  # of `compression`; the wheels would not grip a piece compressed less
+_LEAST_SQUEEZE = 0.3  # of `compression`, lower limit; a piece compressed less would not be fed at all
 _EARLIEST = -0.2  # of the period between shots; limit on early shots, as pieces in a row cannot leave at once
 _SLOWEST = 0.5  # [m/s]; at a lower exit speed, the piece stays in the shooter
 _SAME_INSTANT = 1e-9  # [s]; a shot this close to the end of a tick belongs to the next tick

@@ -117,7 +117,7 @@ LIMELIGHTS: dict[str, LimelightType] = {
     kind.name: kind
     for kind in (
         # OV5647 with a rolling shutter. FOV: docs.limelightvision.io (teams' constants also have 63.3 x 49.7).
-        # Latency: JSON example on the same pages (LL2/3 class). Rate: the Java system that simcore is based on.
+        # Latency: JSON example on the same pages (LL2/3 class). Rate: simcore's predecessor in Java.
         LimelightType(
             name="LL3", width=640, height=480, horizontal_fov_deg=62.5, vertical_fov_deg=48.9,
             frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206, corner_noise=0.06,

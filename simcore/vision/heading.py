@@ -54,7 +54,7 @@ class _History(Generic[_Value]):
             del times[:32], self._values[:32]
 
     def _look_up(self, time: float) -> _Value | None:
-        """Interpolate the value at a time [s]; outside the samples, return the nearest; None without samples."""
+        """Interpolate the value at a time [s]; outside the samples, use the nearest value; None without samples."""
         times, values = self._times, self._values
         k = bisect_right(times, time)
         if not times or k == len(times):
@@ -89,7 +89,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         self._append(time, (pos, quat))
 
     def at(self, time: float) -> tuple[Vector, Quaternion]:
-        """Interpolate the pose at a time [s]; outside the history, return the nearest pose.
+        """Interpolate the pose at a time [s]; outside the history, use the nearest pose.
 
         Raises:
             ConfigError: If no pose was added yet.
@@ -117,7 +117,7 @@ class AngleHistory(_History[Vector]):
             self._append(time, angles)
 
     def at(self, time: float) -> Vector | None:
-        """Interpolate the reading at a time [s]; outside the history, return the nearest; None without readings."""
+        """Interpolate the reading at a time [s]; outside the history, use the nearest; None without readings."""
         return self._look_up(time)
 
 

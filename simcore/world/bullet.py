@@ -442,7 +442,7 @@ class _BulletShapes:
     """Collision shapes of one client.
 
     Args:
-        pybullet: The PyBullet module.
+        pybullet: Module `pybullet`.
         client: Number of the client.
     """
 

@@ -108,7 +108,9 @@ FRICTIONLESS = TerrainSurface(name="FRICTIONLESS", friction=0.0, restitution=0.0
 BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
 """Surface of a bumper (noodles under fabric) against game pieces; the restitution between two robots is 0.06."""
 BUMPER_CLOTH = 0.7
-"""Friction factor of bumper cloth against walls and robots: 0.49 between two bumpers, 0.35 at a wall [-].
+"""Friction factor of bumper cloth against walls and robots [-].
+
+The coefficient of friction is 0.49 between two bumpers and 0.35 between a bumper and a wall.
 
 Source: team 971 measured 0.5 for Cordura on Cordura, 0.3 for ballistic nylon on Cordura and 0.25 for sailcloth on
 Cordura (Chief Delphi, "Bumper Material", post 1381897, 2014). No measurement of cloth on polycarbonate is published;

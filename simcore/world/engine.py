@@ -37,7 +37,7 @@ class BodyDefinition:
     inertia_axes: Quaternion = (0.0, 0.0, 0.0, 1.0)
     """Attitude of the principal axes in the frame of the shape, x, y, z, w."""
     group: int = 1
-    """Collision group, one bit."""
+    """Collision group, a single bit."""
     mask: int = 0xFFFF
     """Groups to collide with; two bodies collide if each mask contains the other body's group."""
     pos: Vector = (0.0, 0.0, 0.0)

@@ -333,7 +333,10 @@ def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sh
 
 
 def _agreement(sheet: Sheet, other: Sheet, symmetry: FieldSymmetry) -> float:
-    """Compute the area of a sheet facing the same way as the other sheet's image, minus the opposed area [m^2]."""
+    """Compute how well the normals of a sheet agree with the image of another sheet [m^2].
+
+    The result is the area that faces the same way minus the area that faces the opposite way.
+    """
     mine, its = (np.array([corners.mean(axis=0) for corners in one.corners]) for one in (sheet, other))
     nearest = np.linalg.norm(mine[:, None] - symmetry.flip_points(its)[None], axis=2).argmin(axis=1)
     normals = symmetry.flip_vectors(other.normals)[nearest]

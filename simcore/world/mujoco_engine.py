@@ -366,11 +366,11 @@ class _CompiledModel:
     """
 
     mj: Any
-    """The `mujoco` package."""
+    """Package `mujoco`."""
     m: Any
-    """The `MjModel`."""
+    """Compiled model, an `MjModel`."""
     d: Any
-    """The `MjData`."""
+    """State of the model, an `MjData`."""
     row_of_body: IntArray
     """Row of each moving body, shape (bodies,)."""
     row_of_geom: IntArray
@@ -431,7 +431,7 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
     """Compile the MuJoCo model of a list of bodies.
 
     Args:
-        mujoco: The `mujoco` package.
+        mujoco: Package `mujoco`.
         definitions: Definitions by row.
         gravity: Gravity along -z [m/s^2].
         longest: Longest step of contacts with friction or restitution [s].
@@ -542,7 +542,7 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
     """Set mass, inertia and center of mass of a moving body in a compiled model, and all derived values.
 
     Args:
-        model: The `MjModel`.
+        model: Compiled model, an `MjModel`.
         number: Number of the moving body, from 0; the world is body 0 of the model.
         mass: Mass [kg].
         inertia: Principal moments of inertia about the new center of mass [kg m^2].

@@ -168,7 +168,7 @@ def support(shape: Shape, ways: FloatArray) -> FloatArray:
     """Compute the largest extent of a shape from the origin along each unit vector [m], shape (n,).
 
     Args:
-        shape: The shape.
+        shape: Shape in its own frame.
         ways: Unit vectors, shape (n, 3).
     """
     if isinstance(shape, Compound):

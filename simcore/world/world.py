@@ -55,7 +55,7 @@ class CollisionGroup:
     """Collision groups of the engine's bodies, one bit each."""
 
     STATIC = 1
-    """The field."""
+    """Static field."""
     PIECE = 2
     """Game pieces that are not balls, and hanging bodies; the engine has no balls."""
     ROBOT = 4
