@@ -453,11 +453,11 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
         gap = z - radius if is_floor else 1e30
         if is_floor and z < radius and not is_asleep:
             n = _add_contact(found, which, q, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
+        frame, lx, ly, lz = NOBODY, x, y, z  # body of the last solid, and the ball's center in its frame
         for candidate in range(start[q], start[q + 1]):
             s = near[candidate]
             b = owner[s]
-            lx, ly, lz = x, y, z
-            if b >= 0:
+            if b != frame and b >= 0:
                 ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
                 wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
                 lx, ly, lz = to_body(
@@ -466,9 +466,10 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
                     y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
                     z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
                 )  # fmt: skip
-            elif is_asleep:
-                continue
-            if is_outside(box, s, lx, ly, lz, reach):
+            elif b != frame:
+                lx, ly, lz = x, y, z
+            frame = b
+            if (is_asleep and b < 0) or is_outside(box, s, lx, ly, lz, reach):
                 continue
             distance, nx, ny, nz, is_face = nearest_point(s, lx, ly, lz, reach, begin, plane, corner)
             if b >= 0:
