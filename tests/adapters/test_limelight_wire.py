@@ -211,7 +211,7 @@ def test_json_results_equal_the_topics(told):
     assert len(data["stdev_mt1"]) == len(data["stdev_mt2"]) == 6
 
 
-def test_bad_requests_change_nothing_and_a_good_one_switches_the_pipeline(told):
+def test_invalid_requests_change_nothing_and_a_valid_request_switches_the_pipeline(told):
     got, camera, _, _ = told
     assert got["after"] == {"getpipe": 1, "type": "pipe_neuraldetector"}
     assert camera.bad_requests == 2

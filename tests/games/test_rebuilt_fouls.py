@@ -178,7 +178,7 @@ def test_g408_catching_and_keeping_fuel_out_of_a_hub_is_a_foul(play):
     assert told(play(poses, 60.0, act=emerge(falls=True))) == [], "it fell off the robot first"
 
 
-def test_g405_the_first_fuel_shot_over_the_guardrail_is_a_minor_foul_and_the_next_a_major_one(play):
+def test_g405_the_first_fuel_shot_over_the_guardrail_is_a_minor_foul_and_the_next_is_a_major_foul(play):
     def over(match):
         for number in range(2):
             slot = int(free_fuel(match)[-1 - number])

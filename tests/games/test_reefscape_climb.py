@@ -82,7 +82,7 @@ def test_a_robot_that_lets_go_falls_and_does_not_count(hung):
     assert [match.rules.worth(zone) for zone in REEFSCAPE.zones] == [0, 0], "nothing counts any more"
 
 
-def test_a_red_climb_equals_a_blue_one(hung):
+def test_a_red_climb_equals_a_blue_climb(hung):
     match, *_ = hung
     blue, red = (match.robots[n].chassis.pose for n in (0, 1))
     flipped = REEFSCAPE.field.symmetry.flip_pose(*red)

@@ -178,7 +178,7 @@ def test_a_custom_field_mesh_needs_no_built_in_names(tmp_path: Path):
         assert [element.name for element in match.field.elements] == ["post", "my_bump_1"]
 
 
-def test_mechanisms_load_the_battery_but_estimated_ones_do_not(match):
+def test_mechanisms_load_the_battery_but_estimated_mechanisms_do_not(match):
     """Wheels that spin up lower the voltage by current times resistance, in the same tick."""
     from simcore.robot.gearbox import GearboxConfig
     from simcore.robot.mechanisms import ShaftSim

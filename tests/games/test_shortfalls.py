@@ -59,7 +59,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_each_shortfall_gives_one_message(case):
+def test_each_shortfall_is_reported_once(case):
     """The robot is in a corner without fuel."""
     volts, more, said = CASES[case]
     entry = RobotEntry(start=(5.8, 1.0, 0.0), preload=more.get("preload", 0), config=more.get("config"))

@@ -230,7 +230,7 @@ def test_a_ball_placed_inside_an_element_comes_out_without_gaining_energy(depth)
 # --- on the floor ---------------------------------------------------------------------------------------------------
 
 
-def test_air_drag_slows_a_rolling_ball_like_a_flying_one():
+def test_air_drag_slows_a_rolling_ball_like_a_flying_ball():
     """1 / v = 1 / v0 + x / (1 + x) k t with x as in the next test: carpet friction returns 2/7 of the loss to drag."""
     kind = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.0)
     with PhysicsWorld(floor=replace(CARPET, rolling=0.0)) as world:

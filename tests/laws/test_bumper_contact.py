@@ -265,7 +265,7 @@ def test_a_robot_leaving_a_t_bone_turns_because_all_its_tires_are_at_their_limit
     assert len(used) > 20 and min(used) > 0.95
 
 
-def test_a_scraped_robot_turns_like_a_lone_one_under_the_same_force_and_torque():
+def test_a_scraped_robot_turns_like_a_free_robot_under_the_same_force_and_torque():
     """4 degrees: the heading error at which a gain of 6/s balances the largest contact torque, 130 N m."""
     starts, wanted = SCRAPE
     pushes, turned, lone = [], [], []

@@ -266,7 +266,7 @@ def test_the_reported_forces_equal_the_change_of_momentum():
     assert domega == pytest.approx(torque * STEP / drive.config.yaw_inertia, rel=1e-6)
 
 
-def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step():
+def test_a_robot_that_coasts_in_a_circle_loses_the_same_speed_for_any_step():
     """Between 1 and 10 % of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
     module = replace(MODULE, drive_brake=False, drive_friction_volts=0.0, rolling_resistance=0.0)
     speeds = []

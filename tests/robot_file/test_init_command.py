@@ -212,7 +212,7 @@ def test_a_file_that_stops_the_program_from_starting_is_reported(project, capsys
     assert "but the program does not start with it: no motor 7" in capsys.readouterr().out
 
 
-def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(project, monkeypatch):
+def test_a_game_that_is_installed_later_does_not_change_the_game_of_a_project(project, monkeypatch):
     assert main(["init", "--no-look"]) == 0
     newest = next(iter(installed_games()))
     assert read_settings(project / "simcore.toml").game == newest
@@ -248,7 +248,7 @@ def repository(project):
     return project
 
 
-def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repository, capsys):
+def test_a_workflow_installs_the_packages_of_the_project_and_runs_its_tests(repository, capsys):
     yaml = pytest.importorskip("yaml")
     source = "git+https://github.com/team/simcore@v1"
     words = ["init", "--ci", "--source", source, "2026 robot"]

@@ -134,7 +134,7 @@ def values(form, now):
     return [value for value in found if value != now]
 
 
-def test_every_key_changes_what_is_read_or_is_refused_by_its_name(read):
+def test_every_key_changes_the_settings_or_is_refused_by_its_name(read):
     whole = read(text(FILE))
     tried = list(cases())
     assert len(tried) > 300

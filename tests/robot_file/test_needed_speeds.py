@@ -37,7 +37,7 @@ def test_farther_goals_need_more_speed_and_a_hood_needs_less():
     assert all(need.speed <= speed + 1e-9 for need, speed in zip(hooded, speeds, strict=True))
 
 
-def test_check_reports_what_the_goal_needs(tmp_path, capsys):
+def test_check_reports_the_wheel_speeds_that_the_goal_needs(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING)
     assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.html")]) == 0
     said = capsys.readouterr().out

@@ -47,7 +47,7 @@ def test_a_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     assert "default-src 'none'" in text and "connect-src 'none'" in text and "connect-src 'self'" in page_html("live")
 
 
-def test_frames_hold_where_each_piece_and_robot_was_and_what_the_robot_believed(tmp_path: Path) -> None:
+def test_frames_hold_the_places_of_pieces_and_robots_and_the_believed_pose(tmp_path: Path) -> None:
     run = page(tmp_path)
     assert run.meta["end"] == 1.0 and [kind["count"] for kind in run.meta["kinds"]] == [PIECES + 1]
     for time in run.group("robots")[0]:

@@ -123,7 +123,7 @@ def test_events_and_board_show_modes_scores_shots_and_troubles() -> None:
     assert (told("red", 0.1), told("red", 0.5), told("goal open", 0.0)) == ("0", "1", "yes")
 
 
-def test_a_line_of_the_board_begins_and_ends_with_what_it_shows() -> None:
+def test_a_line_of_the_board_exists_only_while_it_has_a_value() -> None:
     """A robot hangs from 0.2 s to 0.4 s; before and after, its line has no value."""
     record = ChangeRecord()
     for tick in range(30):

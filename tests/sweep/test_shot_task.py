@@ -15,7 +15,7 @@ from simcore.world.ball_dynamics import make_memory
 from simcore.world.rotation import from_yaw
 
 
-def test_shots_leave_like_shots_of_the_robots_shooter() -> None:
+def test_shots_leave_as_from_the_robots_shooter() -> None:
     """Place, velocity and spin are those of `Shooter.released`, from both barrels."""
     task = ShotTask(REBUILT)
     stand = Stand(3.0, 0.4)

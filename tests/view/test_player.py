@@ -204,7 +204,7 @@ def scene_goals():
 
 
 @pytest.mark.slow
-def test_the_score_board_shows_what_is_in_the_log(browser, run) -> None:
+def test_the_score_board_shows_the_values_in_the_log(browser, run) -> None:
     """At twenty times: both scores, the clock and the period, as a reader sees them over the picture."""
     path, recording = run
     page = opened(browser, path)

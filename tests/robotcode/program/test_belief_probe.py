@@ -75,7 +75,7 @@ def test_a_module_is_measured_with_and_without_its_update(kind):
     assert modules[0].updates == 0 or kind is Kept  # # nothing is called without need
 
 
-def test_a_module_without_sensors_differs_from_one_without_answers():
+def test_a_module_without_sensors_differs_from_a_module_without_answers():
     assert all(belief.is_deaf for belief in probed(Deaf()))
     silent = SimpleNamespace(ports=Live().ports)
     assert not any(belief.is_deaf for belief in probed(silent))

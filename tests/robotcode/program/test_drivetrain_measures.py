@@ -115,7 +115,7 @@ def test_pathplanner_settings_fill_the_gaps_of_the_program(planned):
     assert found.differences == ()
 
 
-def test_each_contradiction_is_one_sentence(planned):
+def test_each_contradiction_is_reported_in_one_sentence(planned):
     folder = planned(driveGearing=6.75, flModuleX=0.35)
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), folder)
     places, way = found.differences

@@ -43,7 +43,7 @@ def test_devices_that_nothing_serves_are_named_once():
     assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]"]
 
 
-def test_a_program_of_phoenix_5_is_refused_with_what_works():
+def test_a_program_of_phoenix_5_is_refused_with_the_supported_controllers():
     code = "from simcore.robotcode.program.makers import watch_makers; watch_makers(); import phoenix5.sensors"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     last = done.stderr.rstrip().splitlines()[-1]
