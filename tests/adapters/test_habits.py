@@ -56,7 +56,7 @@ class Robot(wpilib.TimedRobot):
 
 
 def test_a_headset_reset_in_the_first_loop_of_an_auto_gives_the_start(project_of):
-    """Simcore carries the robot after the headset has been told its pose, as if it had started there."""
+    """After the headset gets its pose, simcore carries the robot there, as if it had started there."""
     code, said = project_of(HEADSET.format(init=""))(
         HELPERS
         + """

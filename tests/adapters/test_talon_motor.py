@@ -33,7 +33,7 @@ def test_a_closed_loop_settles_as_on_wpilibs_sim_of_the_same_plant(mechanisms, i
 
 
 def test_aligned_and_opposed_followers_turn_with_their_leader(mechanisms, is_real):
-    """A follower takes its leader's inversion, opposed or not, so all of them read the same speed."""
+    """Aligned or opposed, a follower has the inversion of its leader, so all motors read the same speed."""
     assert mechanisms["followers"] == pytest.approx([mechanisms["shooter"]["end"]] * 3, abs=0.1 if is_real else 1e-6)
 
 

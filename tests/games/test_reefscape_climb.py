@@ -41,7 +41,7 @@ def climber(match, number, falls_at=math.inf):
 
 @pytest.fixture(scope="module")
 def hung():
-    """Climb with four robots in the last seconds: two on deep and two on shallow cages, one of which lets go."""
+    """Climb with four robots in the last seconds: two on deep and two on shallow cages; one robot lets go."""
     entries = (entry("blue", 2), entry("red", 2), entry("blue", 1), entry("red", 3))
     options = ("blue_cage_1_shallow", "red_cage_3_shallow")
     with Match(REEFSCAPE, robots=entries, options=options) as match:

@@ -28,7 +28,7 @@ def test_a_swerve_drive_reaches_its_commanded_chassis_speeds():
     robot = DriveBench(drive)
     drive.set_chassis_speeds(2.0, 1.0, 0.0)
     robot.run(1.5)
-    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # # nothing holds the yaw here
+    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # nothing holds the yaw here
     assert (c * robot.vx + s * robot.vy, c * robot.vy - s * robot.vx) == pytest.approx((2.0, 1.0), abs=0.03)
     drive.set_chassis_speeds(0.0, 0.0, 3.0)
     robot.run(1.5)
@@ -70,7 +70,7 @@ def test_a_command_beyond_top_speed_is_scaled_down_and_keeps_its_direction():
     robot = DriveBench(drive)
     drive.set_chassis_speeds(30.0, 30.0, 0.0)
     robot.run(3.0)
-    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # # nothing holds the yaw here
+    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # nothing holds the yaw here
     assert math.degrees(heading) == pytest.approx(45.0, abs=1.0)
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
 
@@ -151,7 +151,7 @@ def test_a_battery_at_zero_volts_is_handled_safely():
     assert robot.speed == 0.0
     drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0, brownout_enabled=False)))
     drive.set_volts([12.0] * 4, [12.0] * 4)
-    assert hold(drive, 0.02, (1.0, 0.0, 0.0))[0] < 0.0  # # shorted motors brake
+    assert hold(drive, 0.02, (1.0, 0.0, 0.0))[0] < 0.0  # shorted motors brake
     assert drive.supply_current == 0.0
 
 
@@ -238,7 +238,7 @@ def test_a_coupled_azimuth_turns_the_rotor_and_not_the_wheel():
     assert turned > 0.5
     rotor = drive.drive_rotor_angles[0]
     assert rotor == pytest.approx(6.75 * drive.shaft_angles[0] + 3.57 * turned)
-    # # A shorted drive motor resists: it drags the wheels back a little rather than let its rotor spin.
+    # A shorted drive motor resists: it drags the wheels back a little rather than let its rotor spin.
     assert drive.shaft_angles[0] < 0.0
 
 
@@ -311,7 +311,7 @@ class TestTank:
         robot.run(1.0)
         assert robot.omega > 1.0
         assert robot.speed < 0.05
-        # # The wheels are faster than the robot's turn: they scrub.
+        # The wheels are faster than the robot's turn: they scrub.
         assert drive.wheel_speeds()[-1] >= robot.omega * 0.28 * 0.95
 
     def test_a_tank_drive_does_not_slide_sideways(self):
@@ -375,7 +375,7 @@ def test_readings_are_the_same_for_swerve_and_tank_drives():
     assert tank.supply_current == pytest.approx(tank.battery.current)
 
 
-# # --- kinematics of the on-board loops
+# --- kinematics of the on-board loops ---------------------------------------------------------------------------------
 
 
 def test_optimize_turns_a_module_by_at_most_a_quarter():

@@ -113,7 +113,7 @@ def test_gitignore_covers_all_files_that_runs_leave_behind(project, capsys):
     assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
     lines = ignored.read_text().splitlines()
     assert lines[:3] == ["*.pyc", "/out", "ctre_sim"] and {"test_output/", "networktables.json", "*.wpilog"} < {*lines}
-    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # # the keyboard is kept
+    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # the keyboard is kept
     assert not {"out/", "ctre_sim/"} & {*lines}
     assert main(["init", "--no-look", "--force"]) == 0 and ignored.read_text().splitlines() == lines
     assert ".gitignore" not in capsys.readouterr().out
@@ -216,7 +216,7 @@ def test_a_game_that_is_installed_later_does_not_change_the_game_of_a_project(pr
     assert main(["init", "--no-look"]) == 0
     newest = next(iter(installed_games()))
     assert read_settings(project / "simcore.toml").game == newest
-    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # # no game: the key is left out
+    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # no game: the key is left out
     assert main(["init", "--no-look", "--force"]) == 0 and read_settings(project / "simcore.toml").game is None
 
 

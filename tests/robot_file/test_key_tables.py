@@ -1,4 +1,4 @@
-"""Keys of simcore.toml: each changes what is read, or is refused by a message that names it."""
+"""Keys of simcore.toml: each key changes the settings or is refused by a message with its name."""
 
 import re
 from dataclasses import fields, replace

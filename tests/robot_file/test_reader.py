@@ -437,7 +437,7 @@ def test_friction_comes_from_the_file_or_from_a_ks_or_from_a_default_of_kind_and
     assert volts["pivot"] == pytest.approx(0.4)
     told = robot.with_friction({"roller": 0.31, "pivot": 0.1})
     assert _friction_volts(told.mechanism("roller")) == pytest.approx(0.31)
-    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # # the file states it
+    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # the file states it
     path.write_text(ROLLER + "friction_torque = 0.1\nfriction_volts = 0.1")
     with pytest.raises(ConfigError, match="friction_volts means the same as friction_torque"):
         read_settings(path)

@@ -1,4 +1,4 @@
-"""What the boards of a recorded run show, computed only where it changes."""
+"""Boards of a recorded run, computed only at ticks with changes."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_boards_change_only_in_the_rows_that_are_found(robots):
         found.append((board.found, lamps.found, cells.found))
     assert found[0] == found[1]
     assert {"time left", "period", "count", "Strip", "held"} <= found[0][0].keys()
-    assert len(rows) < 40  # # every seventh tick, and each second
+    assert len(rows) < 40  # every seventh tick, and each second
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Sweeps of a small game, played in this process: the rows, their order, and what is kept of them."""
+"""Sweeps of a small game, played in this process: rows, their order, and stored rows."""
 
 import random
 import sqlite3
@@ -92,7 +92,7 @@ import resource, signal, sys
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (28_000, 28_000))  # as a disk that is full after so many bytes
+resource.setrlimit(resource.RLIMIT_FSIZE, (28_000, 28_000))  # like a disk that is full after this many bytes
 wanted = Experiment(game="sweep_game:SMALL", seconds=0.02, seeds=range(40))
 print(len(sweep(wanted, workers=0, out=sys.argv[1]).finished))
 """

@@ -39,7 +39,7 @@ def test_shots_leave_as_from_the_robots_shooter() -> None:
 
 
 def test_draws_have_the_spreads_of_the_scatter() -> None:
-    """Standard deviations of 20,000 draws are within 3 % of the true ones; their standard error is 0.5 %."""
+    """Standard deviations of 20,000 draws are within 3 % of the configured values; their standard error is 0.5 %."""
     scatter = Scatter()
     draws = ShotDraws.of(scatter, np.random.default_rng(1), 20_000)
     for found, wanted in (

@@ -15,7 +15,7 @@ CONDITION = "score >= 25"
 
 @pytest.fixture(scope="module")
 def results():
-    """Return 120 runs, of which one failed."""
+    """Return 120 runs, including a failed run."""
     results = made_sweep.tired_battery()
     rows = [dict(row) for row in results.rows]
     rows[5]["error"] = "TimeoutError: <b>took more than 60 s</b>"

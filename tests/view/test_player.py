@@ -74,7 +74,7 @@ def test_a_file_plays_by_keyboard_without_requests_and_fits_its_first_screen(bro
         for kind in ("mousePressed", "mouseReleased"):
             page.call("Input.dispatchMouseEvent", type=kind, x=x + off, y=y, button="left", clickCount=1)
         now = page.evaluate("simcore.now")
-        if wanted is None:  # # beside all marks: the time at that place, on the same scale as the marks
+        if wanted is None:  # away from marks: the time at that place, on the same scale as the marks
             seconds = page.evaluate("(simcore.run.end - simcore.run.start) / (simcore.line.width - 2)")
             assert now == pytest.approx(first + off * seconds, abs=1.5 * seconds + 0.01)
         else:

@@ -229,7 +229,7 @@ def test_current_limits_bound_stator_and_supply_current(bench):
 
 
 def _on(talon, *names):
-    """Return the controller's current limits with the named ones enabled."""
+    """Return the controller's current limits with the named limits enabled."""
     from phoenix6 import configs
 
     limits = configs.CurrentLimitsConfigs()

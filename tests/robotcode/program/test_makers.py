@@ -39,7 +39,7 @@ def test_devices_that_nothing_serves_are_named_once():
         *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
         *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
     ]
-    installed_makers()  # # loads them
+    installed_makers()  # loads them
     assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]"]
 
 
@@ -71,7 +71,7 @@ def test_devices_are_found_by_object_and_forgotten_with_it():
     found = devices.find(own)
     assert found is not None and found.hardware is own
     device = devices.find(twin)
-    assert device is not None and device.hardware is first  # # two objects with the same id are one device
+    assert device is not None and device.hardware is first  # two objects with the same id are one device
     del first, twin, device
     gc.collect()
     assert [str(d) for d in devices.devices()] == ["motor 2"]
