@@ -308,8 +308,8 @@ class RobotSettings:
         """Build the config of the robot.
 
         Args:
-            drivetrain: Drivetrain with the robot's mass; without bumpers in the file, they are 15 cm beyond its wheels.
-            storage: Storage if the file has no storage; the capacity in the file replaces that of the storage.
+            drivetrain: Drivetrain with the robot's mass; by default, bumpers are 15 cm beyond its wheels.
+            storage: Storage if the file has no storage; a capacity in the file replaces the storage's capacity.
         """
         bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
         assert bumper is not None

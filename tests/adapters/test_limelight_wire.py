@@ -159,7 +159,7 @@ def test_botpose_is_the_robots_pose_in_each_origin(told):
 
 
 def test_timestamp_minus_latency_is_the_exposure_time(told):
-    """Also by the client's clock, which NetworkTables synchronizes with the server's."""
+    """The time is equal by the client's clock, which NetworkTables synchronizes with the server's clock."""
     got, _, frames, start = told
     taken = [start + frame.time for frame in frames]
     assert len(got["poses"]) > 40

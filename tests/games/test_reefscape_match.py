@@ -24,7 +24,7 @@ FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", 
 
 
 def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
-    """Return slots of pieces off the field; for algae, which are all on it, slots in red's half."""
+    """Return slots of pieces off the field, or slots in red's half for algae, which are all on the field."""
     number = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
     state = match.pieces.state
     if kind == "Algae":

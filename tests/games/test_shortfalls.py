@@ -93,7 +93,7 @@ def test_a_successful_run_reports_no_shortfall():
 
 @pytest.mark.parametrize("period", [0.02, 0.7])
 def test_log_and_page_report_the_shortfall(tmp_path, period):
-    """Also between two due rows; a closed sink accepts nothing more."""
+    """The report comes even between two due rows; a closed sink accepts nothing more."""
     log, closed = tmp_path / "run.wpilog", MemorySink()
     sinks = [WpilogSink(log, period=period), closed]
     with Match(REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0))], sinks=sinks) as match:

@@ -84,7 +84,7 @@ def test_clean_shots_are_judged_like_full_flights():
 
 
 def test_a_ball_that_falls_on_an_edge_goes_to_the_side_of_its_center():
-    """It falls straight down for 0.5 s, a fraction of its radius off the edge."""
+    """The ball falls straight down for 0.5 s, a fraction of its radius off the edge."""
     for side, goes_in in ((1.0, True), (-1.0, False)):
         edge = 4.5 if side > 0.0 else 4.5 - THICKNESS
         found = fly(shots([(0.0, 0.0, 0.0)], pos=(edge + side * 0.06, 0.0, HEIGHT + RADIUS + 1.2)))

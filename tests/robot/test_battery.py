@@ -101,7 +101,7 @@ def test_a_dip_between_two_heartbeats_stops_nothing():
 
 @pytest.mark.parametrize("h", [0.00125, 0.005])
 def test_a_roborio_below_4_5_volts_resets_and_boots(h):
-    """Its capacitors last for 10 ms, not 15 ms, and the boot counts from the end of the sag."""
+    """The roboRIO's capacitors last for 10 ms, not 15 ms, and the boot counts from the end of the sag."""
     battery = made(reboot_time=0.5)
     told = []
     battery.on_reset = lambda: told.append(battery.voltage)

@@ -59,7 +59,7 @@ def test_the_holding_volts_hold_an_arm_and_an_elevator():
 
 
 def test_a_coasting_elevator_falls_freely():
-    """h = h0 - g t^2 / 2: the inertia at the drum is that of the carriage alone."""
+    """h = h0 - g t^2 / 2: the inertia at the drum is only the inertia of the carriage."""
     lift = elevator(start_height=1.4)
     lift.coast()
     for _ in range(10):
@@ -233,7 +233,7 @@ def settling(time: float, tau: float) -> float:
 
 @pytest.mark.parametrize("dt", [0.005, 0.02])
 def test_a_piston_takes_its_stroke_time_in_each_direction(dt):
-    """It reaches its speed with a time constant of a twentieth of that; the steps are exact for any dt."""
+    """The time constant of the speed is a twentieth of the stroke time; the steps are exact for any dt."""
     piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME))
     piston.set_volts(12.0)
     speed = STROKE / settling(TIME, TIME / 20.0)
@@ -277,7 +277,7 @@ TAU = 0.02
 
 
 def test_a_servo_turns_at_its_speed_and_settles_without_overshoot():
-    """It turns at full voltage until 4 tau of its speed before the goal, and is critically damped from there."""
+    """The servo turns at full voltage until 4 tau of its speed before the goal, and is critically damped from there."""
     servo = ServoSim(SERVO)
     servo.set_goal(1.5)
     for k in range(1, 50):

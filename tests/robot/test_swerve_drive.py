@@ -285,7 +285,7 @@ def test_a_robot_that_coasts_in_a_circle_loses_the_same_speed_for_any_step():
 class TestTank:
     @each("volts", [4.0, 8.0, -4.0])
     def test_a_tank_drive_with_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
-        """Both middle wheels are at its center and do not scrub: omega = tread speed over half the track width."""
+        """The middle wheels are at its center and do not scrub: omega = tread speed over half the track width."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_volts(-volts, volts)

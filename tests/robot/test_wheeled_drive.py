@@ -158,7 +158,7 @@ def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
 
 
 def test_a_tank_drive_turns_more_easily_on_treads_with_grain():
-    """Its wheels scrub sideways, which leaves q of the moment."""
+    """The wheels scrub sideways, which leaves q of the moment."""
     spins = []
     for grain in (1.0, 0.73):
         drive = TankDrive(TankConfig(wheel_grain=grain, dropped_center=False))

@@ -210,7 +210,7 @@ SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0
 
 @each("key", MEASURES)
 def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
-    """As with CTRE's drivetrains, whose own constants set it, or with a drive of another kind."""
+    """CTRE's drivetrains set the dimension by their constants; drives of another kind do not have it."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")

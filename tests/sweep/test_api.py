@@ -139,7 +139,7 @@ def test_the_number_of_workers_must_be_a_count():
 
 
 def test_a_sweep_of_matches_can_vary_the_players():
-    """The first robot is that of the alliance with `me`, and it has the factors of a robot."""
+    """The first robot is in the alliance with `me`, and has the factors of a robot."""
     players = parse_factor("blue=rusher:1,rusher:3,me+rusher:3")
     plan = replace(experiment(red="rusher", factors=(players,), seeds=(0, 1)), seconds=0.4)
     matches = sweep(plan, workers=0)

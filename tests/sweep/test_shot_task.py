@@ -16,7 +16,7 @@ from simcore.world.rotation import from_yaw
 
 
 def test_shots_leave_as_from_the_robots_shooter() -> None:
-    """Place, velocity and spin are those of `Shooter.released`, from both barrels."""
+    """Place, velocity and spin equal those from `Shooter.released`, for both barrels."""
     task = ShotTask(REBUILT)
     stand = Stand(3.0, 0.4)
     elevation, speed = np.array([1.1, 0.9]), np.array([7.0, 8.0])

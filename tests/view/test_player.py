@@ -48,7 +48,7 @@ def opened(browser, path, *, size=(1366, 768), query=""):
 
 
 def complaints(page) -> list[str]:
-    """Return what went wrong in scripts, without the warning that reading pixels back is slow."""
+    """Return the errors of scripts, without the warning that reading pixels back is slow."""
     page.evaluate("1")
     return [error for error in page.errors if "ReadPixels" not in error]
 
@@ -231,7 +231,7 @@ def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
 
 @pytest.mark.slow
 def test_the_ground_the_key_the_heat_map_and_the_boards_show_the_data(browser, tmp_path) -> None:
-    """Names are shown as texts, a place is marked while a piece is in it, and the key counts shots."""
+    """Names are shown as texts, places with a piece are marked, and the key counts shots."""
     levels = [
         LevelLook(name="BlueTop", alliance="blue", label="Top", places=("A", "B"), is_single=True, middle=(2.0, 1.5)),
         LevelLook(name="BlueTray", alliance="blue", label="Tray", places=("",), middle=(2.0, 1.5)),

@@ -88,7 +88,7 @@ def test_the_pose_from_several_tags_agrees_with_opencv():
 
 
 def test_the_covariance_agrees_with_many_solutions_of_opencv():
-    """A deviation from 400 pictures is known to 3.5 %; the limit is four of these, and 2 % for the nonlinear part."""
+    """A deviation from 400 pictures is known to 3.5 %; the limit is four times 3.5 %, plus 2 % for nonlinearity."""
     rng = np.random.default_rng(5)
     compared = 0
     for lens, _, _, eye, rotation, rows, exact in views("LL4", 12, min_side=40.0):

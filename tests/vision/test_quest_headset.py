@@ -89,7 +89,7 @@ def test_an_implausible_reset_gives_no_mount():
 
 
 def test_the_noise_has_the_size_in_the_config():
-    """The standard deviation of n samples has a relative error of 1 / sqrt(2 n); four of these are allowed."""
+    """The standard deviation of n samples has a relative error of 1 / sqrt(2 n); the limit is four times this error."""
     quest = headset(**{**QUIET, "position_noise": 0.002, "angle_noise_deg": 0.05})
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)

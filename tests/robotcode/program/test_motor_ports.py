@@ -27,7 +27,7 @@ class Gyro:
 
 
 class Controller:
-    """Motor controller with an encoder, like that of another maker."""
+    """Motor controller with an encoder, as another maker may have it."""
 
     def __init__(self, volts: float = 0.0, coasts: bool = False) -> None:
         self.asked, self.rotor, self.supply = volts, (math.nan, math.nan), math.nan

@@ -151,7 +151,7 @@ def test_the_table_can_be_printed_on_any_terminal(encoding):
 
 
 def test_the_check_loads_no_vendor_library():
-    """It must work even where half of them are missing."""
+    """The check must work even if vendor libraries are missing."""
     code = (
         "import sys, simcore.robotcode.sim.doctor\n"
         "assert not {'wpilib', 'hal', 'phoenix6', 'pyfrc', 'pybullet', 'mujoco'} & set(sys.modules)"
