@@ -393,7 +393,7 @@ def test_every_public_name_exists():
 
 
 def test_each_test_file_is_placed_like_its_module():
-    """`tests/x/test_y.py` tests `simcore/x/y`; the first line of a test of several modules names them."""
+    """`tests/x/test_y.py` tests `simcore/x/y`; a test file of several modules has a docstring."""
     folders = {"adapters", "architecture", "docs", "games", "laws", "shared", "view"}
     wrong = []
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
