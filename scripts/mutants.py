@@ -41,7 +41,7 @@ BODY, BODIES = "simcore/loop/body.py", "tests/loop/test_body.py"
 PLAIN = (BATTERY, BODIES)
 """Tests that need no compiler, which takes minutes after a change of the loop."""
 WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/robotcode/sim/test_belief_watch.py"
-POLICY = "tests/games/test_human_actions.py::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_ones"
+POLICY = "tests/games/test_human_actions.py::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_robots"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
@@ -225,7 +225,7 @@ MUTANTS = (
     Mutant("no air where a ball touches", BALLS,
            "vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])",
            "vx, vy, vz, sx, sy, sz, air[i, 0] if touched == 0 else 0.0, air[i, 1], air[i, 2])",
-           "tests/laws/test_ball_laws.py::test_air_drag_slows_a_rolling_ball_like_a_flying_one"),
+           "tests/laws/test_ball_laws.py::test_air_drag_slows_a_rolling_ball_like_a_flying_ball"),
     Mutant("bounces gain energy", "simcore/loop/contact.py", "turned = 4.0 *", "turned = -4.0 *",
            "tests/laws/test_ball_laws.py::test_a_bounce_has_the_restitution_of_its_pair"),
     Mutant("a ball that is put into an element is thrown out", BALLS,
@@ -277,7 +277,7 @@ MUTANTS = (
            f"{BODIES}::test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls"),
     Mutant("friction remembers what is over", BODY, "if one.key == key and one.stamp >= stamp - 1:",
            "if one.key == key:",
-           f"{BODIES}::test_a_contact_keeps_its_spring_and_a_new_one_takes_the_oldest_place"),
+           f"{BODIES}::test_a_contact_keeps_its_spring_and_a_new_contact_takes_the_oldest_place"),
     Mutant("a box pushes out through its farthest face", BODY, "        if over > best:\n            best = over",
            "        if over < best:\n            best = over",
            f"{BODIES}::test_the_shortest_way_out_of_a_box_is_through_its_nearest_face"),

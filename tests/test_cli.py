@@ -66,7 +66,7 @@ def test_every_script_has_a_help():
         (["compare", "depot"], "'depot' with what? Give two folders with a robot.py, or two autos of the game"),
     ],
 )
-def test_a_mistyped_command_is_answered_with_what_would_work(words, said, capsys):
+def test_a_mistyped_command_is_answered_with_the_nearest_command(words, said, capsys):
     try:
         assert main(words) == 1
     except SystemExit as end:
@@ -99,7 +99,7 @@ def test_a_decimal_comma_is_explained(tmp_path):
         read_toml(tmp_path / "simcore.toml")
 
 
-def test_a_missing_library_gives_one_sentence():
+def test_a_missing_library_is_reported_in_one_sentence():
     code = "import sys; sys.modules['numba'] = None; from simcore.cli import main; sys.exit(main(['play']))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False

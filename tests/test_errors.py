@@ -18,7 +18,7 @@ def test_an_unknown_name_suggests_the_nearest():
     assert (error.kind, error.name, error.known) == ("auto", "centre", ["center", "depot", "left"])
 
 
-def test_an_unknown_name_without_a_similar_one_lists_the_known_names():
+def test_an_unknown_name_without_a_similar_name_lists_the_known_names():
     assert str(UnknownNameError("auto", "xyz", ["depot"])) == "no auto named 'xyz'. Known: ['depot']"
     assert str(UnknownNameError("auto", None, ["depot"])) == "no auto named None. Known: ['depot']"
     assert str(UnknownNameError("auto", "xyz", [])) == "no auto named 'xyz'. Known: []"

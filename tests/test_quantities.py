@@ -135,7 +135,7 @@ def test_a_tiny_number_is_refused_where_zero_is():
 
 
 def test_rows_declared_as_tuples_become_tuples():
-    """So that they can be keys; and minus zero becomes zero."""
+    """Tuples can be keys of dicts; minus zero becomes zero."""
     for origin in ([0.1, -0.0, 0.3], np.array([0.1, 0.0, 0.3]), (np.float32(0.5), 0.0, -0.0)):
         joint = Joint(mechanism="arm", axis=(0.0, 1.0, 0.0), origin=origin)
         assert type(joint.origin) is tuple and hash(joint) and "-0.0" not in repr(joint.origin)

@@ -1,1 +1,1 @@
-"""Reader, checks and template of `simcore.toml`, which describes a team's robot."""
+"""Reader, checks and template of `simcore.toml`, the file that describes a team's robot."""

@@ -1,4 +1,4 @@
-"""Table `[[camera]]` of `simcore.toml`: Limelights, PhotonVision cameras, and a QuestNav headset."""
+"""Table `[[camera]]` of `simcore.toml`: Limelights, PhotonVision cameras and a QuestNav headset."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from simcore.vision.quest_headset import QuestConfig
 __all__ = ["CAMERAS", "MAKERS", "read_cameras"]
 
 MAKERS = ("limelight", "photonvision", "questnav")
-"""Values of `maker`."""
+"""Valid values of the key `maker`."""
 _MOST_PIPELINES = 10
 _MOUNT = (
     Key("x", ROBOT_PLACE, about="of the lens; x and y from the robot's center", example=0.3),
@@ -70,7 +70,7 @@ CAMERAS = {table.head: table for table in (
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
-    """Read the cameras, and the headset if there is one.
+    """Read the cameras and the headset; None if there is no headset.
 
     Raises:
         ConfigError: A value in a table is invalid.
@@ -108,13 +108,13 @@ def _camera(t: Table, v: dict[str, Any], mount: CameraMount) -> CameraConfig:
 
 
 def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
-    """Return the camera type with the values of the table in place of its own."""
+    """Return the camera type with the values in the table."""
     size = v["resolution"]
     if size and len(size) != 2:
         raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")
     width, height = size or (base.width, base.height)
     across, down = base.horizontal_fov_deg, base.vertical_fov_deg
-    if size:  # same lens; the picture is a crop of another aspect ratio
+    if size:  # same lens; the picture is cropped to another aspect ratio
         down = vertical_fov_deg(across, width, height)
     horizontal, diagonal = v["horizontal_fov_deg"], v["diagonal_fov_deg"]
     if horizontal is not None and diagonal is not None:
@@ -125,7 +125,7 @@ def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
     if horizontal is not None:
         across, down = horizontal, vertical_fov_deg(horizontal, width, height)
     capture, pipeline = base.capture_latency, base.pipeline_latency
-    if v["latency_ms"] is not None:  # its stages keep their shares
+    if v["latency_ms"] is not None:  # capture and pipeline keep their shares
         factor = 1e-3 * v["latency_ms"] / (capture + pipeline)
         capture, pipeline = factor * capture, factor * pipeline
     return replace(

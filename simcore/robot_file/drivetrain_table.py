@@ -1,6 +1,6 @@
 """Table `[drivetrain]` of `simcore.toml`: devices and dimensions of a drivetrain that the program does not contain.
 
-All of it is optional. Without motors its values correct the drivetrain found in the program; with motors the table
+The table is optional. Without motors, the values correct the drivetrain found in the program. With motors, the table
 describes the whole drivetrain, and the program is not searched.
 """
 
@@ -32,16 +32,16 @@ _OF_DEVICES = ("controller", "steer_controller", "steer", "encoder", "encoders",
 """Keys for devices other than the drive motors."""
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
-"""WPILib classes that read absolute encoders on ports of the roboRIO; a drivetrain may have several."""
+"""WPILib classes that read absolute encoders on ports of the roboRIO; a drivetrain may use several classes."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
-"""Encoders on azimuths: separate ones, ones wired to the steer motors' controllers, or none."""
+"""Kinds of azimuth encoders: separate encoders, encoders wired to the steer motors' controllers, or none."""
 NO_PHOENIX_5 = (
     "Phoenix 5 (Talon SRX, Victor SPX, Pigeon IMU) is not simulated: it ends with the roboRIO, and its Python package "
     "does not install with Phoenix 6 26.3. TalonFX, SPARK MAX, SPARK Flex and PWM controllers work, and so do Pigeon2 "
     "and navX"
 )
 OLD_CONTROLLERS = dict.fromkeys(("Talon SRX", "Victor SPX"), NO_PHOENIX_5)
-"""Phoenix 5 motor controllers, with the reason why a file may not name them."""
+"""Phoenix 5 motor controllers, with the reason why they are refused in a file."""
 _IDS = Several(DeviceAddress, or_one=False)
 _ROWS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)
@@ -98,44 +98,44 @@ DRIVETRAIN = KeyTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainSettings:
-    """Contents of the table; empty where it has no value."""
+    """Contents of the table; fields without a value in the table are empty."""
 
     kind: str = ""
     """Kind of the drivetrain, one of `KINDS`."""
     controller: str = ""
     """Model of the drive motors' controllers: `TalonFX`, `SPARK MAX`, `PWM`."""
     steer_controller: str = ""
-    """Model of the steer motors' controllers; empty: that of the drive motors."""
+    """Model of the steer motors' controllers; empty: the model of the drive motors' controllers."""
     drive: tuple[tuple[DeviceAddress, ...], ...] = ()
-    """Ids or channels of each wheel's motors; for a tank drive those of the left and right side, the leader first."""
+    """Ids or channels of the motors on each wheel, or on each side of a tank drive (left first), leader first."""
     steer: tuple[DeviceAddress, ...] = ()
     """Id or channel of each module's steer motor."""
     encoder: str = ""
-    """Kind of the azimuths' encoders, one of `ENCODERS`."""
+    """Kind of the azimuth encoders, one of `ENCODERS`."""
     encoders: tuple[DeviceAddress, ...] = ()
-    """Ids or channels of the azimuths' encoders."""
+    """Ids or channels of the azimuth encoders."""
     wheel_encoders: tuple[int, ...] = ()
     """First DIO channels of encoders on wheels or sides."""
     wheel_distances: tuple[float, ...] = ()
-    """Distance that robot code counts for one turn of each of these encoders [m]."""
+    """Distance that robot code counts for one turn of each wheel encoder [m]."""
     places: tuple[tuple[float, float], ...] = ()
     """Positions of the wheels, forward and left of the robot's center [m]."""
     zeros: tuple[float, ...] = ()
     """Angle that robot code assigns to each azimuth at an encoder reading of zero [rad]."""
     reversed_drive: tuple[int, ...] = ()
-    """Indices of wheels, from 0, whose motors robot code drives backward with positive output."""
+    """Indices of wheels, from 0, whose drive motors go backward with positive output."""
     reversed_steer: tuple[int, ...] = ()
     """Indices of modules whose steer motors turn clockwise with positive output."""
     reversed_encoders: tuple[int, ...] = ()
     """Indices of modules whose encoders count up clockwise."""
     gyro: str = ""
-    """Model of the gyro, with its id where there are several: `Pigeon2 9`."""
+    """Model of the gyro, with the id if there are several gyros, e.g. `Pigeon2 9`."""
     gyro_upside_down: bool = False
     """Whether the gyro is rotated by half a turn about the robot's x axis."""
     gyro_reversed: bool = False
     """Whether only the yaw of the gyro is reversed."""
     measures: Mapping[str, Any] = field(default_factory=dict)
-    """Values of the keys of `MEASURES` in the table."""
+    """Values in the table by key of `MEASURES`."""
 
     @property
     def has_devices(self) -> bool:
@@ -144,13 +144,13 @@ class DrivetrainSettings:
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """Keys in the table that correct what the program search found about the wheels."""
+        """Keys in the table that correct wheels found in the program."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
         return self._present_keys(*own)
 
     @property
     def of_swerve(self) -> tuple[str, ...]:
-        """Keys in the table that only a swerve drive can have."""
+        """Keys in the table that apply only to a swerve drive."""
         return self._present_keys("reversed_steer", "reversed_encoders", "zeros")
 
     def _present_keys(self, *names: str) -> tuple[str, ...]:
@@ -162,7 +162,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     """Read and check the table; None gives empty settings.
 
     Raises:
-        ConfigError: A key is unknown, or conflicts with the others.
+        ConfigError: A key is unknown or conflicts with another key.
     """
     if t is None:
         return DrivetrainSettings()
@@ -191,7 +191,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 
 
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
-    """Require that a table with motors describes the whole drivetrain."""
+    """Check that a table with motors describes the whole drivetrain."""
     if not s.has_devices:
         return
     if not s.kind or not s.controller:

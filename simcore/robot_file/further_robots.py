@@ -1,4 +1,4 @@
-"""Tables `[[partner]]` and `[[opponent]]` of `simcore.toml`: further robots, and their controllers."""
+"""Tables `[[partner]]` and `[[opponent]]` of `simcore.toml`: further robots and their controllers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class FurtherRobot:
     script: str | None = None
     preload: int | None = None
     where: str = ""
-    """Name of its table in messages."""
+    """Name of the table in messages."""
     folder: Path = Path()
     """Folder that contains the module of the robot's script."""
 
@@ -59,7 +59,7 @@ class FurtherRobot:
         """Return the robot's entry in a match.
 
         Raises:
-            ConfigError: The game has no such auto.
+            ConfigError: The game does not have the auto or the role.
         """
         start, preload, config = self.start, self.preload, None
         try:
@@ -76,15 +76,15 @@ class FurtherRobot:
         return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload, config=config)
 
     def alliance(self, ours: Alliance) -> Alliance:
-        """Return its alliance, given that of the team's robot."""
+        """Return the alliance of the robot, given the alliance of the team's robot."""
         theirs: Alliance = "red" if ours == "blue" else "blue"
         return ours if self.role == "partner" else theirs
 
     def controller(self, match: Match, number: int) -> Controller | None:
-        """Return the controller of the robot; None: it stands still.
+        """Return the controller of the robot; None if the robot stands still.
 
         Raises:
-            ConfigError: There is no such script.
+            ConfigError: The script does not exist.
         """
         if self.auto is None and self.player is None and self.script is None:
             return None
@@ -122,8 +122,8 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
 
     Args:
         t: Table to read.
-        role: One of `ROLES`.
-        folder: Folder of the file.
+        role: Role of the robot, one of `ROLES`.
+        folder: Folder of the file, for scripts.
 
     Raises:
         ConfigError: A key is missing, unknown or invalid.
@@ -147,8 +147,8 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
             `collector:3/collector:2,defender`.
 
     Raises:
-        ConfigError: The match is neither, or has more robots than an alliance.
-        UnknownNameError: The game has no such role.
+        ConfigError: An alliance has too many robots.
+        UnknownNameError: The match or a role does not exist.
     """
     with_me, slash, against = match.partition("/")
     if not slash:
@@ -170,7 +170,11 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
 
 def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
-    """Add the controllers of a match's robots from number 1 on, each in the alliance of its role.
+    """Add the controllers of the further robots, which keep the alliances of their roles.
+
+    Args:
+        match: Match with the robots.
+        robots: Robots of the match from number 1 on.
 
     Raises:
         ConfigError: A script does not exist.

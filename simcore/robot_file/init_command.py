@@ -25,14 +25,14 @@ from simcore.robot_file.template import FILE_NAME, template
 
 __all__ = ["add_arguments", "find_robot_py", "run", "survey"]
 
-_LOOK_SECONDS = 180.0  # a laptop imports a robot program in 10 to 20 s, a busy one in 60
+_LOOK_SECONDS = 180.0  # a laptop imports a robot program in 10 to 20 s, a busy laptop in 60 s
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
-"""Files that programs write rather than read; links to them would write into the project."""
+"""Files that programs write rather than read; through links, programs would write into the project."""
 _LEFT_BEHIND = (
     *("__pycache__/", "ctre_sim/", "logs/", "out/", "test_output/", "networktables.json", "networktables.json.bck"),
     *("simgui.json", "simgui-window.json", "*.wpilog", "*.hoot"),
 )
-"""Lines for .gitignore. `simgui-ds.json` is not among them: its keyboard and gamepad setup belongs to the project."""
+"""Lines for .gitignore, without `simgui-ds.json`, whose keyboard and gamepad setup belongs to the project."""
 _OWN_SIMULATION = re.compile(r"\bsim_state\b|\bSpark\w*Sim\b|SimCollection\b|\bset_raw_rotor_position\b")
 _WORKFLOW = Path(__file__).with_name("robot-tests.yml")
 
@@ -55,10 +55,10 @@ def run(args: argparse.Namespace) -> int:
     """Write the file and start the program with it once, or write the workflow with `--ci`.
 
     Returns:
-        1 if the program does not start with the file, else 0.
+        Exit status: 1 if the program does not start with the file, else 0.
 
     Raises:
-        ConfigError: There is no robot.py, it does not load, or the file exists already.
+        ConfigError: There is no robot.py, the program does not load, or the file already exists.
         OutputError: The folder is not writable.
     """
     robot_file = find_robot_py(args.folder)
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if path.exists() and not args.force:
         raise ConfigError(f"{path} already exists; simcore init --force overwrites it")
     if not args.no_look:
-        prepare()  # the first time on a computer this takes longer than a program may take to start
+        prepare()  # its first run on a computer takes longer than a program may take to start
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(
@@ -99,25 +99,25 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: str, every: bool, starts: bool) -> str:
-    """Write a file with which the program starts, without a `[drivetrain]` if that one ends the start.
+    """Write a file with which the program starts; leave out a `[drivetrain]` that prevents the start.
 
     Args:
         path: Path of the file to write.
         found: Survey of the program.
         robot_file: Path of the program.
-        game: See `template`.
-        every: See `template`.
+        game: Name of the game to play; empty for no game in the file.
+        every: Whether to add all other keys in comments.
         starts: Whether to start the program with the file; False: only read the file.
 
     Returns:
-        Error that ends a start nevertheless; empty: the program starts.
+        Error that still prevents the start; empty if the program starts.
     """
     while True:
         path.write_text(template(found, game=game, every=every), encoding="utf-8")
         try:
             read_settings(path)
             answer = survey(robot_file, "described", "started") if starts else {}
-            if "error" in answer:  # the program loads without the file
+            if "error" in answer:  # the program has loaded without the file
                 return str(answer["error"])
             problem = str(answer.get("start_problem", ""))
         except ConfigError as error:
@@ -129,7 +129,7 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
 
 
 def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
-    """Describe what the survey of the program has found, or why it has found nothing."""
+    """Return lines about the results of the survey, or about the reason why there are none."""
     if not is_asked:
         return ["did not start the robot program: fill in the mechanisms by hand"]
     if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
@@ -155,13 +155,13 @@ def _simulates_itself(folder: Path) -> bool:
 
 
 def write_ignored(project: Path) -> Path | None:
-    """Add files that runs leave behind to .gitignore; existing lines stay, and none is repeated.
+    """Add the files that runs leave behind to .gitignore, without repeating or removing lines.
 
     Args:
         project: Folder in which the program is started.
 
     Returns:
-        Path of the file if it was written, else None.
+        Path of .gitignore if it was changed, else None.
     """
     path = project / ".gitignore"
     text = path.read_text(encoding="utf-8") if path.is_file() else ""
@@ -177,13 +177,13 @@ def write_ignored(project: Path) -> Path | None:
 
 
 def find_robot_py(place: Path) -> Path:
-    """Find the robot.py of a project of any layout.
+    """Return the robot.py of a project with any layout.
 
     Args:
-        place: A robot.py of any name, its folder, or a folder above it such as that of pyproject.toml.
+        place: Main file of the program, its folder, or a folder above such as that of pyproject.toml.
 
     Raises:
-        ConfigError: There is none, or several and none of them nearest.
+        ConfigError: There is no robot.py, or there are several at the same depth.
     """
     if place.is_file():
         return place
@@ -204,7 +204,7 @@ def find_robot_py(place: Path) -> Path:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Return whether a file belongs to an environment, a build or the tests and not to the program."""
+    """Return whether a file belongs to an environment, a build or the tests instead of the program."""
     return any(
         part.startswith(".") or part in ("venv", "env", "site-packages", "node_modules", "build", "dist", "tests")
         for part in path.parts
@@ -212,24 +212,24 @@ def _is_foreign(path: Path) -> bool:
 
 
 def _project_of(robot_file: Path) -> Path:
-    """Return the folder in which the team starts the program: the nearest with a pyproject.toml, else robot.py's."""
+    """Return the folder in which the team starts the program: the nearest with pyproject.toml, else with robot.py."""
     folder = robot_file.resolve().parent
     return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
 
 
-# --- the workflow -----------------------------------------------------------------------------------------------------
+# --- workflow ---------------------------------------------------------------------------------------------------------
 
 
 def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
-    """Write a workflow that runs the robot tests into the git repository of a project.
+    """Write a workflow for the robot tests into the git repository of a project, and return its path.
 
     Args:
-        robot_file: The project's robot.py.
-        source: Address from which pip can install simcore there; empty: that of this installation.
+        robot_file: Path of the project's robot.py.
+        source: Address from which GitHub can install simcore; empty: the address of this installation.
         force: Whether to overwrite an existing file.
 
     Raises:
-        ConfigError: The file exists, the project is in no git repository, or the source of simcore is unknown.
+        ConfigError: The file exists, the project is not in a git repository, or the source of simcore is unknown.
         OutputError: The file is not writable.
     """
     project = robot_file.resolve().parent
@@ -257,7 +257,7 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
 
 
 def _packages(project: Path) -> list[str]:
-    """Return the packages that RobotPy installs for a project, from its pyproject.toml."""
+    """Return the packages that RobotPy installs for a project, according to pyproject.toml."""
     file = project / "pyproject.toml"
     settings: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
     extras = ",".join(settings.get("components", ()))
@@ -266,29 +266,29 @@ def _packages(project: Path) -> list[str]:
     return [robotpy, *settings.get("requires", ())]
 
 
-# --- the survey of the program ----------------------------------------------------------------------------------------
+# --- survey of the program --------------------------------------------------------------------------------------------
 
 
 def survey(robot_file: Path, *options: str) -> dict[str, Any]:
-    """Build the robot program in a separate process and survey its parts.
+    """Build the robot program in a separate process and return a survey of its devices.
 
     Args:
-        robot_file: The project's robot.py.
+        robot_file: Path of the project's robot.py.
         options: Command-line options of `simcore.robotcode.sim.robot_survey`.
 
     Returns:
-        The survey; if the program cannot be built it has a key `error` or `not_modelled`, and no other key for certain.
+        Results of the survey, with a key `error` or `not_modelled` if the program cannot be built.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
             return {"error": f"{module} is not installed"}
-    robot_file = robot_file.resolve()  # the survey runs in another folder
+    robot_file = robot_file.resolve()  # because the survey runs in another folder
     answer = _run_survey(robot_file, options)
     return _run_survey(robot_file, (*options, "real")) if "not_modelled" in answer else answer
 
 
 def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """Run the survey and return its line of JSON."""
+    """Run the survey and return its results from its line of JSON."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),
@@ -296,7 +296,7 @@ def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
         *filter(None, [os.environ.get("PYTHONPATH")]),
     ]
     try:
-        # In a separate folder, as programs and libraries write files to the working directory.
+        # in a separate folder, because programs and libraries write files to the working directory
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
             _link_contents(project, Path(scratch))
             done = subprocess.run(
@@ -318,7 +318,7 @@ def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
 
 
 def _link_contents(project: Path, scratch: Path) -> None:
-    """Link a project's files into the folder where a program starts; without links where they are not allowed."""
+    """Link a project's files into the folder in which the program starts, where links are allowed."""
     for entry in project.iterdir():
         if entry.name.startswith(".") or entry.name in _NOT_LINKED or entry.suffix == ".py":
             continue

@@ -1,6 +1,6 @@
-"""Keys of `simcore.toml`: one definition each serves the reader, error messages, template and documentation.
+"""Keys of `simcore.toml`: each has one definition for the reader, error messages, template and documentation.
 
-Tables are read strictly: the reader asks for each key once, and a key that it does not ask for is an error.
+Tables are read strictly: a key that the reader does not read is an error.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ _MEANT = {
     **dict.fromkeys(("ratio", "gear_ratio", "reduction"), "gearing"),
     **dict.fromkeys(("id", "can_id", "motor_id"), "leader"),
 }
-"""Keys by names that others use for them, where the letters are too different for a suggestion."""
+"""Keys by other common names that differ too much in spelling for a suggestion."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file.
 
     Raises:
-        ConfigError: The file is not readable, or not valid TOML; the message has the line.
+        ConfigError: The file cannot be read or is not valid TOML; the message has the line.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")  # Windows editors begin a file with a byte order mark
+        text = path.read_text(encoding="utf-8-sig")  # some Windows editors write a byte order mark
         return tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"{path.name}: cannot be read ({error.strerror})") from error
@@ -59,7 +59,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def _toml_hint(text: str) -> str:
-    r"""Describe a common mistake in a text that is not TOML; empty if there is none.
+    r"""Return a hint about a common mistake in a text that is not TOML; empty if there is no hint.
 
     >>> _toml_hint("mass = 52,5  # weighed"), _toml_hint("mass = 52 kg"), _toml_hint("real = True")
     ('; decimals take a point: 52.5', "; a unit is not written: 52 in place of '52 kg'", '; write true with a small t')
@@ -86,7 +86,7 @@ def _toml_hint(text: str) -> str:
 
 
 class Table:
-    """One table of a file; `Key` reads the values in it.
+    """Table of a file, whose values are read by `Key`.
 
     Args:
         data: Values from the TOML parser.
@@ -106,14 +106,14 @@ class Table:
         self._asked: list[str] = []
 
     def error(self, key: str, problem: str) -> ConfigError:
-        """Return the error to raise about a key."""
+        """Return a `ConfigError` about a key."""
         return ConfigError(f"{self.where}: {key} {problem}")
 
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
     def has(self, key: str) -> bool:
-        """Return whether a key is in the table and not switched off by false."""
+        """Return whether a key is in the table and its value is not false."""
         return self._data.get(key, False) is not False
 
     def value(self, key: str, default: Any, wanted: str) -> Any:
@@ -121,7 +121,7 @@ class Table:
 
         Args:
             key: Name of the key.
-            default: Value if the key is not in the table; `REQUIRED`: it must be.
+            default: Value if the key is missing; `REQUIRED` if a missing key is an error.
             wanted: Description of a valid value, for the message.
         """
         self._asked.append(key)
@@ -130,7 +130,7 @@ class Table:
         return self._data.get(key, default)
 
     def table(self, key: str) -> Table | None:
-        """Return a table in this one, or None."""
+        """Return the table under a key, or None if the key is missing."""
         value = self.value(key, None, "")
         if value is None:
             return None
@@ -139,7 +139,7 @@ class Table:
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """Return the tables of a list of tables; a table with a name is called by it, and names must be unique."""
+        """Return the tables in a list of tables; messages call each by its name, which must be unique."""
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
@@ -150,7 +150,7 @@ class Table:
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:
-        """Return the single table `[key]` or the tables of a list `[[key]]`; empty if there is neither."""
+        """Return the single table `[key]` or the tables of a list `[[key]]`; empty if the key is missing."""
         value = self._data.get(key)
         if isinstance(value, dict):
             self._asked.append(key)
@@ -158,7 +158,7 @@ class Table:
         return self.tables(key)
 
     def named_tables(self, key: str) -> dict[str, Table]:
-        """Return the tables in a table by their names: `[autos."Left"]` is one of `autos`."""
+        """Return the tables under a key by name, e.g. `[autos."Left"]` under `autos`."""
         table = self.table(key)
         if table is None:
             return {}
@@ -171,18 +171,18 @@ class Table:
         return tables
 
     def finish(self) -> None:
-        """Check that all keys of the table have been asked for.
+        """Check that all keys of the table have been read.
 
         Raises:
-            ConfigError: The table has another key.
+            ConfigError: The table has an unknown key.
         """
         self.require_known(self._asked)
 
     def require_known(self, names: Iterable[str]) -> None:
-        """Check that the table has no other keys than these.
+        """Check that the table has only keys with the given names.
 
         Raises:
-            ConfigError: The table has another key.
+            ConfigError: The table has an unknown key.
         """
         known = sorted(names)
         for key in self._data:
@@ -192,7 +192,7 @@ class Table:
                 raise ConfigError(f"{self.where}: no key {key!r}.{near} Known: {', '.join(known)}")
 
     def slip(self, names: Collection[str]) -> str:
-        """Return a message about a key that is nearly one of the missing ones; empty if there is none."""
+        """Return a message about a key whose name is close to a missing key; empty if there is no such key."""
         missing = [name for name in names if name not in self._data]
         for key in self._data:
             if key not in _NAMES and (near := difflib.get_close_matches(key, missing, n=1, cutoff=0.85)):
@@ -205,17 +205,17 @@ class Table:
 _NAMES: set[str] = set()
 """Names of all keys of all tables."""
 Names: TypeAlias = Mapping[str, Sequence[str]]
-"""Names in a file by kind: of mechanisms, of those that can carry others, of storages."""
+"""Names in a file by kind: `mechanism`, `carrier` (mechanisms that can carry others) and `storage`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """Value that is the name of something in the file."""
+    """Form of a value that is a name in the file."""
 
     kind: str
-    """Kind of the thing, a key of `Names`."""
+    """Kind of the name, a key of `Names`."""
     table: str
-    """Table that describes such things, for messages."""
+    """Table that defines names of this kind, for messages."""
     many: bool = False
     """Whether the value may also be a list of names."""
 
@@ -225,10 +225,10 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """Value that is a list."""
+    """Form of a value that is a list."""
 
     of: Quantity | tuple[str, ...] | type[str] | type[DeviceAddress]
-    """Type of the entries: numbers, names out of a closed set, any texts, or devices."""
+    """Form of the entries: numbers, names from a fixed set, any text, or devices."""
     or_one: bool = True
     """Whether a single entry may be written without brackets."""
 
@@ -238,7 +238,7 @@ class Several:
 
 
 Form: TypeAlias = "Quantity | Row | Named | Several | tuple[str, ...] | type[bool] | type[str] | type[DeviceAddress]"
-"""Type of a value: a number, a row of numbers, a name, a list, one of several texts, true or false, a text, a
+"""Form of a value: a number, a row of numbers, a name, a list, one of several texts, true or false, any text, or a
 device."""
 
 
@@ -259,20 +259,20 @@ that is -0.61 m
     name: str
     form: Form
     default: Any = REQUIRED
-    """Default in the file's unit; None: `about` describes it."""
+    """Default in the unit of the file; None if `about` describes the default."""
     about: str = ""
-    """Meaning, for template and documentation."""
+    """Meaning of the key, for the template and the documentation."""
     example: Any = None
-    """Value in the template; None: the default."""
+    """Value in the template; None: the default of the key."""
     field: str = ""
-    """Field of the config; empty: the name of the key. Angles in degrees, also in a row, are converted to radians
-    unless the field also ends in `_deg`."""
+    """Name of the field in the config; empty: the name of the key. Angles in degrees, even in a row, are converted to
+    radians unless the field ends in `_deg`."""
     is_guess: bool = False
-    """Whether the default is a guess; runs list it until the file has the key."""
+    """Whether the default is a guess, which runs list until the file has the key."""
     needs: tuple[str, str] | None = None
-    """Another key that the table must have and that must not be false, and its value as written in the message."""
+    """Another key that the table must have with a value other than false, and the value as the message writes it."""
     refused: Mapping[str, str] | None = None
-    """Texts that are refused for special reasons, with the reason of each."""
+    """Texts that are refused, with the reason for each."""
 
     def __post_init__(self) -> None:
         _NAMES.add(self.name)
@@ -316,13 +316,13 @@ that is -0.61 m
         return self.field or self.name
 
     def line(self, prefix: str = "# ") -> str:
-        """Return the line of the template."""
+        """Return the line of the key in the template."""
         values = (self.example, self.default, "name")
         first = next(one for one in values if one is not None and one is not REQUIRED)
         return comment_line(f"{prefix}{self.name} = {toml(first)}", self.about)
 
     def row(self) -> str:
-        """Return the row of the documentation's table."""
+        """Return the row of the key in the documentation."""
         default = "needed" if self.default is REQUIRED else ""
         if default == "" and self.default not in (None, (), ""):
             default = f"{'a guess: ' if self.is_guess else ''}`{toml(self.default)}`"
@@ -332,18 +332,18 @@ that is -0.61 m
 
 @dataclass(frozen=True, slots=True)
 class KeyTable:
-    """Table of the file, or a part that several tables share."""
+    """Keys of a table in the file, or of a part that several tables share."""
 
     head: str
-    """Head as written in the file, e.g. `[[intake]]`."""
+    """Header as written in the file, e.g. `[[intake]]`."""
     about: str
     keys: tuple[Key, ...]
 
     def read(self, t: Table, names: Names | None = None) -> dict[str, Any]:
-        """Return the values by the fields of the config.
+        """Return the values by field of the config.
 
         Raises:
-            ConfigError: A value is invalid; `Table.finish` refuses keys of other names.
+            ConfigError: A value is invalid; `Table.finish` refuses unknown keys.
         """
         try:
             return {key.target: key.read(t, names or {}) for key in self.keys}
@@ -364,7 +364,7 @@ class KeyTable:
         )
 
     def reference(self) -> Iterator[str]:
-        """Yield the lines of the documentation."""
+        """Yield the lines of the table's documentation."""
         yield from (f"### {self.head}", "", f"{self.about[:1].upper()}{self.about[1:]}.", "")
         yield from ("| key | value | if it is left out | |", "|---|---|---|---|")
         yield from (key.row() for key in self.keys)
@@ -372,11 +372,11 @@ class KeyTable:
 
 
 _HEADINGS = ("heading_deg", "start", "yaw_deg", "elevation_deg")
-"""Keys of angles for which a value in radians is recognized whatever it is."""
+"""Keys of angles for which values in radians are recognized."""
 
 
 def _as_radians(name: str, value: object) -> float | None:
-    """Return the degrees [deg] of an angle that was probably written in radians, else None.
+    """Return the angle [deg] of a value that was probably written in radians, else None.
 
     >>> _as_radians("heading_deg", 3.14159), _as_radians("heading_deg", 90.0), _as_radians("elevation_deg", 1.13)
     (180.0, None, 64.7)
@@ -387,12 +387,12 @@ def _as_radians(name: str, value: object) -> float | None:
     if abs(eighths - round(eighths)) < 1e-3 * max(1.0, abs(eighths)) and round(eighths):
         return 45.0 * round(eighths)
     if name == "elevation_deg" and 0.2 < abs(value) < 0.5 * math.pi:
-        return round(math.degrees(value), 1)  # nobody shoots along the carpet
+        return round(math.degrees(value), 1)  # in degrees, the shot would go along the carpet
     return None
 
 
 def comment_line(text: str, about: str) -> str:
-    """Format a line of TOML with its meaning as a comment, wrapped to several lines if it is long."""
+    """Format a line of TOML with its meaning as a comment, which is wrapped if it is long."""
     first, *more = textwrap.wrap(about, 86) or [""]
     lines = [f"{text:<31} # {first}" if about else text, *(f"{'#':<31} # {line}" for line in more)]
     return "".join(f"{line}\n" for line in lines)
@@ -402,8 +402,8 @@ def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
     """Format a table as text, without rows whose values are empty.
 
     Args:
-        head: Head as written in the file.
-        rows: Keys, values and comments.
+        head: Header as written in the file.
+        rows: Key, value and comment of each row.
 
     >>> print(table_text("[drivetrain]", [("kind", "tank", ""), ("left", [1, 2], "found"), ("gyro", "", "")]), end="")
     [drivetrain]
@@ -423,7 +423,7 @@ def toml(value: Any) -> str:
 
 
 def _one(t: Table, key: str, value: Any, form: Any) -> Any:
-    """Return a value that is not a list of any length."""
+    """Return a value whose form is not `Several` after checking it."""
     if isinstance(form, Quantity):
         require(t.where, key, value, form)
         return value if form.is_whole else float(value)
@@ -449,7 +449,7 @@ def _one(t: Table, key: str, value: Any, form: Any) -> Any:
 
 
 def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
-    """Return the values of a list, or a single value where that is allowed."""
+    """Return the values of a list after checking them; a single value is a list if its form allows this."""
     is_list = isinstance(value, list)
     if (not is_list and not form.or_one) or (value == [] and form.or_one):
         raise t.error(key, f"must be {form}; got {shown(value)}")
@@ -459,7 +459,7 @@ def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
 
 
 def _form_text(form: Any) -> str:
-    """Describe the valid values, for messages and the documentation."""
+    """Return a description of the valid values, for messages and the documentation."""
     if form is bool:
         return "true or false"
     if form is str:

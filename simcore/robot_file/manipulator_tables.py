@@ -52,7 +52,7 @@ _ROOM = StorageConfig()
 
 
 def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] = (None,) * 6) -> tuple[Key, ...]:
-    """Return the keys `x_min` to `z_max` with their defaults [m]; None: required."""
+    """Return the keys `x_min` to `z_max` with their defaults [m]; None for a required key."""
     names = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
     return tuple(
         Key(name, ROBOT_PLACE, REQUIRED if corner is None else corner, about if name == "x_min" else "", example)
@@ -161,7 +161,7 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
 
     Args:
         t: Table to read.
-        capacity: Default capacity; None: the table must have one.
+        capacity: Default capacity; None if the table must have a capacity.
         names: Names in the file, for the belt.
     """
     v = _read(STORAGE, t, names)
@@ -219,7 +219,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
 
 
 def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
-    """Read a `[[claw]]`: a gripper at the end of an arm or elevator."""
+    """Read a `[[claw]]`, a gripper at the end of an arm or elevator."""
     v = _read(CLAW, t, names)
     joints = joints_to(v.pop("on"), mechanisms)
     offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
@@ -230,13 +230,13 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
 
 
 def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
-    """Read a `[[climber]]`: a hook at the end of an arm or elevator."""
+    """Read a `[[climber]]`, a hook at the end of an arm or elevator."""
     v = _read(CLIMBER, t, names)
     return ClimberConfig(joints=joints_to(v["on"], mechanisms), offset=_offset(v), reach=v["reach"])
 
 
 def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:
-    """Read a `[[component]]`: a part with its own model, on a chain of mechanisms or on a roller."""
+    """Read a `[[component]]`, a part with its own model on a chain of mechanisms or on a roller."""
     turning = tuple(name for name, m in mechanisms.items() if m.joint is None)
     v = COMPONENT.read(t, {**names, "mechanism": turning})
     t.finish()
@@ -251,7 +251,7 @@ def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> Component
 
 
 def _read(keys: KeyTable, t: Table, names: Names) -> dict[str, Any]:
-    """Return the values of a table and check that it has no others."""
+    """Return the values of a table after checking that it has no unknown keys."""
     values = keys.read(t, names)
     t.finish()
     return values
@@ -262,7 +262,7 @@ def _offset(v: dict[str, Any]) -> tuple[float, float, float]:
 
 
 def _corners(t: Table, v: dict[str, Any]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return smallest and largest corner of a box [m]."""
+    """Return the lowest and highest corner of a box [m]."""
     low, high = ([v.pop(f"{axis}_{end}") for axis in "xyz"] for end in ("min", "max"))
     for axis, below, above in zip("xyz", low, high, strict=True):
         if not below < above:

@@ -1,4 +1,4 @@
-"""Probable name and kind of a mechanism, from names in robot code."""
+"""Probable names and kinds of mechanisms, from names in robot code."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _KINDS: dict[str, tuple[str, ...]] = {
 
 
 def mechanism_name(path: str) -> str:
-    """Return a name in snake case without the words for a motor; empty if nothing is left.
+    """Return a mechanism's name in snake case, without words for motors; empty if no other word is left.
 
     Args:
-        path: Attributes that lead to the motor from the robot; the owner's name is used where the last one only names a
-            side.
+        path: Attributes that lead from the robot to the motor. If the last attribute names only a side, the name of its
+            owner is added.
 
     >>> mechanism_name("Feeder1Motor"), mechanism_name("shooterMotorTop"), mechanism_name("arms.m_wristTalonFX")
     ('feeder1', 'shooter_top', 'wrist')
@@ -48,7 +48,7 @@ def mechanism_name(path: str) -> str:
 
 
 def mechanism_kind(name: str) -> str:
-    """Return the probable kind in `simcore.toml` of a name from `mechanism_name`.
+    """Return the probable kind of a mechanism in `simcore.toml`, from its name by `mechanism_name`.
 
     >>> [mechanism_kind(name) for name in ("intake_pivot", "shooter_top", "feeder1")]
     ['arm', 'flywheel', 'roller']
@@ -58,6 +58,6 @@ def mechanism_kind(name: str) -> str:
 
 
 def _words(name: str) -> list[str]:
-    """Split `shooterMotorTop` or `SHOOTER_MOTOR_TOP` into words in lower case."""
+    """Split a name such as `shooterMotorTop` or `SHOOTER_MOTOR_TOP` into words in lower case."""
     apart = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
     return [word.lower() for word in apart.split("_") if word]

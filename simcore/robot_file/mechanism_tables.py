@@ -55,9 +55,9 @@ CAN_ID = Quantity("", 0, 62, is_whole=True)
 _DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
-"""WPILib's names of the pneumatics modules, and the default CAN id of each."""
+"""Default CAN id of each pneumatics module, by its name in WPILib."""
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
-_GEARING = 1.0  # a guess, if the program has set none either
+_GEARING = 1.0  # guess, if the program does not set a gearing
 _WITH_ENCODER = ("SPARK MAX", "SPARK Flex")
 
 _STOPS = (
@@ -160,12 +160,12 @@ MECHANISM = KeyTable("[[mechanism]]", "a moving part of the robot; a motor witho
 
 
 def usual_motor(controller: str) -> str:
-    """Return the name of the usual motor of a controller."""
+    """Return the name of the motor that is usual on a controller."""
     return _USUAL_MOTORS.get(controller, "Kraken X60")
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
-    """Read a mechanism and its devices.
+    """Read a mechanism with its devices.
 
     Raises:
         ConfigError: A key is missing, unknown or invalid.
@@ -212,7 +212,7 @@ def read_mechanism(t: Table) -> MechanismSettings:
 
 
 def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
-    """Return the friction in the file, in either unit, else the default of its kind and motor [N m]."""
+    """Return the friction in the file, given in either unit, else the default for the kind and motor [N m]."""
     if torque is not None and volts is not None:
         raise t.error("friction_volts", "means the same as friction_torque; keep one of them")
     if volts is not None:
@@ -227,7 +227,7 @@ _CONFIGS: dict[str, Callable[..., MechanismConfig]] = {
 
 
 def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
-    """Refuse keys of other controllers."""
+    """Check that the keys apply to the controller."""
     controller = v["controller"]
     has_encoder = controller in _WITH_ENCODER
     if has_encoder and v["cancoder"] is not None:
@@ -239,7 +239,7 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
 
 
 def _require_stops(t: Table, v: Mapping[str, Any]) -> None:
-    """Refuse stops in the wrong order, and a start outside of them."""
+    """Check that the stops are in order, with the start between them."""
     low, high, start = v["min_angle"], v["max_angle"], v["start_angle"]
     if not low < high:
         raise t.error("min_deg", f"must be below max_deg, got {math.degrees(low):g} and {math.degrees(high):g}")
@@ -287,7 +287,7 @@ def _piston(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
 
 
 def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, lean: float) -> MechanismSettings:
-    """Return a copy with its joint, in the frame of its carrier, and its moving mass."""
+    """Return a copy with the joint, in the frame of the carrier, and the moving mass."""
     v, config = PLACE.read(t), m.config
     c, s = math.cos(yaw), math.sin(yaw)
     out, ratio = 0.0, 1.0
@@ -297,7 +297,7 @@ def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, 
         axis, ratio = (math.cos(rise) * c, math.cos(rise) * s, math.sin(rise)), config.pinion_radius
     else:
         assert isinstance(config, ArmConfig)
-        axis = (0.0, 0.0, 1.0) if kind == "turret" else (s, -c, 0.0)  # a positive angle lifts what is along the yaw
+        axis = (0.0, 0.0, 1.0) if kind == "turret" else (s, -c, 0.0)  # a positive angle lifts the side along the yaw
         out = config.center_of_mass
     joint = Joint(
         mechanism=m.name,
@@ -311,10 +311,10 @@ def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, 
 
 
 def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
-    """Return the parts of the robot's mass that mechanisms move; `require_chains` has checked these.
+    """Return the parts of the robot's mass that mechanisms move, after `require_chains` has checked them.
 
-    Where the file has no value, an elevator, a rack or an arm moves the mass that its motors move, which includes the
-    moving masses of the mechanisms on it.
+    If the file has no value, an elevator, a rack or an arm moves the mass on its motors, which includes the moving
+    masses of the mechanisms that it carries.
     """
     found = []
     for m in mechanisms.values():
@@ -326,7 +326,7 @@ def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMa
 
 
 def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """Return the mass that a mechanism moves, with the mechanisms on it [kg]."""
+    """Return the mass that a mechanism moves, including the mechanisms that it carries [kg]."""
     carried, config = _carried(m, mechanisms), m.config
     if m.moving_mass is not None:
         return m.moving_mass + carried
@@ -336,15 +336,15 @@ def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]
 
 
 def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """Return the mass that the mechanisms on a mechanism move [kg]."""
+    """Return the moving mass of all mechanisms that a mechanism carries [kg]."""
     return plain_sum(_all_moved(one, mechanisms) for one in mechanisms.values() if one.on == m.name)
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """Check that `on` names mechanisms that can carry something, and that none carries itself.
+    """Check that `on` names mechanisms that can carry others, and that no mechanism carries itself.
 
     Returns:
-        Names of the mechanisms that can carry something.
+        Names of the mechanisms that can carry others.
 
     Raises:
         ConfigError: A mechanism fails the check.
@@ -366,7 +366,7 @@ def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> t
 
 
 def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> tuple[Joint, ...]:
-    """Return the chain from the robot to the frame that a mechanism carries; empty for None, the robot itself."""
+    """Return the joints from the robot to the frame that a mechanism carries; empty if the name is None, the robot."""
     chain: list[Joint] = []
     while name is not None:
         m = mechanisms[name]

@@ -1,4 +1,4 @@
-"""Wheel speeds that a shooter needs for a goal."""
+"""Wheel speeds that a shooter needs to reach a goal."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from simcore.robot.shooter import ShooterConfig
 __all__ = ["NeededSpeed", "elevations", "goal_of", "needed_speeds"]
 
 DISTANCES = (2.0, 3.0, 4.0, 5.0)
-"""Distances for which `check` shows needed speeds [m]."""
+"""Distances for which `simcore check` shows the needed speeds [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class NeededSpeed:
-    """Speeds that a shot into a goal needs."""
+    """Speeds that a shooter needs for a shot into the goal."""
 
     distance: float
-    """Distance from the robot's center [m]."""
+    """Distance from the robot's center to the goal [m]."""
     elevation: float
     """Elevation of the shot [rad]."""
     speed: float
@@ -35,20 +35,20 @@ class NeededSpeed:
 
 
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
-    """Return the first zone with an opening that accepts the shooter's pieces; None: the game has none."""
+    """Return the first zone with an opening that accepts the shooter's pieces; None if the game has no such zone."""
     takes = [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
     return next((zone for zone in takes if zone.opening is not None), None)
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
-    """Return the lowest and highest elevation that the hood gives [rad]."""
+    """Return the lowest and highest elevation of the hood's range [rad]."""
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)
 
 
 def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> list[NeededSpeed]:
-    """Compute wheel speeds for shots into the goal from `DISTANCES`, each at the elevation that needs the least."""
+    """Return the speeds for shots into the goal from `DISTANCES`, at the elevation that needs the lowest speed."""
     low, high = elevations(shooter, config)
     steps = np.linspace(low, high, 1 if low == high else 31)
     found = []
@@ -61,7 +61,7 @@ def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> li
 
 
 def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
-    """Solve for the speed of the shot that meets the middle of the goal [m/s]; infinite where none does."""
+    """Return the speed of the shot that hits the middle of the goal [m/s]; infinite if no shot does."""
     if not abs(elevation) < 0.5 * math.pi:
         return math.inf
     goal = goal_of(shooter, game)

@@ -1,4 +1,4 @@
-"""Reader of `simcore.toml`: converts it to `RobotSettings` and checks names, ranges and consistency of the tables."""
+"""Reader of `simcore.toml`: converts the file to `RobotSettings` and checks names, ranges and consistency."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ from simcore.world.engine_choice import ENGINES
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 
 _D = RobotSettings()
-_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
+_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb, with about 33 lb of bumpers and battery 67 kg
 _BAY = Quantity("m", 0.1, 1.1)
-_BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
+_BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame perimeter of 110 in, a square of 0.76 m
 _FIELD = Quantity("m", 2.0, 100.0)
 _COUNT = Quantity("", 0, 500, is_whole=True)
 
@@ -109,10 +109,10 @@ _TABLES = (
 
 
 def read_settings(path: Path) -> RobotSettings:
-    """Read the robot in a file; values that are not there, and a file that does not exist, give the defaults.
+    """Read the robot in a file; missing values have defaults, and so do all values if the file does not exist.
 
     Raises:
-        ConfigError: A value is invalid; the message has file, table, key, the value and what would work.
+        ConfigError: A value is invalid; the message has the file, table, key, value and valid values.
     """
     if not path.exists():
         return RobotSettings()
@@ -172,21 +172,21 @@ def read_settings(path: Path) -> RobotSettings:
     )
     for table in (robot, start, *autos.values()):
         table.finish()
-    capacity = storages[0].capacity if storages else settings.capacity  # preloads are in the first
+    capacity = storages[0].capacity if storages else settings.capacity  # preloads are in the first storage
     if capacity is not None and settings.preload > capacity:
         raise start.error("preload", f"must be at most the robot's capacity, {capacity}; got {settings.preload}")
     return settings
 
 
 def _models(robot: Table, folder: Path) -> Path:
-    """Return the folder of the robot's own model."""
+    """Return the folder with the robot's own AdvantageScope model."""
     if not any(folder.glob("Robot_*")):
         raise robot.error("models", f"must be a folder with a Robot_... in it, but {folder} has none")
     return folder.resolve()
 
 
 def _scatter(t: Table | None) -> Scatter | None:
-    """Return the default spreads times `scale`, except for those in the table."""
+    """Return the default spreads times `scale`, with the spreads in the table in place of the defaults."""
     if t is None:
         return None
     values = SCATTER.read(t)

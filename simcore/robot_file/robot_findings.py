@@ -1,6 +1,6 @@
-"""Findings of `simcore check`: a test of each mechanism, and mistakes in the description of a robot.
+"""Findings of `simcore check`: a test run of each mechanism, and mistakes in the description of a robot.
 
-Each mechanism gets full positive output from its start for a second: direction, speed and end of the motion follow.
+A test run is a second with full positive output from the start, which gives direction, speed and end of the motion.
 """
 
 from __future__ import annotations
@@ -43,19 +43,19 @@ __all__ = [
     "run_mechanism", "speed_text", "top_exit_speed",
 ]  # fmt: skip
 
-_FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
-_HARD = 0.7  # [-]; fraction of the load that the motors can hold
-_LEAST_WAY = math.radians(10.0)  # of an arm or a turret
-_SLOW = 5.0  # [s]
+_FAR = 0.5  # [m] beyond the bumpers; 2026 robots may extend by 0.305 m
+_HARD = 0.7  # [-], fraction of the load that the motors can hold
+_LEAST_WAY = math.radians(10.0)  # [rad], travel of an arm or a turret
+_SLOW = 5.0  # [s] to full speed
 
 
 @dataclass(frozen=True, slots=True)
 class RobotFinding:
-    """One finding."""
+    """Finding about a robot."""
 
     text: str
     is_wrong: bool = True
-    """Whether it must be a mistake; False: it is worth knowing."""
+    """Whether the finding is certainly a mistake; False for a note."""
 
 
 _note = partial(RobotFinding, is_wrong=False)
@@ -71,13 +71,13 @@ class CodeView:
     clockwise: bool = False
     """Whether the controller is configured `CLOCKWISE_POSITIVE`."""
     ratio: float = 1.0
-    """Rotor turns per turn that robot code reads [-]."""
+    """Rotor turns per turn of the position in robot code [-]."""
     reading: float | None = None
-    """Initial position that robot code reads [turns]; None: that of an absolute encoder, unknown before the start."""
+    """Initial position in robot code [turns]; None if an absolute encoder gives the position at the start."""
     lower_limit: float | None = None
-    """Reverse soft limit [turns]; None: off."""
+    """Reverse soft limit [turns]; None if it is off."""
     upper_limit: float | None = None
-    """Forward soft limit [turns]; None: off."""
+    """Forward soft limit [turns]; None if it is off."""
     stator_limit: float = math.inf
     """Stator current limit [A]."""
     supply_limit: float = math.inf
@@ -86,11 +86,11 @@ class CodeView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismRun:
-    """Result of a second with full output of a mechanism's motor controller."""
+    """Result of a test run: a second with full output of a mechanism's motor controller."""
 
     name: str
     mechanism: ShaftSim
-    """Mechanism in its final state."""
+    """Mechanism at the end of the run."""
     sign: float
     """Direction of the motion: +1 if positive, -1 if negative [-]."""
     speed: float
@@ -100,20 +100,20 @@ class MechanismRun:
     position: float
     """Final position [rad]."""
     spin_up: float
-    """Time until 95 % of that speed [s]."""
+    """Time until 95 % of the largest speed [s]."""
     is_rising: bool
-    """Whether the speed still rose by more than 5 % in the last tenth of the time."""
+    """Whether the speed rose by more than 5 % in the last tenth of the time."""
     stop: float | None
-    """Time at which it reached a hard stop [s]; None: never."""
+    """Time at which the mechanism reached a hard stop [s]; None if it reached no stop."""
     soft_limit: float | None = None
-    """Time at which its controller stopped it at a soft limit [s]; None: never."""
+    """Time at which the controller stopped the mechanism at a soft limit [s]; None if it did not."""
     read: tuple[float, float] | None = None
-    """Position that robot code reads before and after the motion [turns]; None: without robot code."""
+    """Position in robot code before and after the motion [turns]; None without robot code."""
     code: CodeView | None = None
 
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
-    """Return the mechanism behind the current limits configured in robot code."""
+    """Return the mechanism with the current limits configured in robot code."""
     if code is None or isinstance(config, PistonConfig | ServoConfig):
         return config
     box = config.gearbox
@@ -130,12 +130,12 @@ def run_mechanism(
     reversed: bool = False,
     output: float = 1.0,
 ) -> MechanismRun:
-    """Run a mechanism from its start until it reaches a hard stop, or a soft limit of its controller.
+    """Run a mechanism from its start with full output for a second and return the result.
 
     Args:
         name: Name of the mechanism.
         config: Masses and gears of the mechanism.
-        code: Configuration of its controller in robot code; None: unknown.
+        code: Configuration of the controller in robot code; None if it is unknown.
         reversed: Whether positive in robot code is negative for the mechanism.
         output: Direction of the full output: +1 or -1.
     """
@@ -145,7 +145,7 @@ def run_mechanism(
     start = mechanism.position
     limit = None if code is None else _soft_limit(code, mechanism, turned, output)
     speeds: list[float] = []
-    held: list[float] = []  # times at which a soft limit holds it, then those at a stop [s]
+    held: list[float] = []  # times at a soft limit, and below those at a hard stop [s]
     stopped: list[float] = []
     for time in np.arange(round(SECONDS / _STEP)) * _STEP:
         is_held = limit is not None and sign * (mechanism.position - limit) >= 0.0
@@ -180,7 +180,7 @@ def run_mechanism(
 
 
 def holding_share(config: MechanismConfig) -> float:
-    """Return the greatest ratio of the weight's load to what motors hold at 12 V and their limits [-]; 0: no load."""
+    """Return the largest ratio of the weight's torque to the torque that the motors can hold [-]; 0 without weight."""
     if isinstance(config, ArmConfig):
         low, high = config.min_angle, config.max_angle
         level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
@@ -194,7 +194,7 @@ def holding_share(config: MechanismConfig) -> float:
 
 
 def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: float) -> float | None:
-    """Return where a soft limit stops the mechanism [rad]; None: it is off, or its reference is unknown."""
+    """Return the position at which a soft limit stops the mechanism [rad]; None if it is off or not known."""
     limit = code.upper_limit if output > 0.0 else code.lower_limit
     if limit is None or code.reading is None:
         return None
@@ -202,10 +202,10 @@ def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: floa
 
 
 def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
-    """Return the unit of the positions that robot code reads, from the ratio of its controller.
+    """Return the unit of positions in robot code, according to the ratio of the controller.
 
     Returns:
-        Unit, e.g. "turns", or "m" if the ratio includes the drum; None: none of the usual ones.
+        Unit, e.g. "turns", or "m" if the ratio includes the drum; None if the unit is not a usual one.
     """
     per_turn = mechanism.gearing / code.ratio
     units = {"turns": 1.0}
@@ -218,7 +218,7 @@ def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
 
 
 def speed_text(mechanism: ShaftSim, speed: float) -> str:
-    """Format a speed [rad/s] in the mechanism's usual unit."""
+    """Format the speed of a mechanism [rad/s] in the usual unit."""
     if isinstance(mechanism, ArmSim):
         return f"{math.degrees(speed):.0f} deg/s"
     if isinstance(mechanism, ElevatorSim | RackSim):
@@ -230,12 +230,12 @@ def speed_text(mechanism: ShaftSim, speed: float) -> str:
 
 
 def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, CodeView]) -> Iterator[RobotFinding]:
-    """Check a robot as it is described.
+    """Yield mistakes in the description of a robot.
 
     Args:
         config: Robot to check.
-        game: Game that it plays; None: pieces and field are unknown.
-        codes: Configurations of controllers in robot code, by name of the mechanism.
+        game: Game that the robot plays; None if pieces and field are unknown.
+        codes: Configurations of the controllers in robot code, by name of the mechanism.
     """
     for number, intake in enumerate(config.intakes, 1):
         yield from _intake_findings(f"intake {number}", intake, config, game)
@@ -259,7 +259,7 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
 
 
 def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
-    """Check the stops and the weight of a mechanism."""
+    """Yield findings about the stops and the weight of a mechanism."""
     if isinstance(config, ArmConfig) and (way := config.max_angle - config.min_angle) < _LEAST_WAY:
         low, high = (math.degrees(math.degrees(angle)) for angle in (config.min_angle, config.max_angle))
         yield _note(
@@ -276,7 +276,7 @@ def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFin
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
-    """Return lowest and highest corner of a deployed intake's zone over all positions, robot frame [m]."""
+    """Return the lowest and highest corner of a deployed intake's zone over all positions, robot frame [m]."""
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     if intake.deploy is not None:
         low, high = mechanisms[intake.deploy].stops
@@ -295,7 +295,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
 
 
 def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    """Check whether an intake can touch a piece on the floor outside of the bumpers."""
+    """Yield findings about an intake that cannot touch a piece on the floor outside the bumpers."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
     body = config.body
@@ -320,14 +320,14 @@ def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game:
 
 
 def top_exit_speed(shooter: ShooterConfig, config: RobotConfig) -> float:
-    """Return the speed of a piece with the wheels at their free speed at 12 V [m/s]."""
+    """Return the exit speed of a piece with the wheels at their free speed at 12 V [m/s]."""
     return shooter.exit_speed(_free_speeds(shooter, config))
 
 
 def _shooter_findings(
     name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None
 ) -> Iterator[RobotFinding]:
-    """Check that a shooter is on the robot, can fire, and shoots high enough for a goal."""
+    """Yield findings about a shooter that is off the robot, cannot fire, or cannot reach the goal."""
     body, launch = config.body, shooter.launch
     places = np.array([muzzle_offset(launch, barrel) for barrel in range(len(launch.barrels))])
     out = np.abs(places[:, :2]) - (0.5 * body.bumper_length, 0.5 * body.bumper_width)
@@ -361,10 +361,10 @@ def _free_speeds(shooter: ShooterConfig, config: RobotConfig) -> list[float]:
 
 
 def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> Iterator[RobotFinding]:
-    """Check the test runs of the mechanisms, and how their controllers are configured.
+    """Yield findings about the test runs of mechanisms and the configurations of their controllers.
 
     Args:
-        runs: For each mechanism the run forward, and one backward if it was already at its stop.
+        runs: Run forward of each mechanism, and run backward (or None) of a mechanism that starts at its stop.
     """
     for run, backward in runs:
         box, code, gearing = run.mechanism.gearbox, run.code, run.mechanism.gearing

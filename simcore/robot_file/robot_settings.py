@@ -1,4 +1,4 @@
-"""Contents of `simcore.toml` in SI units, and the robot and match that follow from them."""
+"""Contents of `simcore.toml` in SI units, and the robot and match built from the contents."""
 
 from __future__ import annotations
 
@@ -45,29 +45,29 @@ __all__ = ["CONTROLLERS", "FILE_NAME", "PORT_CONTROLLERS", "MechanismSettings", 
 FILE_NAME = "simcore.toml"
 
 CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
-"""Controllers that can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
+"""Controllers that can drive a mechanism in the file; `PWM` is any controller on a PWM port, `Relay` is a Spike."""
 PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
-"""Controllers on ports and not on CAN."""
+"""Controllers on ports of the roboRIO or a pneumatics module, not on CAN."""
 
 
 _OF_FIXED_WHEELS = {
     **{"drive_motor": "motor", "drive_gearing": "gearing"},
     **{"drive_stator_limit": "stator_limit", "drive_supply_limit": "supply_limit"},
 }
-"""Keys of `MEASURES` with the names of their fields in tank and mecanum configs."""
+"""Keys in `MEASURES` with the names of the fields in tank and mecanum configs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismSettings:
-    """Mechanism, and the devices that turn it."""
+    """Mechanism with the devices that drive it."""
 
     name: str
     config: MechanismConfig
-    """Gears, masses and stops; its type is the kind."""
+    """Gears, masses and stops; the type of the config is the kind of the mechanism."""
     guessed: Mapping[str, Any] = field(default_factory=dict)
-    """Guesses for keys that the file does not have."""
+    """Guesses for keys that are missing in the file."""
     friction_is_given: bool = True
-    """Whether the file has its friction; if not, it is a default, and a kS in the controller takes precedence."""
+    """Whether the file has the friction; if not, the friction is a default that a kS in the controller replaces."""
     motor: str
     """Name of the motor, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
@@ -75,7 +75,7 @@ class MechanismSettings:
     leader: DeviceAddress
     """CAN id, or PWM, relay or solenoid channel."""
     followers: tuple[DeviceAddress, ...] = ()
-    """CAN ids or channels of followers; for a double solenoid the reverse channel."""
+    """CAN ids or channels of the followers; the reverse channel of a double solenoid."""
     opposed: tuple[DeviceAddress, ...] = ()
     """Followers that are mounted face to face with the leader."""
     reversed: bool = False
@@ -91,29 +91,29 @@ class MechanismSettings:
     module: str = ""
     """Type and CAN id of a solenoid's pneumatics module, e.g. `REVPH 1`."""
     joint: Joint | None = None
-    """Joint that it moves, in the frame of its carrier; None: it turns in place."""
+    """Joint that the mechanism moves, in the frame of the carrier; None for a mechanism that only turns in place."""
     on: str | None = None
-    """Name of the mechanism that carries it; None: the robot."""
+    """Name of the mechanism that is the carrier; None: the robot."""
     moving_mass: float | None = None
-    """Part of the robot's mass that moves with it, without mechanisms on it [kg]; None: as `moving_masses` finds it."""
+    """Part of the robot's mass that moves with the mechanism alone [kg]; None: see `moving_masses`."""
     mass_center: Vector = (0.0, 0.0, 0.0)
-    """Center of that mass in the frame after the joint [m]."""
+    """Center of the moving mass in the frame after the joint [m]."""
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Controllers or ports, leader first."""
+        """Keys of the controllers or ports, leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
         return [(model, address) for address in self.devices]
 
     def among(self, built: Collection[DeviceAddress]) -> MechanismSettings:
-        """Return a copy with the addresses at which the program built its controllers; see `DeviceAddress.among`."""
+        """Return a copy with the addresses that the program gave its controllers; see `DeviceAddress.among`."""
         leader, *followers = (address.among(built) for address in self.devices)
         opposed = tuple(address.among(built) for address in self.opposed)
         return replace(self, leader=leader, followers=tuple(followers), opposed=opposed)
 
     @property
     def guesses(self) -> str:
-        """Guesses as text; empty if there are none."""
+        """Guesses as text; empty if there are no guesses."""
         return ", ".join(f"{key} = {value:.3g}" for key, value in self.guessed.items())
 
     def with_program(self, gearing: float, inertia: float) -> MechanismSettings:
@@ -121,7 +121,7 @@ class MechanismSettings:
 
         Args:
             gearing: Rotor turns per turn of the mechanism [-].
-            inertia: Inertia of all turning parts, at the mechanism [kg m^2].
+            inertia: Moment of inertia of all turning parts, at the mechanism [kg m^2].
         """
         from_program = {"gearing": gearing, "inertia": inertia}
         from_program = {key: value for key, value in from_program.items() if key in self.guessed}
@@ -137,7 +137,7 @@ class MechanismSettings:
         return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
-        """Return a copy with the friction of a kS [V], unless the file has its friction."""
+        """Return a copy with the friction of a kS [V], unless the file has the friction."""
         if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         gearbox = self.config.gearbox
@@ -151,78 +151,78 @@ class MechanismSettings:
 
     @property
     def channels(self) -> tuple[int, ...]:
-        """Channels of a mechanism on ports."""
+        """Channels of the devices of a mechanism on ports."""
         return tuple(address.number for address in self.devices)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSettings:
-    """Contents of the file; the defaults are those of a robot without a file."""
+    """Contents of the file; the defaults describe a robot without a file."""
 
     game: str | None = None
-    """Name of the game to play, or `none` for an empty field; None: chosen elsewhere."""
+    """Name of the game to play, or `none` for an empty field; None if the file has no game."""
     field_size: tuple[float, float] | None = None
-    """Length and width of the empty field [m]; None: those of `Game.bare`."""
+    """Length and width of the empty field [m]; None: the size in `Game.bare`."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
     match: str | None = None
     """Whole match to play, in the format of `players_beside`; None: practice, in which every piece counts."""
     tags: str | None = None
-    """Name of the AprilTag layout; None: the game's."""
+    """Name of the AprilTag layout; None: the layout of the game."""
     scatter: Scatter | None = None
-    """Variation from run to run; None: none."""
+    """Variation from run to run; None for no variation."""
     drivetrain: DrivetrainSettings = field(default_factory=DrivetrainSettings)
     given: frozenset[str] = field(default=frozenset(), compare=False)
-    """Keys among `mass` and `tread` that the file has; the program's settings may replace the others."""
+    """Those of `mass` and `tread` that are in the file; the program's settings may replace missing ones."""
     gyro_errors: str = "pigeon2"
     """Error model of the program's gyro, one of `simcore.robot.gyro.GYROS`; not a key of the file."""
     mass: float = 55.0
     """Mass with bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
-    """Length and width over the bumpers [m]; None: 15 cm beyond the wheels' centers."""
+    """Length and width over the bumpers [m]; None for bumpers 15 cm beyond the wheel centers."""
     bay: tuple[float, float] | None = None
-    """Depth and width of an opening in the back of bumpers and frame [m]; None: there is none."""
+    """Depth and width of an opening in the back of bumpers and frame [m]; None for no opening."""
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the floor [m]."""
     team: int | None = None
     """Number on the bumpers; None: the robot's number in the match."""
     models: Path | None = None
-    """Folder with the robot's own model; None: there is none."""
+    """Folder with the robot's own AdvantageScope model; None if the robot has no model."""
     real: bool = False
-    """Whether `RobotBase.isReal()` returns True to the program."""
+    """Whether `RobotBase.isReal()` returns True in the program."""
     serial_number: str = ""
     """Serial number of the roboRIO that the program reads."""
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
     wheel_grain: float | None = None
-    """Friction across the wheels over that along [-]; None for this and the next three: the default of the config."""
+    """Friction across the wheels over friction along them [-]; None here and in the next fields: the default."""
     drive_friction_volts: float | None = None
     """kS of the drive motors [V]."""
     drive_efficiency: float | None = None
-    """Of the drive gears [-]."""
+    """Efficiency of the drive gears [-]."""
     right_efficiency: float | None = None
-    """The same of a tank's right side [-]."""
+    """Efficiency of the drive gears on a tank drive's right side [-]."""
     free_speed_share: float | None = None
-    """Free speed of the drive over that of its motors' datasheet [-]."""
+    """Free speed of the drive motors over the free speed in their datasheet [-]."""
     battery_resistance: float | None = None
-    """Of battery, breaker and cables [ohm]."""
+    """Resistance of battery, breaker and cables [ohm]."""
     steer_friction_volts: float | None = None
     """kS of the steer motors [V]."""
     bumper_friction: float | None = None
-    """Friction factor as in `ChassisConfig` [-]."""
+    """Friction factor of the bumpers, as in `ChassisConfig` [-]."""
     drive_motor: str | None = None
-    """Name of the drive motor; None: from the drivetrain's constants."""
+    """Name of the drive motor; None: the motor in the drivetrain's constants."""
     steer_motor: str | None = None
     start: tuple[float, float, float] = (2.0, 1.2, 0.0)
     """Start pose as a blue robot, field frame [m, m, rad]."""
     preload: int = 0
-    """Pieces in the robot at the start."""
+    """Number of pieces in the robot at the start."""
     capacity: int | None = None
-    """Number of pieces that it can hold; None: that of the game's own robot."""
+    """Number of pieces that the robot can hold; None: the capacity of the game's own robot."""
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
     storages: tuple[StorageConfig, ...] = ()
-    """Storages; empty: one with `capacity`."""
+    """Storages; empty for a single storage with `capacity`."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
@@ -233,20 +233,20 @@ class RobotSettings:
     cameras: tuple[CameraConfig, ...] = ()
     sensors: tuple[SensorSettings, ...] = ()
     headset: QuestConfig | None = None
-    """QuestNav headset."""
+    """QuestNav headset; None if the robot has no headset."""
     further_robots: tuple[FurtherRobot, ...] = ()
     """Partners and opponents."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
-        """Return a copy with bumpers 15 cm beyond the wheels' centers [m], unless it has bumpers."""
+        """Return a copy with bumpers 15 cm beyond the wheel centers [m], unless the file has bumpers."""
         if self.bumper is not None:
             return self
-        # Distance from a wheel's center to the outside of the bumpers: 2.6 in of module, 3.25 in of bumper.
+        # From a wheel's center to the outside of the bumpers: 2.6 in of module, 3.25 in of bumper.
         around = tuple(2.0 * (max(abs(w[axis]) for w in wheels) + 0.15) for axis in (0, 1))
         return replace(self, bumper=(around[0], around[1]))
 
     def with_friction(self, volts: Mapping[str, float]) -> RobotSettings:
-        """Return a copy with friction from the controllers' kS where the file gives none.
+        """Return a copy with friction from the controllers' kS where the file has no friction.
 
         Args:
             volts: kS by name of the mechanism [V].
@@ -256,14 +256,14 @@ class RobotSettings:
         )
 
     def mechanism(self, name: str) -> MechanismSettings:
-        """Return a mechanism by name; the reader has checked that names exist."""
+        """Return a mechanism by name; the reader has checked that the names exist."""
         return next(m for m in self.mechanisms if m.name == name)
 
     def require_pieces(self, kinds: Sequence[str]) -> None:
-        """Check that intakes, shooters, claws and sensors only name kinds of pieces that a game has.
+        """Check that intakes, shooters, claws and sensors name only kinds of pieces in a game.
 
         Raises:
-            UnknownNameError: A name is unknown; the message lists the kinds.
+            UnknownNameError: A kind is unknown; the message lists the known kinds.
         """
         named = [kind for intake in self.intakes for kind in intake.kinds]
         named += [kind for shooter in self.shooters for kind in shooter.kinds]
@@ -274,10 +274,10 @@ class RobotSettings:
                 raise UnknownNameError("kind of piece", kind, kinds)
 
     def require_effect(self, drivetrain: DrivetrainConfig) -> None:
-        """Check that the `[drivetrain]` values of the file are in effect in the drivetrain's model.
+        """Check that the model of the drivetrain has the `[drivetrain]` values of the file.
 
         Raises:
-            ConfigError: The model has no such value, or takes it from elsewhere.
+            ConfigError: A value does not apply to the drivetrain, or the program's constants replace it.
         """
         own: Any = drivetrain
         kind = type(drivetrain).__name__.removesuffix("Config").lower()
@@ -308,8 +308,8 @@ class RobotSettings:
         """Build the config of the robot.
 
         Args:
-            drivetrain: Drivetrain with the robot's mass; bumpers are 15 cm beyond its wheels if the file has none.
-            storage: Storage if the file has none; the file's capacity replaces its own.
+            drivetrain: Drivetrain with the robot's mass; by default, bumpers are 15 cm beyond its wheels.
+            storage: Storage if the file has no storage; a capacity in the file replaces the storage's capacity.
         """
         bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
         assert bumper is not None
@@ -343,7 +343,7 @@ class RobotSettings:
         )
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
-        """Return the drivetrain with the file's friction, which overrides its maker's constants."""
+        """Return the drivetrain with the friction in the file, which overrides constants of the maker."""
         names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts", "drive_efficiency", "free_speed_share")
         own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
         if isinstance(drivetrain, FixedWheelConfig):
@@ -369,25 +369,25 @@ def practice_match(
     sinks: Sequence[TelemetrySink] = (),
     network: CameraNetwork | None = None,
 ) -> Match:
-    """Build a match with the robot and those of `[[partner]]` and `[[opponent]]`, in which every piece counts.
+    """Build a match with the robot, its partners and its opponents, in which every piece counts.
 
-    A whole match also has scripted players; its rules decide what counts, and the game's match options are on.
+    A whole match also has scripted players; the rules decide which pieces count, and the game's match options are on.
 
     Args:
         game: Game to play.
         settings: Settings of the robot.
         drivetrain: Drivetrain of the robot.
-        engine: Name of the physics engine; None: that of the settings.
-        whole: Whole match to play, in the format of `players_beside`; None: that of the settings.
+        engine: Name of the physics engine; None: the engine in the settings.
+        whole: Whole match to play, in the format of `players_beside`; None: the match in the settings.
         seed: Seed of all random numbers.
-        scatter: Variation from run to run; None: that of the settings.
+        scatter: Variation from run to run; None: the scatter in the settings.
         vary: Function that changes the robot's config; None: no change.
         sinks: Receivers of telemetry.
-        network: Network on which its cameras publish and listen.
+        network: Network on which the robot's cameras publish and listen; None for no network.
 
     Raises:
-        ConfigError: The robot is invalid, or does not fit the game.
-        UnknownNameError: The robot takes in or shoots a kind of piece that the game does not have.
+        ConfigError: The robot is invalid or does not fit the game.
+        UnknownNameError: The robot names a kind of piece that the game does not have.
     """
     if game.name == NO_GAME and settings.field_size is not None:
         game = practice_field(settings.field_size)

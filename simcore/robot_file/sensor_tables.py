@@ -40,7 +40,7 @@ __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceView:
-    """Pieces in the robot that a sensor detects; fields are as the keys of `_VIEW`."""
+    """Pieces in the robot that a sensor detects; the fields have the meaning of the keys in `_VIEW`."""
 
     place: str
     at_least: int = 1
@@ -57,29 +57,29 @@ class PieceView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorSettings:
-    """Sensor of any kind; fields that its kind does not have keep their defaults."""
+    """Sensor of any kind; fields that do not apply to the kind keep their defaults."""
 
     name: str
     kind: str
     """Kind of the sensor, one of `SENSORS`."""
     keys: tuple[DeviceKey, ...]
-    """Ports or device; for a quadrature encoder channels A and B."""
+    """Ports or device of the sensor; channels A and B of a quadrature encoder."""
     mechanism: str | None = None
-    """Mechanism that it measures; None: it detects pieces."""
+    """Name of the measured mechanism; None if the sensor detects pieces."""
     sees: PieceView | None = None
-    """Pieces that a beam break or a CANrange detects; None: it measures a mechanism."""
+    """Pieces that a beam break or a CANrange detects; None if the sensor measures a mechanism."""
     pin: int = 0
-    """Pin of a CANdi that a switch or beam break is wired to: 1 or 2."""
+    """Pin of the CANdi to which a switch or beam break is wired, 1 or 2; 0 without a CANdi."""
     normally_closed: bool = False
-    """Whether the contact connects to ground while nothing touches it; False: while something does."""
+    """Whether the contact connects to ground while the sensor is not triggered; False: while it is triggered."""
     pressed: tuple[float, float] = (0.0, 0.0)
-    """Positions of the mechanism between which a limit switch is pressed [rad], for a piston those of the rod [m]."""
+    """Lower and upper position between which a limit switch is pressed [rad]; positions of a piston's rod [m]."""
     gearing: float = 1.0
-    """Encoder turns per turn of the mechanism; negative: it counts down while the mechanism goes up [-]."""
+    """Encoder turns per turn of the mechanism [-]; negative if the encoder counts down while the mechanism goes up."""
     pulses_per_turn: float = 0.0
     """Pulses per turn of a quadrature encoder [-]."""
     zero: float = 0.0
-    """Reading of an absolute encoder at the mechanism's zero, in the unit of robot code."""
+    """Reading of an absolute encoder at position zero of the mechanism, in the unit of robot code."""
     volts: tuple[float, float] = (0.0, 0.0)
     """Voltage of a potentiometer at the mechanism's lower and upper stop [V]."""
     distance: float = 0.0
@@ -167,7 +167,7 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
         mechanisms: Mechanisms of the file, by name.
 
     Raises:
-        ConfigError: A key is missing, unknown or invalid; or two sensors share a name or a port.
+        ConfigError: A key is missing, unknown or invalid, or two sensors have the same name or port.
     """
     sensors: list[SensorSettings] = []
     names: dict[str, str] = {}
@@ -224,7 +224,7 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettin
 
 
 def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the wiring of a switch or a beam break, by the fields of its settings."""
+    """Return the wiring of a switch or beam break, by field of `SensorSettings`."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
         raise t.error("dio", "and candi exclude each other: a switch is wired to one of them")
@@ -245,7 +245,7 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
 
 
 def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a CANrange measures, by the fields of its settings."""
+    """Return the distances and view of a CANrange, by field of `SensorSettings`."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
         return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
@@ -260,14 +260,14 @@ def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> di
 
 
 def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
-    """Return lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
+    """Return the lower and upper stop of a mechanism's shaft [rad] or of a piston's rod [m]."""
     if isinstance(config, (FlywheelConfig, RollerConfig)):
         raise t.error("mechanism", "must have stops, like an arm or an elevator; flywheels and rollers have none")
     return build_mechanism(config).stops
 
 
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the range in which a switch is pressed: the last hundredth of the travel to a stop, or around a place."""
+    """Return the positions between which a switch is pressed, by default over 1 % of the travel from its place."""
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):
         key, per_unit, unit = "at_deg", math.pi / 180.0, "deg"

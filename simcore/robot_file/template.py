@@ -1,4 +1,4 @@
-"""Text of a new `simcore.toml`: the devices of a robot program, and on request all other keys in comments."""
+"""Text of a new `simcore.toml`: the devices of a robot program, and optionally all other keys in comments."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from simcore.robot_file.sensor_tables import SENSOR, SENSORS
 __all__ = ["FILE_NAME", "reference", "template"]
 
 Found = Mapping[str, Any]
-"""One device of a robot program, as a row of the survey."""
+"""Results of the survey of a robot program, or a row of the results for one device."""
 
 
 def template(found: Found | None = None, *, game: str = "", every: bool = False) -> str:
-    """Return a file with what was found, in which the robot drives as it does without a file.
+    """Return the text of a file with the survey's results, with which the robot drives as without a file.
 
     Args:
-        found: Answer of `simcore.robotcode.sim.robot_survey` about the program; None: there was no survey.
-        game: Name of the game to play; empty: the file does not name one.
-        every: Whether all other keys follow in comments.
+        found: Results of `simcore.robotcode.sim.robot_survey`; None without a survey.
+        game: Name of the game to play; empty for no game in the file.
+        every: Whether to add all other keys in comments.
     """
     found = found or {}
     drivetrain = found.get("drivetrain", {})
@@ -54,13 +54,13 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
 
 
 def _camera(camera: Found) -> str:
-    """Describe a camera in a comment, with the source of its position."""
+    """Return a comment about a camera, with the source of its position if known."""
     placed = f": placed by {camera['source']}" if "source" in camera else ""
     return f"camera {camera.get('name') or camera['maker']}{placed}"
 
 
 def _port(port: Found) -> str:
-    """Describe a device on ports in a comment, with its class if known."""
+    """Return a comment about a device on ports, with its class if known."""
     text = f"{port['model']} {' '.join(map(str, port['channels']))}"
     return f"{text}: {port['made_by']}" if port["made_by"] else text
 
@@ -90,14 +90,14 @@ def _prose(*lines: str) -> str:
 
 
 def _live(table: KeyTable, *names: str, every: bool, shown: Sequence[str] = ()) -> str:
-    """Format a table in which some keys are set and these or all others are comments."""
+    """Format a table with the named keys set; the keys in `shown`, or all keys if `every` is true, are comments."""
     head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
     keys = [key for key in table.keys if every or key.name in (*names, *shown)]
     return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
 
 
 def _drivetrain(found: Found) -> str:
-    """Format the drivetrain that was found; one line for a library's drivetrain or none."""
+    """Format the drivetrain of the survey as a table, or as a comment line without rows."""
     if "rows" in found:
         return table_text(DRIVETRAIN.head, map(tuple, found["rows"]))
     about = found.get("lines", [found.get("problem", "")])[0]
@@ -108,7 +108,7 @@ def _drivetrain(found: Found) -> str:
 
 
 def _mechanisms(motors: Sequence[Found]) -> str:
-    """Return a table for each motor whose guess fits one, and a line for each of the others."""
+    """Return a table for each motor that turns freely, and a comment line for each other motor."""
     if not motors:
         return ""
     text = _prose(

@@ -1,6 +1,6 @@
 """Shot table: for each distance, the shot with the best margin, and the share of scattered shots that go in.
 
-Shots with many elevations and speeds around those of `solve_shot` are flown. For each elevation, the candidate has the
+The shots have many elevations and speeds around the solutions of `solve_shot`. The candidate of an elevation has the
 middle of the speeds that go in; the shot of the row is the candidate with the largest allowed error of elevation and
 speed, in standard deviations of the scatter. Flights with scatter give the share that goes in.
 """

@@ -131,7 +131,7 @@ class PairedDifference:
 def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> PairedDifference:
     """Return the mean difference of pairs with a bootstrap interval, from pairs drawn with replacement.
 
-    The interval is widened to that of Student's t for normal differences, because it is too narrow for few seeds.
+    For few seeds a bootstrap interval is too narrow, so it is widened to Student's t interval for normal differences.
 
     >>> print(paired_difference([1, 4, 2, 3], [2, 5, 3, 4]))
     +1 (95 % interval +1 to +1), 4 seeds: 4 more, 0 less, 0 equal

@@ -90,7 +90,7 @@ class Crew:
     """Processes on this machine, one for each run that is played at the same time.
 
     Args:
-        is_quiet: Whether to hide the output of runs from the terminal; if a process dies, its row has the end of its
+        is_quiet: Whether to hide the output of runs from the terminal; if a process dies, the row has the end of its
             output.
     """
 

@@ -108,7 +108,7 @@ def test_hooks_that_are_never_called_are_reported(project_of):
         assert code == 1 and words in said, said
 
 
-def test_a_robot_without_a_drivetrain_fails_for_that_reason_alone(project_of):
+def test_a_robot_without_a_drivetrain_fails_only_for_that_reason(project_of):
     pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     pytest.importorskip("pyfrc", reason="MagicBot of 2027 ends with an error of its own, which hides this one")
     run = project_of(

@@ -43,7 +43,7 @@ def test_one_id_on_two_buses_is_reported(said):
     assert said["one device"] == [True]
 
 
-def test_another_years_phoenix_is_refused_in_one_sentence(said):
+def test_the_phoenix_of_another_year_is_refused_in_one_sentence(said):
     old, new, missing, good = said["versions"]
     for text, got in ((old, "25.4.0"), (new, "27.0.0")):
         assert text.startswith("VendorError: simcore needs Phoenix 6 of 2026 (26.x, tested with 26.3.0), ")

@@ -12,9 +12,9 @@ STARTING = Path(__file__).parent / "robots" / "starting"
 
 
 def test_robot_and_pieces_are_at_the_start_of_an_auto(project_of):
-    """At 1 m/s a tick is 2 cm, by which an estimate may lag behind the true pose.
+    """At 1 m/s, an estimate may lag 2 cm, the travel of a tick, behind the true pose.
 
-    The program takes 1 s to start; pyfrc alone would allow 2 s, of which a busy computer takes the rest.
+    The program takes 1 s to start; pyfrc allows only 2 s, too few on a busy computer.
     """
     code, said = project_of(STARTING)(
         """

@@ -76,7 +76,7 @@ def test_check_reports_a_missing_program_and_an_invalid_file(tmp_path, monkeypat
     )
 
 
-def test_check_describes_a_games_own_robot_and_refuses_a_folder_without_one(tmp_path, monkeypatch, capsys):
+def test_check_describes_a_games_own_robot_and_refuses_a_folder_without_a_robot(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["check"]) == 1
     assert "no robot.py and no simcore.toml in" in capsys.readouterr().err

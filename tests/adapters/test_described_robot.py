@@ -112,7 +112,7 @@ def test_again(sim):
 """
 
 
-def test_a_robot_of_simcore_toml_alone_takes_fuel_in_at_both_ends_and_scores_with_its_turret(project_of):
+def test_a_robot_described_only_by_its_file_takes_fuel_in_at_both_ends_and_scores_with_its_turret(project_of):
     run = project_of(ROBOTS / "turreted")
     code, said = run(TURRETED, "-rP")
     assert code == 0 and "2 passed" in said, said

@@ -63,7 +63,7 @@ def test_the_deployed_files_of_a_described_robot_start_without_the_simulation(sc
 @pytest.mark.slow
 @pytest.mark.parametrize("project", [DESCRIBED], indirect=True, ids=["reefscape"])
 def test_a_described_robot_scores_two_coral(project, python, whole):
-    """As red; with `--whole` also its other tests, and five processes with one digest."""
+    """The robot is red; `--whole` adds its other tests and the digest of five processes."""
     test = ("-m", "robotpy", "test", "--", "-q")
     code, said = python(project, *test, *(() if whole else ("-k", "red")))
     assert code == 0 and f"{6 if whole else 1} passed" in said, said[-4000:]

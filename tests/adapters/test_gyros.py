@@ -47,7 +47,7 @@ def test_a_gyro_keeps_its_makers_sign_after_a_reset(rows, name):
 
 
 @pytest.mark.parametrize("name", NAVX)
-def test_a_navx_wraps_its_yaw_and_reports_tilt_as_its_manual_says(rows, name):
+def test_a_navx_wraps_its_yaw_and_reports_tilt_according_to_its_manual(rows, name):
     """Nose down is negative pitch, right side down negative roll: pitch 0.1 rad, roll -0.05 rad in WPILib's axes."""
     shown = rows(name)["rows"]
     assert shown["4 s"]["getYaw"] == pytest.approx(360.0 - math.degrees(4.0))

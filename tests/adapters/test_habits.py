@@ -56,7 +56,7 @@ class Robot(wpilib.TimedRobot):
 
 
 def test_a_headset_reset_in_the_first_loop_of_an_auto_gives_the_start(project_of):
-    """Simcore carries the robot after the headset has been told its pose, as if it had started there."""
+    """After the headset gets its pose, simcore carries the robot there, as if it had started there."""
     code, said = project_of(HEADSET.format(init=""))(
         HELPERS
         + """
@@ -325,7 +325,7 @@ def test_it(sim, caplog):
     assert code == 0, said
 
 
-def test_odometry_leads_the_true_pose_by_wheel_slip_alone(project_of):
+def test_odometry_leads_the_true_pose_only_by_wheel_slip(project_of):
     """Pushed sideways from rest with all wheels still pointing forward; tires hold 40 A but not 90 A.
 
     While a module turns, its drive output is scaled by the cosine of its error, so without slip odometry is right from

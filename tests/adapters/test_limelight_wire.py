@@ -159,7 +159,7 @@ def test_botpose_is_the_robots_pose_in_each_origin(told):
 
 
 def test_timestamp_minus_latency_is_the_exposure_time(told):
-    """Also by the client's clock, which NetworkTables synchronizes with the server's."""
+    """The time is equal by the client's clock, which NetworkTables synchronizes with the server's clock."""
     got, _, frames, start = told
     taken = [start + frame.time for frame in frames]
     assert len(got["poses"]) > 40
@@ -211,7 +211,7 @@ def test_json_results_equal_the_topics(told):
     assert len(data["stdev_mt1"]) == len(data["stdev_mt2"]) == 6
 
 
-def test_bad_requests_change_nothing_and_a_good_one_switches_the_pipeline(told):
+def test_invalid_requests_change_nothing_and_a_valid_request_switches_the_pipeline(told):
     got, camera, _, _ = told
     assert got["after"] == {"getpipe": 1, "type": "pipe_neuraldetector"}
     assert camera.bad_requests == 2

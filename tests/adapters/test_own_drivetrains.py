@@ -447,7 +447,7 @@ def check_legs(name: str, facts: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", CLEAN)
-def test_an_own_drivetrain_has_true_odometry_with_and_without_the_file_of_init(name, own, request):
+def test_a_teams_own_drivetrain_has_true_odometry_with_and_without_the_file_of_init(name, own, request):
     sampled(name, request)
     run = own(CLEAN[name])
     facts = drive(run, legs_of(name))

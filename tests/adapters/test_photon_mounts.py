@@ -76,7 +76,7 @@ def test_an_estimator_belongs_to_the_camera_with_which_it_is_used():
 
 
 def test_the_next_robot_in_a_process_has_its_own_cameras():
-    """Cameras built at the top of a module stay; those built by a robot end with it."""
+    """Cameras built at the top of a module stay; cameras built by a robot end with the robot."""
     program = program_of("top", 0.1)
     program.begin()
     last = program_of("a", 0.2)

@@ -119,7 +119,7 @@ def test_photonlibs_simulation_sees_the_same_tags_from_200_poses(theirs):
 
 
 def test_photonlibs_field_of_view_still_has_its_known_bug():
-    """It computes atan(2 x) for 2 atan(x). If this test fails, the bug is fixed: update docs/cameras.md."""
+    """PhotonLib computes atan(2 x) for 2 atan(x). If this test fails, the bug is fixed: update docs/cameras.md."""
     properties = SimCameraProperties()
     properties.setCalibrationFromFOV(1280, 800, Rotation2d.fromDegrees(90.0))
     wide = math.degrees(2.0 * math.atan(math.tan(math.radians(45.0)) * 1280 / math.hypot(1280, 800)))

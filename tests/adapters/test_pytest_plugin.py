@@ -164,7 +164,7 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
-def test_a_project_without_physics_py_attaches_and_a_failed_start_gives_one_sentence(project):
+def test_a_project_without_physics_py_attaches_and_a_failed_start_is_reported_in_one_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)  # attached as with --simcore

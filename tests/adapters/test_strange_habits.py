@@ -224,7 +224,7 @@ def test_a_talon_measures_acceleration_and_a_pigeon_names_unmodelled_signals(tmp
     assert code == 0, said[-3000:]
 
 
-def test_a_refused_call_ends_at_the_line_of_the_test(tmp_path):
+def test_the_traceback_of_a_refused_call_ends_at_the_line_of_the_test(tmp_path):
     tests = "".join(f"def test_{k}(sim):\n    sim.start()\n    {call}\n" for k, call in enumerate(REFUSED))
     code, said = _run(tmp_path, TANK.format(init="pass", loop="self.update()", teleop="pass", more=""), "", tests)
     assert code == 1

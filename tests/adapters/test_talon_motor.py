@@ -33,7 +33,7 @@ def test_a_closed_loop_settles_as_on_wpilibs_sim_of_the_same_plant(mechanisms, i
 
 
 def test_aligned_and_opposed_followers_turn_with_their_leader(mechanisms, is_real):
-    """A follower takes its leader's inversion, opposed or not, so all of them read the same speed."""
+    """Aligned or opposed, a follower has the inversion of its leader, so all motors read the same speed."""
     assert mechanisms["followers"] == pytest.approx([mechanisms["shooter"]["end"]] * 3, abs=0.1 if is_real else 1e-6)
 
 
@@ -45,7 +45,7 @@ def test_a_hood_sags_under_its_weight_as_far_as_its_gains_allow(mechanisms):
 
 
 def test_brake_mode_holds_a_hood_that_coast_mode_lets_fall(mechanisms):
-    """Both have 0 V: braked it creeps, coasting it falls by m g c cos(a) t^2 / (2 J) = 1.3 degrees in 0.3 s."""
+    """At 0 V, it creeps in brake mode and falls m g c cos(a) t^2 / (2 J) = 1.3 degrees in 0.3 s in coast mode."""
     assert 41.0 < mechanisms["hood_after_brake_deg"] < 41.9
     assert 39.8 < mechanisms["hood_after_coast_deg"] < 41.0
 

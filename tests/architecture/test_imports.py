@@ -21,10 +21,10 @@ ADAPTERS = {"bridge", "calibrate", "robotcode", "show"}
 
 BASE = {"channel", "errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
-    "simcore/loop/compiled.py",  # says how long it took to compile
+    "simcore/loop/compiled.py",  # reports the time of compilation
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
-    "simcore/sweep/one_run.py",  # measures what a run cost
-    "simcore/sweep/sweep_command.py",  # says how much is left
+    "simcore/sweep/one_run.py",  # measures the processor time of a run
+    "simcore/sweep/sweep_command.py",  # reports the remaining time
 }
 """Files outside the simulation, which may read a clock to report durations."""
 INNER = BASE | {"loop", "world"}
@@ -41,20 +41,20 @@ ALLOWED = {
     "robot": INNER | {"pieces", "vision"},  # a robot is composed of a body, mechanisms, manipulators and cameras
     "telemetry": INNER,
     "match": CORE,
-    "robot_file": CORE,  # what simcore.toml says; the adapters read it
+    "robot_file": CORE,  # contents of simcore.toml, which the adapters read
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
     "calibrate": CORE | {"robot_file", "robotcode.sim", "show", "sweep"},  # describes robots as check does
     "sweep": CORE | {"robot_file", "show"},  # pages of results are drawn as those of runs
     "testing": CORE,
-    "new_game": CORE,  # asks which games are installed
+    "new_game": CORE,  # lists the installed games
     "show": CORE | {"robotcode.networktables"},
     "bridge": CORE | {"robot_file", "robotcode.program", "robotcode.sim", "show", "sweep"},
     "robotcode.networktables": CORE,
     "robotcode.program": CORE | {"robot_file"},  # makers are loaded by name
     "robotcode.makers": CORE | {"robot_file", "robotcode.program", "robotcode.emulator", "robotcode.networktables"},
-    "robotcode.emulator": BASE | {"loop", "robot"},  # emulates CTRE's library; knows motors, but no adapters
+    "robotcode.emulator": BASE | {"loop", "robot"},  # emulates CTRE's library; imports motors, but no adapters
     "robotcode.sim": CORE
     | {"robot_file", "show", "sweep"}
     | {f"robotcode.{part}" for part in ("program", "makers", "emulator", "networktables")},
@@ -393,7 +393,7 @@ def test_every_public_name_exists():
 
 
 def test_each_test_file_is_placed_like_its_module():
-    """`tests/x/test_y.py` tests `simcore/x/y`; a test of several modules says in its first line what it covers."""
+    """`tests/x/test_y.py` tests `simcore/x/y`; a test file of several modules has a docstring."""
     folders = {"adapters", "architecture", "docs", "games", "laws", "shared", "view"}
     wrong = []
     for path in sorted((ROOT / "tests").rglob("test_*.py")):

@@ -63,7 +63,7 @@ def test_every_name_that_simcore_needs_exists(module):
         ([("wpilib", "2026.2.2"), ("pyntcore", "2027.0.0a7")], "pyntcore 2027.0.0a7 next to WPILib of 2026"),
     ],
 )
-def test_mixed_seasons_give_one_sentence(installed, sentence):
+def test_mixed_seasons_are_reported_in_one_sentence(installed, sentence):
     said = season.mixed_seasons(season.installed_seasons(installed))
     assert sentence in said and bool(said) == bool(sentence) and said.count("\n") == 0
 

@@ -59,7 +59,7 @@ def compiled(tmp_path_factory) -> Callable[[str], Path]:
 
 
 def robot_file(name: str) -> str:
-    """Return the robot file of a program; that of the tank is in the example."""
+    """Return the robot file of a program; the file of the tank drive is in the example."""
     return str(TANK / "simcore.toml" if name == "tank.toml" else PROGRAMS / name)
 
 

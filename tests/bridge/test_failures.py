@@ -68,7 +68,7 @@ MISHAPS = {
 
 
 @pytest.mark.parametrize("what", MISHAPS)
-def test_a_program_that_ends_gives_one_sentence(what, tmp_path):
+def test_a_program_that_ends_is_reported_in_one_sentence(what, tmp_path):
     mark = f"--mark={tmp_path}"
     with pytest.raises(ProgramError, match=MISHAPS[what]):
         _play([sys.executable, str(PROGRAMS / "mishaps.py"), what, mark])

@@ -8,7 +8,7 @@ from simcore.bridge.packets import HEADER_SIZE, Record, VersionError, frame, fra
 from simcore.bridge.packets import records as read_records
 
 
-def test_packed_records_are_read_back():
+def test_packed_records_can_be_unpacked():
     sent = [Record(3, 1, -7, 0.1), Record(128, 0, 0, 0.0, "fünf\0sechs".encode()), Record(100, 0, 2**31 - 1, -1e300)]
     packed = frame(20_000, sent)
     size, time = frame_size(packed[:HEADER_SIZE])

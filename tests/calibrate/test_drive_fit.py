@@ -62,7 +62,7 @@ def test_intervals_contain_the_known_values(seed):
     assert all(abs(one.error) < 0.01 for one in found.predictions)
 
 
-def test_a_slower_motor_is_told_apart_from_friction():
+def test_a_slower_motor_is_distinguished_from_friction():
     found = fit_drive(TANK, driven(replace(varied(TANK, ks=0.4, mass=45.0), free_speed_share=0.75)))
     assert found.estimates["free_speed_share"].value == pytest.approx(0.75, rel=0.01)
     assert found.estimates["ks"].value == pytest.approx(0.4, abs=0.02)

@@ -48,7 +48,7 @@ def write(folder: Path, kind: str, runs) -> Path:
 
 
 @each("kind", ["csv", "json", "sysid", "advantagekit", "urcl"])
-def test_a_log_gives_back_its_runs(kind, runs, tmp_path):
+def test_the_runs_in_a_log_are_found(kind, runs, tmp_path):
     """Final positions are exact; URCL's floats resolve 24 bits of some 250 rotor turns."""
     found, _ = runs_of(write(tmp_path, kind, runs))
     assert [run.name for run in found][:1] != [] and len(found) == len(runs)

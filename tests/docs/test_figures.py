@@ -162,7 +162,7 @@ def test_the_page_of_reefscape_states_its_figures():
     says(page, f"AndyMark's, is {1e3 * narrower:.0f} mm narrower")
 
 
-def test_the_packages_for_2027_on_the_page_are_the_tested_ones():
+def test_the_packages_for_2027_on_the_page_are_the_tested_packages():
     """The workflow installs the packages named on the page from the 2027 releases."""
     section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
     workflow = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8").partition("  season_2027:")[2]

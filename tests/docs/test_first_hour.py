@@ -15,7 +15,7 @@ PAGE = (ROOT / "docs" / "first_hour.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("engine", ["", "mujoco"])
-def test_the_first_run_prints_what_the_page_shows_and_writes_its_files(engine, whole, tmp_path, monkeypatch, capsys):
+def test_the_first_run_prints_the_text_on_the_page_and_writes_its_files(engine, whole, tmp_path, monkeypatch, capsys):
     """To the last digit, on both engines with --whole."""
     if engine:
         if not whole:

@@ -1,4 +1,4 @@
-"""Every command on the page about sweeps does what the page says, with one seed and a short auto."""
+"""Every command on the page about sweeps works as described, with one seed and a short auto."""
 
 from __future__ import annotations
 

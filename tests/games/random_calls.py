@@ -66,7 +66,7 @@ def targets(match: Match) -> list:
 
 
 def arguments(rng, function) -> tuple[list, dict]:
-    """Draw mistakes for all required arguments and for some optional ones."""
+    """Draw mistakes for all required arguments and some optional arguments."""
     given, named = [], {}
     for parameter in inspect.signature(function).parameters.values():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):

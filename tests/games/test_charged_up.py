@@ -40,7 +40,7 @@ def place(match, kind, column, row):
     match.pieces.release(match.pieces.spare(kind.name, 1), np.array([[x, COLUMNS[column], top]]))
 
 
-def test_a_link_counts_from_its_third_piece_until_one_falls():
+def test_a_link_counts_from_its_third_piece_until_a_piece_falls():
     clock = MatchClock([Phase("teleop", 20.0)])
     with Match(replace(CHARGED_UP, clock=clock), robots=[RobotEntry(preload=0)], seed=1) as match:
         for kind, column in ((CONE, 0), (CUBE, 1), (CONE, 2), (CUBE, 4)):

@@ -258,7 +258,7 @@ def test_a_live_run_keeps_wall_clock_pace_and_obeys_a_dashboard(here, capsys):
 
 
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
-def test_a_port_in_use_gives_one_message_and_overwrites_nothing(here, capsys, option):
+def test_a_port_in_use_is_reported_once_and_overwrites_nothing(here, capsys, option):
     if "--view" in option:
         pytest.importorskip("websockets", reason="the extra 'view' is not installed")
     log = Path("before.wpilog")
@@ -271,14 +271,14 @@ def test_a_port_in_use_gives_one_message_and_overwrites_nothing(here, capsys, op
     assert ": cannot serve" in line and log.read_bytes() == b"of the run before"
 
 
-def test_a_view_without_the_extra_gives_one_message(here, capsys, monkeypatch):
+def test_a_view_without_the_extra_is_refused_in_one_message(here, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main(["--view", "--seconds", "0.1", "--json"]) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert install_command("view") in line
 
 
-def test_missing_models_give_one_message(here, capsys):
+def test_missing_models_are_reported_in_one_message(here, capsys):
     assert main(["--view", "--models", "nowhere", "--seconds", "0.1", "--json"]) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert ": no folder 'nowhere'" in line

@@ -99,7 +99,7 @@ def test_an_auto_with_ticks_in_four_parts_scores_the_same(name, auto, seconds):
 # --- robots ---------------------------------------------------------------------------------------------------------
 
 
-def test_two_robots_play_their_autos_together_as_each_does_alone(game):
+def test_two_robots_play_their_autos_together_like_each_robot_alone(game):
     """Blue and red play at opposite ends, and each scores for its alliance as many points as a robot alone."""
     auto = game.auto()
     entries = [RobotEntry(alliance=a, start=auto.start, preload=auto.preload) for a in ("blue", "red")]

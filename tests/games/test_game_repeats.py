@@ -135,7 +135,7 @@ def test_resets_leak_no_memory(game, whole):
 
 
 def test_a_second_auto_begins_with_time_and_score_at_zero(game):
-    """As in `robotpy sim`, where a driver enables auto again; pieces on the field stay in place."""
+    """In `robotpy sim`, a driver enables auto again in this way; pieces on the field stay in place."""
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)

@@ -52,7 +52,7 @@ def test_only_an_accepted_request_takes_over_a_human_player():
     assert changed != alone and stock == {"blue": 23, "red": both_throw["red"]}
 
 
-def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_ones():
+def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_robots():
     """A robot that drives past or is full gets no fuel; an alliance without robots throws all of its fuel."""
     start = (0.5, rebuilt.OUTPOST_Y, 0.0)
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(start=start, preload=0),), seed=3) as match:

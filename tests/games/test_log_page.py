@@ -114,7 +114,7 @@ def test_a_time_stamp_a_day_later_is_ignored(depot, tmp_path, capsys):
     assert "nothing was logged for over 60 s" in capsys.readouterr().err
 
 
-def test_a_page_that_cannot_be_written_gives_one_message(depot, tmp_path, capsys):
+def test_a_page_that_cannot_be_written_is_reported_in_one_message(depot, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["view", "--no-browser", str(depot[2]), "--page", str(tmp_path / "file" / "x.html")]) == 1
     said = capsys.readouterr().err

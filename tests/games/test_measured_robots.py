@@ -105,7 +105,7 @@ def lateness(robot: Measured, *, turns: float = 0.0) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("name", "step"), [("A", 0.0), ("C", 5.0)])
-def test_simulated_flight_times_match_measured_ones(name: str, step: float):
+def test_simulated_flight_times_match_measurements(name: str, step: float):
     """RMS error below 80 ms, and each row within the step [turns/s] to which its wheel speed is given.
 
     C's wheel speed is given in steps of 5 turns/s, a tenth of the speed; as given, three of its rows are 82 to 107 ms

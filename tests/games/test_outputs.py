@@ -82,7 +82,7 @@ def test_a_failed_test_leaves_a_page_even_of_a_closed_match(depot, tmp_path):
 
 
 @pytest.mark.parametrize("what", ["out as a file", "a folder in the way of the page"])
-def test_unwritable_default_files_give_one_message_and_the_run_continues(here, capsys, what):
+def test_unwritable_default_files_are_reported_once_and_the_run_continues(here, capsys, what):
     if what == "out as a file":
         Path("out").write_text("keep me")
         written, said = outputs(capsys)

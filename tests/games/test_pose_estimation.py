@@ -108,7 +108,7 @@ class LocalizingRobot:
 
 def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float = 20.0) -> LocalizingRobot:
     auto = REBUILT.auto(auto_name)
-    gc.collect()  # destroyed instances of other tests would later close topics of this one, with their number
+    gc.collect()  # instances of other tests, destroyed later, would close topics of this test with the same number
     instance = ntcore.NetworkTableInstance.create()
     instance.startLocal()
     entry = RobotEntry(start=auto.start, preload=auto.preload, config=replace(rebuilt_robot(), cameras=cameras))

@@ -178,7 +178,7 @@ def test_g408_catching_and_keeping_fuel_out_of_a_hub_is_a_foul(play):
     assert told(play(poses, 60.0, act=emerge(falls=True))) == [], "it fell off the robot first"
 
 
-def test_g405_the_first_fuel_shot_over_the_guardrail_is_a_minor_foul_and_the_next_a_major_one(play):
+def test_g405_the_first_fuel_shot_over_the_guardrail_is_a_minor_foul_and_the_next_is_a_major_foul(play):
     def over(match):
         for number in range(2):
             slot = int(free_fuel(match)[-1 - number])
@@ -218,7 +218,7 @@ def test_g419_the_three_seconds_restart_after_a_gap(play):
 
 
 def test_g419_also_applies_to_bumps_with_robots_at_rest(play):
-    """Both bumps of a side; robots that drive side by side through the trenches at 0.6 m/s commit no foul."""
+    """Robots block both bumps of a side; driving side by side through the trenches at 0.6 m/s is no foul."""
     bumps = {0: (dim.BUMP_X, dim.BUMP_LEFT_Y, 0.0), 2: (dim.BUMP_X, dim.BUMP_RIGHT_Y, 0.0)}
     assert told(play(bumps, 60.0, seconds=3.2)) == [("G419", "blue", 15)]
     before = dim.TRENCH_X - 0.5 * dim.TRENCH_DEPTH - HALF

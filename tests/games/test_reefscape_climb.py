@@ -41,7 +41,7 @@ def climber(match, number, falls_at=math.inf):
 
 @pytest.fixture(scope="module")
 def hung():
-    """Climb with four robots in the last seconds: two on deep and two on shallow cages, one of which lets go."""
+    """Climb with four robots in the last seconds: two on deep and two on shallow cages; one robot lets go."""
     entries = (entry("blue", 2), entry("red", 2), entry("blue", 1), entry("red", 3))
     options = ("blue_cage_1_shallow", "red_cage_3_shallow")
     with Match(REEFSCAPE, robots=entries, options=options) as match:
@@ -82,7 +82,7 @@ def test_a_robot_that_lets_go_falls_and_does_not_count(hung):
     assert [match.rules.worth(zone) for zone in REEFSCAPE.zones] == [0, 0], "nothing counts any more"
 
 
-def test_a_red_climb_equals_a_blue_one(hung):
+def test_a_red_climb_equals_a_blue_climb(hung):
     match, *_ = hung
     blue, red = (match.robots[n].chassis.pose for n in (0, 1))
     flipped = REEFSCAPE.field.symmetry.flip_pose(*red)

@@ -24,7 +24,7 @@ FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", 
 
 
 def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
-    """Return slots of pieces off the field; for algae, which are all on it, slots in red's half."""
+    """Return slots of pieces off the field, or slots in red's half for algae, which are all on the field."""
     number = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
     state = match.pieces.state
     if kind == "Algae":
@@ -282,7 +282,7 @@ def test_human_players_feed_only_their_own_alliance():
         assert match.robots[0].chassis.pose[0] < 2.0 and dict(match.rules.human_players.stock) == before
 
 
-def test_a_thrown_algae_and_a_lodged_one_never_gain_energy_together():
+def test_a_thrown_algae_and_a_lodged_algae_never_gain_energy_together():
     """Thrown from below and outside while nothing else moves; their energy never exceeds that at the throw."""
     with Match(REEFSCAPE, robots=[RobotEntry(start=(7.2, 2.0, 0.0))]) as match:
         for seed, (speed, up) in enumerate(((3.3, 0.6), (9.0, 0.35), (9.0, 0.5), (10.0, 0.8))):

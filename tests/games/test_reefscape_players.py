@@ -47,7 +47,7 @@ def test_six_robots_score_coral_lose_no_piece_and_repeat(whole):
     assert digests[0] == digests[1]
 
 
-def test_a_scorer_fetches_coral_from_station_and_carpet():
+def test_a_scorer_fetches_coral_from_the_station_and_the_carpet():
     with match_of(REEFSCAPE, {"blue": "scorer:4"}, at=MATCH.start("teleop")) as match:
         match.play(32.0)
         assert match.rules.human_players.stock["blue"] < 59, "from a station"
@@ -59,7 +59,7 @@ def test_a_scorer_fetches_coral_from_station_and_carpet():
 
 
 @pytest.mark.parametrize("preload", [0, 1])
-def test_a_lowered_claw_takes_a_coral_off_the_carpet_unless_it_holds_one(preload):
+def test_a_lowered_claw_takes_a_coral_off_the_carpet_unless_the_claw_is_full(preload):
     x, y = dim.MARK_X, dim.MARK_YS[0]
     entry = RobotEntry(start=(x + 1.2, y, math.pi), preload=preload)
 

@@ -130,7 +130,7 @@ def test_a_weak_battery_resets_the_roborio_and_stops_the_robot(caplog):
 def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
     """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; after release it recovers.
 
-    The voltage is that of the heartbeat before a brownout; in the next one the motors are off.
+    The voltage is that of the heartbeat before a brownout; at the next heartbeat the motors are off.
     """
     kraken, battery = motor("Kraken X60"), BatteryConfig(resistance=0.02, reset_hold=100.0)
     drivetrain = TankConfig(
@@ -178,7 +178,7 @@ def test_a_custom_field_mesh_needs_no_built_in_names(tmp_path: Path):
         assert [element.name for element in match.field.elements] == ["post", "my_bump_1"]
 
 
-def test_mechanisms_load_the_battery_but_estimated_ones_do_not(match):
+def test_mechanisms_load_the_battery_but_estimated_mechanisms_do_not(match):
     """Wheels that spin up lower the voltage by current times resistance, in the same tick."""
     from simcore.robot.gearbox import GearboxConfig
     from simcore.robot.mechanisms import ShaftSim

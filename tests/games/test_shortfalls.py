@@ -59,7 +59,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_each_shortfall_gives_one_message(case):
+def test_each_shortfall_is_reported_once(case):
     """The robot is in a corner without fuel."""
     volts, more, said = CASES[case]
     entry = RobotEntry(start=(5.8, 1.0, 0.0), preload=more.get("preload", 0), config=more.get("config"))
@@ -93,7 +93,7 @@ def test_a_successful_run_reports_no_shortfall():
 
 @pytest.mark.parametrize("period", [0.02, 0.7])
 def test_log_and_page_report_the_shortfall(tmp_path, period):
-    """Also between two due rows; a closed sink accepts nothing more."""
+    """The report comes even between two due rows; a closed sink accepts nothing more."""
     log, closed = tmp_path / "run.wpilog", MemorySink()
     sinks = [WpilogSink(log, period=period), closed]
     with Match(REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0))], sinks=sinks) as match:

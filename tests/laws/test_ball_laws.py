@@ -230,7 +230,7 @@ def test_a_ball_placed_inside_an_element_comes_out_without_gaining_energy(depth)
 # --- on the floor ---------------------------------------------------------------------------------------------------
 
 
-def test_air_drag_slows_a_rolling_ball_like_a_flying_one():
+def test_air_drag_slows_a_rolling_ball_like_a_flying_ball():
     """1 / v = 1 / v0 + x / (1 + x) k t with x as in the next test: carpet friction returns 2/7 of the loss to drag."""
     kind = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.0)
     with PhysicsWorld(floor=replace(CARPET, rolling=0.0)) as world:
@@ -315,7 +315,7 @@ def test_a_ball_squeezed_between_two_walls_is_held_by_friction():
 
 @pytest.mark.parametrize("degrees", [2.0, 8.0])
 def test_a_ball_rolls_down_a_slope_that_exceeds_its_rolling_resistance(degrees):
-    """It rolls if tan a > c / l, l = r - m g / k1, with a' = (sin a - c / l cos a) g / (1 + 0.4 r^2 / l^2)."""
+    """The ball rolls if tan a > c / l, l = r - m g / k1, with a' = (sin a - c / l cos a) g / (1 + 0.4 r^2 / l^2)."""
     surface, lever = TerrainSurface(name="slope", friction=1.0, restitution=0.5, rolling=0.006), 0.006 * FUEL.friction
     with PhysicsWorld(floor=None) as world:
         down, out = tilted(world, degrees, surface)

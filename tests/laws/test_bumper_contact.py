@@ -109,7 +109,7 @@ def test_bumper_friction_stops_a_slide_by_coulombs_law():
 @pytest.mark.parametrize("heading", [0.0, 30.0])
 @pytest.mark.parametrize("depth", [0.002, 0.015])
 def test_a_robot_placed_slightly_into_a_wall_is_not_thrown_off(depth, heading):
-    """It comes out at 0.05 m/s at most, and moves no farther than the initial overlap."""
+    """The robot comes out at 0.05 m/s at most, and moves no farther than the initial overlap."""
     yaw = math.radians(heading)
     reach = 0.4 * (math.cos(yaw) + math.sin(yaw))
     with PhysicsWorld() as world:
@@ -248,7 +248,7 @@ def test_a_held_heading_yields_to_a_torque_by_the_gains_of_its_loops(torque):
 
 
 def test_a_robot_leaving_a_t_bone_turns_because_all_its_tires_are_at_their_limit():
-    """It turns by 22 degrees: every tire already exerts mu N, so no grip is left to hold the heading."""
+    """The robot turns by 22 degrees: every tire already exerts mu N, so no grip is left to hold the heading."""
     starts, wanted = ESCAPE
     used, turned = [], [0.0]
     with field(*starts) as match:
@@ -265,7 +265,7 @@ def test_a_robot_leaving_a_t_bone_turns_because_all_its_tires_are_at_their_limit
     assert len(used) > 20 and min(used) > 0.95
 
 
-def test_a_scraped_robot_turns_like_a_lone_one_under_the_same_force_and_torque():
+def test_a_scraped_robot_turns_like_a_free_robot_under_the_same_force_and_torque():
     """4 degrees: the heading error at which a gain of 6/s balances the largest contact torque, 130 N m."""
     starts, wanted = SCRAPE
     pushes, turned, lone = [], [], []

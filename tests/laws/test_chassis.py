@@ -94,7 +94,7 @@ def test_a_robot_rises_tilts_and_comes_down_over_the_bump(speed, heading_deg):
 @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.4])
 def test_a_wall_stops_a_robot_within_the_overlap_that_its_bumper_stiffness_allows(speed, heading):
-    """At most d = v sqrt(m / k), with the stiffness of a whole side; a quarter of it for a corner."""
+    """It overlaps by d = v sqrt(m / k) at most, with the stiffness of a side, or a quarter of that for a corner."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (2.15, 0.0, 0.5), surface=WALL)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, heading))

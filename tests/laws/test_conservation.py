@@ -1,4 +1,4 @@
-"""Every operation on pieces conserves their number, including refused ones."""
+"""Every operation on pieces conserves their number, even a refused operation."""
 
 import math
 

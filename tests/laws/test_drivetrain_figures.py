@@ -59,7 +59,7 @@ def test_a_launch_without_wheel_slip_is_exponential(h):
     while r.time < 0.2:
         r.step(h)
         exact = top * (1.0 - math.exp(-r.time / tau))
-        # + tire slip: a hundredth of the speed at full grip, of which less than half is in use
+        # + tire slip: a hundredth of the speed at full grip; less than half of the grip is used
         assert r.vx == pytest.approx(exact, abs=top * (0.5 * 0.005 / tau) * math.exp(-0.5) + 0.01 * top)
 
 

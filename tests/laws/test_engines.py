@@ -159,7 +159,7 @@ def test_poses_refer_to_the_origin_and_velocities_to_the_center_of_mass(engine):
     assert engine.velocity(row)[1][2] == pytest.approx(math.pi, rel=1e-6)
 
 
-def test_rays_hit_the_bodies_in_their_mask_but_not_the_one_they_start_in(engine):
+def test_rays_hit_the_bodies_in_their_mask_but_not_the_body_they_start_in(engine):
     box = engine.add_body(BodyDefinition(shape=Box((1.0, 1.0, 1.0)), surface=HARD, group=1, pos=(2.0, 0.0, 0.0)))
     points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     hull = engine.add_body(BodyDefinition(shape=Hull(points), surface=HARD, group=8, pos=(5.0, 0.0, 0.0)))

@@ -59,7 +59,7 @@ def test_a_robot_that_rams_a_pinned_fuel_rebounds_with_the_restitution_of_both_c
 
 
 @pytest.mark.parametrize(("inch", "pound"), [(0.5, 20.6), (0.75, 42.0), (1.0, 77.0)])
-def test_foam_under_a_load_rests_at_the_makers_depth(inch, pound):
+def test_foam_under_a_load_rests_at_the_depth_that_the_maker_states(inch, pound):
     """A fuel as heavy as the load on AndyMark's plates rests at their depth 400 steps after it fell, within 3 %."""
     with PhysicsWorld() as world:
         pieces = awake(world, replace(FUEL, mass=pounds(pound)), [(4.0, 4.0, R + 0.01)])

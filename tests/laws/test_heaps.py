@@ -106,7 +106,7 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
 
 
 @pytest.mark.parametrize("on_top", [1, 2, 3, 4, 5])
-def test_a_small_heap_falls_asleep_like_a_large_one(on_top):
+def test_a_small_heap_falls_asleep_like_a_large_heap(on_top):
     """In a box for five by five balls, those on top press the others apart and the walls push back."""
     with PhysicsWorld() as world:
         heap = Heap(world, 25 + on_top, 0.8)

@@ -37,7 +37,7 @@ def center(match) -> np.ndarray:
 
 
 def test_pieces_slide_to_the_rear_and_shift_the_robots_center_of_mass():
-    """At every tick, mass and center are those of the body plus the pieces in place; shifts below 2 mm are ignored."""
+    """At every tick, mass and center equal the sum over the body and the pieces; shifts below 2 mm are ignored."""
     with Match.bare(WIDE, pieces=(PieceSupply(FUEL, 12),)) as match:
         one = match.robots[0]
         for number in range(12):

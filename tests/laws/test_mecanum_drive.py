@@ -44,7 +44,7 @@ def test_top_speed_follows_from_the_free_speed_of_the_motors(signs, axis, per_tr
 
 @pytest.mark.parametrize("direction", ["forward", "left"])
 def test_a_mecanum_drive_pushes_with_its_grip_over_root_two(direction):
-    """Each roller exerts mu N along its axis, and 1 / sqrt 2 of it acts in the direction of the push."""
+    """Each roller exerts mu N along its axis, and 1 / sqrt 2 of this force acts in the direction of the push."""
     signs = (1, 1, 1, 1) if direction == "forward" else (-1, 1, 1, -1)
     drive = MecanumDrive(FREE)
     drive.set_volts([12.0 * s for s in signs])

@@ -23,7 +23,7 @@ def play(engine: str = "", *missing: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_a_rebuilt_auto_is_identical_with_either_engine_and_without_one():
+def test_a_rebuilt_auto_is_identical_with_either_engine_and_without_an_engine():
     runs = [play(), play("bullet"), play("mujoco"), play("", "pybullet", "mujoco")]
     assert runs[0][0].endswith(" none") and runs[0][1] == "[]"
     assert all(run == runs[0] for run in runs[1:])

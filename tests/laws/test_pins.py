@@ -116,7 +116,7 @@ def test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall(thickness, speed, r
 
 @pytest.mark.parametrize("ahead", [0.0, 0.2, 0.36])
 def test_a_robot_that_lands_on_a_ball_rests_on_it(ahead):
-    """As after a jump over a bump: the ball is under the frame, on bare carpet.
+    """The ball is under the frame, on bare carpet, as after a jump over a bump.
 
     In the middle the ball bears all of the weight. Near one end the robot stands on the ball and on two wheels, and the
     moments of ball load and weight about the axle balance. The load is read from the compression of the ball against

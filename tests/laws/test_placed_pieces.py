@@ -120,7 +120,7 @@ def test_a_piece_does_not_count_in_a_full_place_or_misaligned_or_touching_a_robo
         assert match.pieces.places.slots().tolist() == [slot], "the one on the pipe does not lie as it must"
 
 
-def test_a_piece_staged_on_another_sleeps_until_the_lower_one_is_gone():
+def test_a_piece_staged_on_another_piece_sleeps_until_the_lower_piece_is_gone():
     with game_of() as match:
         under = match.pieces.spawn("Tube", np.array([[4.0, 4.0, 0.15]]))
         height = 0.3 + math.sqrt(0.2**2 - 0.051**2)

@@ -229,7 +229,7 @@ def test_a_robot_does_not_shoot_into_the_body_of_another(caplog):
 
 
 @pytest.mark.parametrize("exit_speed", [1.0, 2.0])
-def test_no_shot_overlaps_the_previous_one(exit_speed, caplog):
+def test_no_shot_overlaps_the_previous_shot(exit_speed, caplog):
     """Slow wheels let a ball fall back on the shooter and block it; shots overlap by no more than foam compresses."""
     with match_with(robot(forward=0.0, height=0.62, elevation=1.5), (8.0, 4.0, 0.0), count=8) as match:
         deepest, free = 0.0, match.pieces.on_field()

@@ -1,4 +1,4 @@
-"""Sleep is invisible: no piece hangs in the air, and sleeping pieces react as awake ones do."""
+"""Sleep is invisible: no piece hangs in the air, and sleeping pieces react like awake pieces."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
     assert press(0.0102, (0.0, 0.0, 0.0), key=8)[0] == pytest.approx(20.0)
 
 
-def test_a_contact_keeps_its_spring_and_a_new_one_takes_the_oldest_place(plain):
+def test_a_contact_keeps_its_spring_and_a_new_contact_takes_the_oldest_place(plain):
     springs = np.zeros((1, SPRINGS), SPRING).view(np.recarray)
     for key in range(SPRINGS):
         assert plain.find_spring(springs, 0, 100 + key, 10 + key)[1]

@@ -64,7 +64,7 @@ CURVES = {
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("restitution", [0.0, 0.1, 0.2, 0.3, 0.31, 0.55, 0.8, 1.0])
 def test_a_contact_returns_the_square_of_its_restitution_for_any_force_curve(curve, restitution):
-    """Compressed by 60 mm and released fast, in 40,000 steps, of which the thinnest band has three."""
+    """Compressed by 60 mm and released fast, in 40,000 steps; the thinnest band has three steps."""
     foam, (loss, band) = CURVES[curve], foam_loss(restitution)
     inward = np.linspace(0.0, 0.06, 20_001)
     memory, last, work = 1.0, 0.0, [0.0, 0.0]

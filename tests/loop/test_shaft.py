@@ -44,7 +44,7 @@ def fine_euler(sim: ShaftSim, volts: float, seconds: float, h: float = 1e-5) -> 
     return x, w, charge
 
 
-def test_speed_follows_the_exponential_for_any_step():
+def test_the_speed_follows_an_exponential_for_any_step():
     """w = w_free (1 - exp(-t / tau)) is exact, so rounding is the only error."""
     sims = {dt: ShaftSim(gearbox(), 0.05) for dt in (0.001, 0.02, 0.25)}
     for dt, sim in sims.items():
@@ -56,7 +56,7 @@ def test_speed_follows_the_exponential_for_any_step():
         assert sim.position == pytest.approx(free * (0.5 - tau * (1.0 - math.exp(-0.5 / tau))), rel=1e-12)
 
 
-def test_stall_and_free_speed_are_those_of_the_motor():
+def test_the_stall_torque_and_the_free_speed_are_those_of_the_motor():
     box = gearbox(motors=1, gearing=1.0)
     assert box.stall_torque(12.0) == pytest.approx(KRAKEN.stall_torque)
     assert box.free_speed(12.0) == pytest.approx(KRAKEN.kv * 12.0)
@@ -258,7 +258,7 @@ def test_an_impossible_gearbox_is_refused(change):
 
 
 @each("inertia", [0.0, -1.0, math.nan])
-def test_inertia_must_be_positive(inertia):
+def test_the_inertia_must_be_positive(inertia):
     with pytest.raises(ConfigError, match="inertia"):
         ShaftSim(gearbox(), inertia)
 

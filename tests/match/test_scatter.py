@@ -76,7 +76,7 @@ CHANGED = {
 
 
 @each("name", Scatter.names())
-def test_each_spread_changes_its_own_values_and_draws_the_same_whichever_others_are_on(name):
+def test_each_spread_changes_its_own_values_and_draws_the_same_whichever_other_spreads_are_on(name):
     config = TANK if name == "drive_friction" else ROBOT
     none, alone, every = (drawn(scatter, config=config) for scatter in (Scatter.none(), only(name), Scatter()))
     wanted = tuple(f".{end}" for end in CHANGED.get(name, {name}))
@@ -203,7 +203,7 @@ def test_invalid_scatter_is_refused(make, problem):
         Scatter.parse("1,elevatoin=0.1")
 
 
-def test_a_robot_stands_at_the_missed_pose_but_estimates_the_intended_one():
+def test_a_robot_stands_at_the_missed_pose_but_estimates_the_intended_pose():
     start = (4.0, 3.0, 0.5)
     scatter = replace(Scatter.none(), start_position=0.05, start_heading=0.1)
     with Match.bare(start=start, scatter=scatter, seed=2) as match:

@@ -39,7 +39,7 @@ def test_impossible_pieces_are_refused_with_the_field(field, value):
         GamePieceConfig(**{"name": "Fuel", "shape": Sphere(0.075), "mass": 0.2, field: value})
 
 
-def test_a_ball_too_stiff_for_its_mass_is_refused_with_what_would_work():
+def test_a_ball_too_stiff_for_its_mass_is_refused_with_a_valid_stiffness():
     """The limit is 2.5e6 N/m per kg: 1e5 N/m need 40 g, and a ping-pong ball of 2.7 g allows 6,750 N/m."""
     with pytest.raises(ConfigError, match=r"at most 6.75e\+03 N/m can be simulated, or at least 0.04 kg"):
         GamePieceConfig(name="Ping", shape=Sphere(0.02), mass=0.0027, stiffness=1e5)

@@ -75,7 +75,7 @@ def test_a_scoring_ball_clears_the_rim_at_the_front_and_back():
     assert not fly(shots([(0.0, 0.0, 5.0)])).goes_in.any()
 
 
-def test_clean_shots_are_judged_as_with_full_flights():
+def test_clean_shots_are_judged_like_full_flights():
     """Shots that go in without touching the rim are the same whether or not other flights end early."""
     vel = [through(x, rise) for x in np.linspace(4.3, 5.7, 71) for rise in (2.0, 4.0)]
     all_of_them, some = fly(shots(vel), NET), fly(shots(vel), NET, clean=True)
@@ -84,7 +84,7 @@ def test_clean_shots_are_judged_as_with_full_flights():
 
 
 def test_a_ball_that_falls_on_an_edge_goes_to_the_side_of_its_center():
-    """It falls straight down for 0.5 s, a fraction of its radius off the edge."""
+    """The ball falls straight down for 0.5 s, a fraction of its radius off the edge."""
     for side, goes_in in ((1.0, True), (-1.0, False)):
         edge = 4.5 if side > 0.0 else 4.5 - THICKNESS
         found = fly(shots([(0.0, 0.0, 0.0)], pos=(edge + side * 0.06, 0.0, HEIGHT + RADIUS + 1.2)))

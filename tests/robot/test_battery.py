@@ -56,7 +56,7 @@ def sag(battery: Battery, volts: float, h: float) -> bool:
 
 
 def test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts():
-    """With steps as long as a heartbeat, the motors follow each of them."""
+    """With steps as long as a heartbeat, the motors follow each step."""
     battery = made()
     seen = [sag(battery, volts, 0.02) for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0)]
     assert seen == [False, False, True, True, True, False, False]
@@ -70,10 +70,9 @@ def test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts():
 
 @each("h", [0.00125, 0.0025, 0.005])
 def test_motors_follow_a_brownout_at_heartbeats(h):
-    """They are on until the next heartbeat and off until the one after it.
+    """A load that returns with the motors is on for half the time at any step.
 
-    So for any step, a load that returns with the motors is on for half the time. The tick that contains a brown-out
-    reports it.
+    It is on until the next heartbeat and off until the following heartbeat. The tick of a brown-out reports it.
     """
     battery = made()
     begun = []
@@ -102,7 +101,7 @@ def test_a_dip_between_two_heartbeats_stops_nothing():
 
 @pytest.mark.parametrize("h", [0.00125, 0.005])
 def test_a_roborio_below_4_5_volts_resets_and_boots(h):
-    """Its capacitors last for 10 ms, not 15 ms, and the boot counts from the end of the sag."""
+    """The roboRIO's capacitors last for 10 ms, not 15 ms, and the boot counts from the end of the sag."""
     battery = made(reboot_time=0.5)
     told = []
     battery.on_reset = lambda: told.append(battery.voltage)

@@ -32,7 +32,7 @@ def test_the_chassis_of_a_tank_drive_stands_on_its_wheels_with_the_left_side_fir
 
 
 def test_a_bay_opens_bumpers_and_frame_from_the_back():
-    """It is 0.5 m deep and 0.3 m wide in 0.8 x 0.8 m: no part is inside it, and the other parts are as without it."""
+    """The bay, 0.5 m deep and 0.3 m wide in 0.8 x 0.8 m, contains no part; the other parts are unchanged."""
     whole, open_behind = ChassisConfig(), ChassisConfig(bay=(0.5, 0.3))
 
     def solid(config, x, y):

@@ -46,7 +46,7 @@ def test_the_figures_match_the_datasheet(name, torque, amps, rpm):
     assert (m.stall_torque, m.stall_current) == (torque, amps)
     assert m.free_speed * 60 / math.tau == pytest.approx(rpm)
     assert m.kt * amps == pytest.approx(torque)
-    # # At the free speed and nominal voltage, exactly the free current flows.
+    # At the free speed and nominal voltage, exactly the free current flows.
     assert (12.0 - m.free_speed / m.kv) / m.resistance == pytest.approx(m.free_current)
 
 

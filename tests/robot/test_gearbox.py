@@ -11,7 +11,7 @@ from simcore.robot.mechanisms import ArmConfig, ArmSim, FlywheelConfig, Flywheel
 
 
 def test_the_feedforward_alone_reaches_the_goal():
-    """Even with friction: ks compensates for it exactly, so the final speed is the goal."""
+    """The ks compensates exactly for friction, so the final speed is the goal."""
     box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36, friction_torque=0.2)
     wheel = FlywheelSim(FlywheelConfig(gearbox=box, inertia=0.01))
     control = VelocityController.for_gearbox(box)

@@ -107,7 +107,7 @@ def test_a_hopper_fills_to_a_loose_packing_of_spheres(radius, least, most):
     assert storage.room > 0 and storage.room_for(radius) == 0, "the intake has no free place"
     pos = storage.hopper.pos
     assert (pos >= np.add(ROOM["low"], radius) - 1e-9).all() and (pos <= np.subtract(ROOM["high"], radius) + 1e-9).all()
-    # # k balls on a contact: 2 k g h^2 / share; twice that where balls wedge others apart
+    # k balls on a contact: 2 k g h^2 / share; twice that where balls wedge others apart
     layers = (size[2] - 2.0 * radius) / (math.sqrt(2.0) * radius)
     assert deepest(pos, radius) < 2.0 * 2.0 * layers * GRAVITY * (TICK / _STEPS) ** 2 / _SHARE
     assert np.median(np.abs(storage.hopper.vel)) < 0.01, "and they lie still"
@@ -124,7 +124,7 @@ def test_two_intakes_share_the_places_at_an_inlet():
     assert storage.room_for(R) == 0
 
 
-# # --- what the robot does to the balls
+# --- what the robot does to the balls ---------------------------------------------------------------------------------
 
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
@@ -162,7 +162,7 @@ def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
     x, y = ex - R * math.cos(angle), ey - R * math.sin(angle)
     dx, dy = fx - x, fy - y
     far = math.hypot(dx, dy)
-    along = (4.0 * R * R - R * R + far * far) / (2.0 * far)  # # the other is 2 R from it and R from its edge
+    along = (4.0 * R * R - R * R + far * far) / (2.0 * far)  # the other is 2 R from it and R from its edge
     aside = math.sqrt(4.0 * R * R - along * along)
     other = (x + along * dx / far + aside * dy / far, y + along * dy / far - aside * dx / far)
     normals = [((x - ex) / R, (y - ey) / R), ((other[0] - fx) / R, (other[1] - fy) / R)]
@@ -206,7 +206,7 @@ def test_reversing_the_belt_clears_a_jam():
     fore = made.pos[:, 0].max()
     run(made, 25, belt=-BELT)
     assert not made.is_jammed and made.pos[:, 0].max() < fore - 0.1
-    made.pos[0] += (0.2, 0.0, 0.0)  # # one ball gets ahead of the other
+    made.pos[0] += (0.2, 0.0, 0.0)  # one ball gets ahead of the other
     assert len(run(made, 200, belt=BELT)) >= 1
 
 
@@ -219,7 +219,7 @@ def test_a_jolt_stronger_than_the_belt_clears_a_jam():
     assert not made.is_jammed
 
 
-# # --- invalid input
+# --- invalid input ----------------------------------------------------------------------------------------------------
 
 
 def test_a_hopper_and_its_storage_always_hold_the_same_pieces():

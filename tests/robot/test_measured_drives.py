@@ -36,7 +36,7 @@ def test_a_weaker_right_side_turns_the_robot_to_the_right():
     assert (left.efficiency, right.efficiency) == (0.9, 0.5)
 
 
-def test_the_robot_file_can_hold_what_a_log_has_measured(tmp_path):
+def test_the_robot_file_can_hold_the_figures_measured_in_a_log(tmp_path):
     said = settings(
         tmp_path,
         "[robot]\ndrive_friction_volts = 0.4\ndrive_efficiency = 0.8\nright_efficiency = 0.7\nfree_speed_share = 0.95\n"

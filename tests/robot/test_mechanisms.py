@@ -59,7 +59,7 @@ def test_the_holding_volts_hold_an_arm_and_an_elevator():
 
 
 def test_a_coasting_elevator_falls_freely():
-    """h = h0 - g t^2 / 2: the inertia at the drum is that of the carriage alone."""
+    """h = h0 - g t^2 / 2: the inertia at the drum is only the inertia of the carriage."""
     lift = elevator(start_height=1.4)
     lift.coast()
     for _ in range(10):
@@ -86,7 +86,7 @@ def test_a_coasting_arm_swings_like_a_pendulum():
         energy = 3.0 * GRAVITY * 0.25 * math.sin(swinging.position) + swinging.kinetic_energy
         assert energy == pytest.approx(3.0 * GRAVITY * 0.25 * math.sin(-0.5), abs=5e-5)
         lowest = min(lowest, swinging.position)
-    assert lowest == pytest.approx(-math.pi + 0.5, abs=1e-3)  # # as high on the other side; read every 20 ms
+    assert lowest == pytest.approx(-math.pi + 0.5, abs=1e-3)  # as high on the other side; read every 20 ms
 
 
 def test_an_arm_rests_on_its_stop():
@@ -144,7 +144,7 @@ def test_a_flywheel_and_a_roller_refuse_invalid_values():
 
 
 def test_springs_carry_their_share_of_a_weight():
-    """A carriage whose weight they carry stays where it is; an arm of which they carry half needs half the volts."""
+    """A carriage balanced by springs stays in place; an arm balanced by half needs half the volts."""
     box = GearboxConfig(motor=motor("NEO"), motors=1, gearing=10.0)
     carriage = {"gearbox": box, "carriage_mass": 5.0, "drum_radius": 0.02, "max_height": 1.0, "start_height": 0.5}
     balanced, heavy, light = (
@@ -162,7 +162,7 @@ def test_springs_carry_their_share_of_a_weight():
         ArmConfig(**arm, spring_share=1.5)
 
 
-# # --- friction that nobody has measured: what stops a mechanism that is let go, and when
+# --- friction that nobody has measured: what stops a mechanism that is let go, and when -------------------------------
 
 
 KRAKEN = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
@@ -220,7 +220,7 @@ def test_geared_mechanisms_have_at_least_the_friction_of_their_motors():
         friction_from_volts(KRAKEN, math.nan)
 
 
-# # --- pistons and servos: where they are, and when
+# --- pistons and servos: where they are, and when ---------------------------------------------------------------------
 
 
 STROKE, TIME = 0.3, 0.5
@@ -233,7 +233,7 @@ def settling(time: float, tau: float) -> float:
 
 @pytest.mark.parametrize("dt", [0.005, 0.02])
 def test_a_piston_takes_its_stroke_time_in_each_direction(dt):
-    """It reaches its speed with a time constant of a twentieth of that; the steps are exact for any dt."""
+    """The time constant of the speed is a twentieth of the stroke time; the steps are exact for any dt."""
     piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME))
     piston.set_volts(12.0)
     speed = STROKE / settling(TIME, TIME / 20.0)
@@ -277,7 +277,7 @@ TAU = 0.02
 
 
 def test_a_servo_turns_at_its_speed_and_settles_without_overshoot():
-    """It turns at full voltage until 4 tau of its speed before the goal, and is critically damped from there."""
+    """The servo turns at full voltage until 4 tau of its speed before the goal, and is critically damped from there."""
     servo = ServoSim(SERVO)
     servo.set_goal(1.5)
     for k in range(1, 50):
@@ -285,12 +285,12 @@ def test_a_servo_turns_at_its_speed_and_settles_without_overshoot():
         if servo.goal - servo.position > 4.0 * TAU * SERVO.speed:
             assert servo.position == pytest.approx(-0.5 + SERVO.speed * settling(0.005 * k, TAU), rel=1e-9)
             assert servo.velocity < SERVO.speed
-    assert 5.9 < SERVO.speed * (1.0 - math.exp(-0.2 / TAU)) < SERVO.speed  # # it had nearly reached it
+    assert 5.9 < SERVO.speed * (1.0 - math.exp(-0.2 / TAU)) < SERVO.speed  # it had nearly reached it
     highest = servo.position
     for _ in range(100):
         servo.step(0.005)
         highest = max(highest, servo.position)
-    # # a double pole at 25/s: half a second later, e^-12.5 (1 + 12.5) of 0.5 rad is left
+    # a double pole at 25/s: half a second later, e^-12.5 (1 + 12.5) of 0.5 rad is left
     assert servo.position == pytest.approx(1.5, abs=1e-4)
     assert highest < 1.5 + 1e-4
 

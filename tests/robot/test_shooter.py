@@ -179,7 +179,7 @@ def test_two_wheels_give_a_ball_its_momentum_and_its_spin(upper):
 
 @pytest.mark.parametrize("wheels", [("lower",), ("lower", "upper")])
 def test_wheels_lose_twice_the_energy_that_a_ball_gains(wheels):
-    """The rims slip at first, so J u is twice what the ball gains from rest."""
+    """The rims slip at first, so J u is twice the energy that the ball gains from rest."""
     made, parts = shooter(wheels=wheels, exit_efficiency=1.0 if len(wheels) == 2 else 0.5)
     for name in wheels:
         parts[name].velocity, parts[name].inertia = 300.0, 1e3
@@ -215,12 +215,12 @@ def test_shots_have_errors_that_the_robots_readings_do_not_show():
     exact, loose = (m.released(s, radius=RADIUS, robot=STILL) for m, s in ((made, right), (off, wrong)))
     assert np.linalg.norm(loose.rate) == pytest.approx(0.5 * 1.1 * np.linalg.norm(exact.rate))
     assert off.aim == made.aim
-    # # feed times: 8 shots a second on average, each off its turn after the previous one by a deviation of 20 ms
+    # feed times: 8 shots a second on average, each off its turn after the previous one by a deviation of 20 ms
     times = np.array([0.02 * tick + one.delay for tick in range(10_000) for one in off.update(9)])
     gaps = np.diff(times)
     n = len(gaps)
     assert gaps.min() >= 0.8 * 0.125 - 1e-9
-    assert gaps.mean() == pytest.approx(0.125 + 0.0011, abs=4 * 0.02 / math.sqrt(n))  # # the cut at -25 ms adds 1.1 ms
+    assert gaps.mean() == pytest.approx(0.125 + 0.0011, abs=4 * 0.02 / math.sqrt(n))  # the cut at -25 ms adds 1.1 ms
     assert gaps.std() == pytest.approx(0.0181, abs=4 * 0.0181 / math.sqrt(2 * n))
 
 
@@ -273,7 +273,7 @@ def test_invalid_shooters_are_refused(change, said):
         shooter(**change)
 
 
-# # --- when the shooter fires: exact mean rate, first shot at once, no bursts, never more than it holds
+# --- when the shooter fires: exact mean rate, first shot at once, no bursts, never more than it holds -----------------
 
 
 DUAL = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
@@ -314,7 +314,7 @@ def test_two_barrels_fire_together():
 
 
 def test_no_more_pieces_leave_than_are_held():
-    made, _ = firing_shooter(DUAL, rate=200.0)  # # four shots a tick
+    made, _ = firing_shooter(DUAL, rate=200.0)  # four shots a tick
     assert len(made.update(held=5)) == 5
     assert made.update(held=0) == []
     assert made.update(held=-1) == []
@@ -327,7 +327,7 @@ def test_the_first_shot_comes_at_once_after_the_gate_was_closed():
         assert made.update(held=10) == []
     parts["feeder"].velocity = OPEN
     assert len(made.update(held=10)) == 1
-    assert sum(len(made.update(held=10)) for _ in range(5)) == 0  # # no shots were saved up
+    assert sum(len(made.update(held=10)) for _ in range(5)) == 0  # no shots were saved up
 
 
 def test_shots_after_a_gate_opens_within_a_tick_are_a_period_apart():
@@ -370,7 +370,7 @@ def test_a_blocked_piece_stays_and_leaves_when_its_muzzle_is_free():
     for _ in range(30):
         assert made.update(held=9, is_free=lambda launch: False) == []
     assert len(made.update(held=9)) == 2
-    assert sum(len(made.update(held=7)) for _ in range(5)) == 0  # # no shots were saved up
+    assert sum(len(made.update(held=7)) for _ in range(5)) == 0  # no shots were saved up
 
 
 def test_a_free_barrel_shoots_while_the_other_is_blocked():

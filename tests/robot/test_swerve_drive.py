@@ -28,7 +28,7 @@ def test_a_swerve_drive_reaches_its_commanded_chassis_speeds():
     robot = DriveBench(drive)
     drive.set_chassis_speeds(2.0, 1.0, 0.0)
     robot.run(1.5)
-    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # # nothing holds the yaw here
+    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # nothing holds the yaw here
     assert (c * robot.vx + s * robot.vy, c * robot.vy - s * robot.vx) == pytest.approx((2.0, 1.0), abs=0.03)
     drive.set_chassis_speeds(0.0, 0.0, 3.0)
     robot.run(1.5)
@@ -70,7 +70,7 @@ def test_a_command_beyond_top_speed_is_scaled_down_and_keeps_its_direction():
     robot = DriveBench(drive)
     drive.set_chassis_speeds(30.0, 30.0, 0.0)
     robot.run(3.0)
-    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # # nothing holds the yaw here
+    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # nothing holds the yaw here
     assert math.degrees(heading) == pytest.approx(45.0, abs=1.0)
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
 
@@ -151,7 +151,7 @@ def test_a_battery_at_zero_volts_is_handled_safely():
     assert robot.speed == 0.0
     drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0, brownout_enabled=False)))
     drive.set_volts([12.0] * 4, [12.0] * 4)
-    assert hold(drive, 0.02, (1.0, 0.0, 0.0))[0] < 0.0  # # shorted motors brake
+    assert hold(drive, 0.02, (1.0, 0.0, 0.0))[0] < 0.0  # shorted motors brake
     assert drive.supply_current == 0.0
 
 
@@ -238,7 +238,7 @@ def test_a_coupled_azimuth_turns_the_rotor_and_not_the_wheel():
     assert turned > 0.5
     rotor = drive.drive_rotor_angles[0]
     assert rotor == pytest.approx(6.75 * drive.shaft_angles[0] + 3.57 * turned)
-    # # A shorted drive motor resists: it drags the wheels back a little rather than let its rotor spin.
+    # A shorted drive motor resists: it drags the wheels back a little rather than let its rotor spin.
     assert drive.shaft_angles[0] < 0.0
 
 
@@ -266,7 +266,7 @@ def test_the_reported_forces_equal_the_change_of_momentum():
     assert domega == pytest.approx(torque * STEP / drive.config.yaw_inertia, rel=1e-6)
 
 
-def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step():
+def test_a_robot_that_coasts_in_a_circle_loses_the_same_speed_for_any_step():
     """Between 1 and 10 % of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
     module = replace(MODULE, drive_brake=False, drive_friction_volts=0.0, rolling_resistance=0.0)
     speeds = []
@@ -285,7 +285,7 @@ def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step()
 class TestTank:
     @each("volts", [4.0, 8.0, -4.0])
     def test_a_tank_drive_with_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
-        """Both middle wheels are at its center and do not scrub: omega = tread speed over half the track width."""
+        """The middle wheels are at its center and do not scrub: omega = tread speed over half the track width."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_volts(-volts, volts)
@@ -311,7 +311,7 @@ class TestTank:
         robot.run(1.0)
         assert robot.omega > 1.0
         assert robot.speed < 0.05
-        # # The wheels are faster than the robot's turn: they scrub.
+        # The wheels are faster than the robot's turn: they scrub.
         assert drive.wheel_speeds()[-1] >= robot.omega * 0.28 * 0.95
 
     def test_a_tank_drive_does_not_slide_sideways(self):
@@ -375,7 +375,7 @@ def test_readings_are_the_same_for_swerve_and_tank_drives():
     assert tank.supply_current == pytest.approx(tank.battery.current)
 
 
-# # --- kinematics of the on-board loops
+# --- kinematics of the on-board loops ---------------------------------------------------------------------------------
 
 
 def test_optimize_turns_a_module_by_at_most_a_quarter():

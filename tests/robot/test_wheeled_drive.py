@@ -45,7 +45,7 @@ def test_without_a_dropped_center_all_six_wheels_carry_the_same_load():
     assert static_loads(TankConfig(dropped_center=False)) == pytest.approx([50.0 * GRAVITY / 6.0] * 6)
 
 
-# # --- a drivetrain whose robot gets heavier, or moves its center of mass, while it drives
+# --- a drivetrain whose robot gets heavier, or moves its center of mass, while it drives ------------------------------
 
 
 CARRYING = SwerveModuleConfig(
@@ -109,7 +109,7 @@ def test_an_invalid_mass_is_refused_and_changes_nothing(bad):
     assert drive.robot == drive.config
 
 
-# # --- treads that hold less across than along: an ellipse of friction
+# --- treads that hold less across than along: an ellipse of friction --------------------------------------------------
 
 
 GRAINED = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)
@@ -124,7 +124,7 @@ def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
     chassis.reset(vx=3.0)
     for _ in range(4):
         drive.state.wheel_speed[:] = [0.0] * 4
-        chassis.step(2e-5)  # # within this time, a wheel that the carpet turns gains 0.1 % of the slip
+        chassis.step(2e-5)  # within this time, a wheel that the carpet turns gains 0.1 % of the slip
     return drive
 
 
@@ -150,7 +150,7 @@ def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(GRAINED, wheel_grain=grain)))
     drive.set_volts(volts, steer)
     for _ in range(4):
-        hold(drive, STEP, velocity)  # # one step of the loop: no mean over several directions
+        hold(drive, STEP, velocity)  # one step of the loop: no mean over several directions
         for k, (fx, fy) in enumerate(drive.wheel_forces):
             c, s = drive.state.cos[k], drive.state.sin[k]
             along, across = c * fx + s * fy, (c * fy - s * fx) / grain
@@ -158,7 +158,7 @@ def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
 
 
 def test_a_tank_drive_turns_more_easily_on_treads_with_grain():
-    """Its wheels scrub sideways, which leaves q of the moment."""
+    """The wheels scrub sideways, which leaves q of the moment."""
     spins = []
     for grain in (1.0, 0.73):
         drive = TankDrive(TankConfig(wheel_grain=grain, dropped_center=False))

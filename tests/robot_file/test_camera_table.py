@@ -37,7 +37,7 @@ def test_a_lens_can_be_given_by_its_diagonal_field_of_view(read):
 
 
 def test_a_limelight_can_have_another_resolution_and_rate(read):
-    """Both of its latencies change by the same factor; its lens keeps its horizontal field of view."""
+    """Capture and pipeline latency change by the same factor; the lens keeps its horizontal field of view."""
     (camera,) = read(LIMELIGHT + "resolution = [640, 400]\nfps = 90\nlatency_ms = 13.5\njson = true\n").cameras
     own = limelight_type("LL3G")
     assert camera.type.horizontal_fov_deg == own.horizontal_fov_deg and camera.rate == 90.0

@@ -56,7 +56,7 @@ def test_the_written_table_is_read_back_unchanged():
         ({"wheels": 4}, "no key 'wheels'"),
     ],
 )
-def test_each_mistake_in_a_drivetrain_gives_its_message(changed, words):
+def test_each_mistake_in_a_drivetrain_is_named(changed, words):
     data = {key: value for key, value in {**SWERVE, **changed}.items() if value is not None}
     with pytest.raises(ConfigError, match=words):
         read(data)

@@ -55,7 +55,7 @@ def test_an_empty_field_has_its_size_and_nothing_on_it(play):
 
 
 def test_partners_and_opponents_stand_where_the_file_puts_them(play):
-    """Places are those of a blue robot: an opponent of a blue robot is at the other end, rotated by half a turn."""
+    """Places are written as for a blue robot: its opponent is at the other end, rotated by half a turn."""
     match = play(EMPTY + OPPONENT + '[[partner]]\nname = "friend"\nstart = [3.0, 4.5, 0.0]\n')
     assert match.alliances == ["blue", "blue", "red"]
     assert match.robots[1].chassis.pose[:2] == pytest.approx((3.0, 4.5))

@@ -113,7 +113,7 @@ def test_gitignore_covers_all_files_that_runs_leave_behind(project, capsys):
     assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
     lines = ignored.read_text().splitlines()
     assert lines[:3] == ["*.pyc", "/out", "ctre_sim"] and {"test_output/", "networktables.json", "*.wpilog"} < {*lines}
-    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # # the keyboard is kept
+    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # the keyboard is kept
     assert not {"out/", "ctre_sim/"} & {*lines}
     assert main(["init", "--no-look", "--force"]) == 0 and ignored.read_text().splitlines() == lines
     assert ".gitignore" not in capsys.readouterr().out
@@ -212,11 +212,11 @@ def test_a_file_that_stops_the_program_from_starting_is_reported(project, capsys
     assert "but the program does not start with it: no motor 7" in capsys.readouterr().out
 
 
-def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(project, monkeypatch):
+def test_a_game_that_is_installed_later_does_not_change_the_game_of_a_project(project, monkeypatch):
     assert main(["init", "--no-look"]) == 0
     newest = next(iter(installed_games()))
     assert read_settings(project / "simcore.toml").game == newest
-    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # # no game: the key is left out
+    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # no game: the key is left out
     assert main(["init", "--no-look", "--force"]) == 0 and read_settings(project / "simcore.toml").game is None
 
 
@@ -248,7 +248,7 @@ def repository(project):
     return project
 
 
-def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repository, capsys):
+def test_a_workflow_installs_the_packages_of_the_project_and_runs_its_tests(repository, capsys):
     yaml = pytest.importorskip("yaml")
     source = "git+https://github.com/team/simcore@v1"
     words = ["init", "--ci", "--source", source, "2026 robot"]

@@ -1,4 +1,4 @@
-"""Keys of simcore.toml: each changes what is read, or is refused by a message that names it."""
+"""Keys of simcore.toml: each key changes the settings or is refused by a message with its name."""
 
 import re
 from dataclasses import fields, replace
@@ -134,7 +134,7 @@ def values(form, now):
     return [value for value in found if value != now]
 
 
-def test_every_key_changes_what_is_read_or_is_refused_by_its_name(read):
+def test_every_key_changes_the_settings_or_is_refused_by_its_name(read):
     whole = read(text(FILE))
     tried = list(cases())
     assert len(tried) > 300
@@ -210,7 +210,7 @@ SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0
 
 @each("key", MEASURES)
 def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
-    """As with CTRE's drivetrains, whose own constants set it, or with a drive of another kind."""
+    """CTRE's drivetrains set the dimension by their constants; drives of another kind do not have it."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")

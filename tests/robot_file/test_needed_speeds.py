@@ -1,4 +1,4 @@
-"""What `simcore check` says about the goal of a shooter."""
+"""Wheel speeds for the goal of a shooter, as `simcore check` reports them."""
 
 import math
 from dataclasses import replace
@@ -32,12 +32,12 @@ def test_the_needed_speed_is_that_of_the_parabola_without_air():
 def test_farther_goals_need_more_speed_and_a_hood_needs_less():
     speeds = [need.speed for need in needed_speeds(FIXED, ROBOT, REBUILT)]
     assert speeds == sorted(speeds) and len(speeds) == 4
-    hooded = needed_speeds(SHOOTER, ROBOT, REBUILT)  # # its hood goes up to the vertical
+    hooded = needed_speeds(SHOOTER, ROBOT, REBUILT)  # its hood goes up to the vertical
     assert all(45.0 <= math.degrees(need.elevation) < 80.0 for need in hooded)
     assert all(need.speed <= speed + 1e-9 for need, speed in zip(hooded, speeds, strict=True))
 
 
-def test_check_reports_what_the_goal_needs(tmp_path, capsys):
+def test_check_reports_the_wheel_speeds_that_the_goal_needs(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING)
     assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.html")]) == 0
     said = capsys.readouterr().out

@@ -437,7 +437,7 @@ def test_friction_comes_from_the_file_or_from_a_ks_or_from_a_default_of_kind_and
     assert volts["pivot"] == pytest.approx(0.4)
     told = robot.with_friction({"roller": 0.31, "pivot": 0.1})
     assert _friction_volts(told.mechanism("roller")) == pytest.approx(0.31)
-    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # # the file states it
+    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # the file states it
     path.write_text(ROLLER + "friction_torque = 0.1\nfriction_volts = 0.1")
     with pytest.raises(ConfigError, match="friction_volts means the same as friction_torque"):
         read_settings(path)
@@ -510,7 +510,7 @@ max_deg = 90.0
 
 
 def test_mechanisms_move_the_masses_in_the_file(tmp_path):
-    """An elevator lifts its carriage and the arm on it; a turret moves the mass in the file, at first none."""
+    """An elevator lifts its carriage and the arm on it; a turret moves only a mass that the file gives."""
     path = tmp_path / "simcore.toml"
     path.write_text(MASSES.format(lift="", turret=""))
     settings = read_settings(path)
@@ -534,7 +534,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 
 
 def test_frictions_in_the_file_apply_to_any_drivetrain(read):
-    """Even to a drivetrain from CTRE's constants, in which they are placeholders."""
+    """They apply even to a drivetrain from CTRE's constants, in which frictions are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"
         "bumper_friction = 0.5\n"

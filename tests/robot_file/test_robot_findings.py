@@ -105,7 +105,7 @@ def test_a_different_gearing_and_an_endless_spin_up_are_reported():
     assert slow.startswith("rack takes ") and slow.endswith("look at inertia (40 kg m^2) and gearing (0.666667)")
 
 
-# # --- a second of each mechanism
+# --- a second of each mechanism ---------------------------------------------------------------------------------------
 
 MOTOR = motor("Kraken X60")
 

@@ -52,7 +52,7 @@ class PageReader:
         return self.meta["start"] + self.array(group["times"])[:, 0].cumsum() / 1000, self.array(group["rows"])
 
     def robot(self, number: int, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return pose [m, -], shape (7,), and estimated pose [m, m, rad] of a robot at a frame."""
+        """Return the pose [m, -], shape (7,), and the estimated pose [m, m, rad] of a robot at a frame."""
         times, rows = self.group("robots")
         row = rows[np.searchsorted(times, time - 1e-6)][11 * number : 11 * number + 11].astype(float)
         return np.concatenate((row[:3] / 1e3, row[3:7] / 32767)), row[7:10] / (1e3, 1e3, 1e4)

@@ -16,7 +16,7 @@ TYPES = {"double": "doubles", "int": "integers", "string": "strings", "boolean":
 
 
 @pytest.mark.parametrize("game", [REBUILT, REEFSCAPE], ids=lambda game: game.name)
-def test_widgets_show_what_a_match_publishes_and_none_covers_another(game):
+def test_widgets_show_values_that_a_match_publishes_and_do_not_overlap(game):
     snapshot = game_snapshot(game)
     layout = elastic_layout(snapshot)
     assert [tab["name"] for tab in layout["tabs"]] == ["Drive", "Robot"]

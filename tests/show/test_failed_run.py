@@ -42,7 +42,7 @@ def _records(path: Path) -> list[tuple[object, ...]]:
         elif not record.isControl():
             raw = record.getRaw()
             name = names[record.getEntry()]
-            if name.endswith("Fuel"):  # # kept in single precision
+            if name.endswith("Fuel"):  # kept in single precision
                 raw = np.frombuffer(raw).round(5).tobytes()
             found.append((name, record.getTimestamp(), bytes(raw)))
     assert len(found) > 300
@@ -69,7 +69,7 @@ def test_a_folder_that_cannot_be_written_is_reported_without_an_error(tmp_path: 
 
 def test_a_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(path: Path, *_: object, **__: object) -> None:
-        path.touch()  # # what a full disk leaves behind
+        path.touch()  # the file that a full disk leaves behind
         raise RuntimeError("it broke")
 
     monkeypatch.setattr(failed_run, "write_page", fail)

@@ -1,4 +1,4 @@
-"""What a page shows of a match: score sheet, cycles, and seconds that add up."""
+"""Tables of a match on a page: score sheet, cycles, and seconds that add up."""
 
 from dataclasses import replace
 

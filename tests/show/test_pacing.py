@@ -6,7 +6,7 @@ from simcore.show.pacing import FrameRate, Pacer
 
 
 class Wall:
-    """Clock whose time passes only when somebody sleeps or works."""
+    """Clock that advances only by sleep and work."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -57,7 +57,7 @@ def test_the_speed_that_was_reached_is_reported(wall: Wall) -> None:
     for tick in range(200, 230):
         pacer.wait(0.02 * tick)
     assert pacer.reached == pytest.approx(0.1, rel=0.02) and pacer.spare(0.02 * 230) == pytest.approx(0.2, rel=0.01)
-    pacer.wait(0.0)  # # another run
+    pacer.wait(0.0)  # another run
     assert pacer.reached is None
 
 

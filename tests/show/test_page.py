@@ -1,4 +1,4 @@
-"""The page as a file, read by `page_reader.py`: what it says of a run. Tests with a browser are in tests/view."""
+"""Contents of the page of a run, read by `page_reader.py`; tests with a browser are in tests/view."""
 
 import math
 import re
@@ -28,7 +28,7 @@ PLACES = (
     RestingPlace(name="shelf", level="Shelf", zone=BoxZone((5.0, 1.0, 0.3), (6.0, 2.0, 0.6))),
     RestingPlace(name="not counted", zone=BoxZone((7.0, 1.0, 0.3), (7.5, 2.0, 0.6))),
 )
-COUNTS = [  # # time, and pieces in each place of each level
+COUNTS = [  # time, and pieces in each place of each level
     (0.0, {"BlueTop": (0, 0), "BlueTray": (0,), "Shelf": (2,)}),
     (1.0, {"BlueTop": (0, 1), "BlueTray": (0,), "Shelf": (2,)}),
     (2.0, {"BlueTop": (0, 0), "BlueTray": (3,), "Shelf": (1,)}),
@@ -47,7 +47,7 @@ def test_a_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     assert "default-src 'none'" in text and "connect-src 'none'" in text and "connect-src 'self'" in page_html("live")
 
 
-def test_frames_hold_where_each_piece_and_robot_was_and_what_the_robot_believed(tmp_path: Path) -> None:
+def test_frames_hold_the_places_of_pieces_and_robots_and_the_believed_pose(tmp_path: Path) -> None:
     run = page(tmp_path)
     assert run.meta["end"] == 1.0 and [kind["count"] for kind in run.meta["kinds"]] == [PIECES + 1]
     for time in run.group("robots")[0]:

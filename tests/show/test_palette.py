@@ -67,7 +67,7 @@ def test_texts_and_graphics_stand_out_from_their_background(theme: int) -> None:
 
 @pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
 def test_pairs_of_colors_differ_for_readers_who_see_no_red_or_no_green(theme: int) -> None:
-    """Nobody overlooks a difference of 20 in L*a*b*; shapes and dashes differ as well."""
+    """A difference of 20 in L*a*b* is obvious; shapes and dashes differ as well."""
     for seen, (one, other) in itertools.product((np.eye(3), SEEN_BY_PROTANS, SEEN_BY_DEUTANS), PAIRS):
         a, b = (lab(np.clip(seen @ linear(COLORS[name][theme]), 0.0, 1.0)) for name in (one, other))
         assert np.linalg.norm(a - b) > 20.0, (one, other, seen[0].tolist())

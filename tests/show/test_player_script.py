@@ -40,7 +40,7 @@ def test_the_reader_and_the_pure_functions_pass_their_tests_in_node(tmp_path: Pa
             }
         )
     text = json.dumps(meta, allow_nan=False).encode()
-    content = {"run": packed(text), "data": packed(data), "expected": expected[::2]}  # # pieces have every 2nd frame
+    content = {"run": packed(text), "data": packed(data), "expected": expected[::2]}  # pieces have every 2nd frame
     run = tmp_path / "run.json"
     run.write_text(json.dumps(content))
     done = subprocess.run(

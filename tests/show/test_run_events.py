@@ -1,4 +1,4 @@
-"""What the boards of a recorded run show, computed only where it changes."""
+"""Boards of a recorded run, computed only at ticks with changes."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ LEVEL = LevelLook(name="L1", alliance="blue", label="level 1", places=("A", "B")
 
 
 def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
-    """Return a run in which all that boards show changes now and then, and its ticks; boards do not show all of it."""
+    """Return a run, and its snapshots, in which values on boards change now and then beside other values."""
     rng, run, shown = np.random.default_rng(7), Recording(bulk_period=0.02), []
     strips = [np.array([0xFF0000, 0x00FF00]), np.array([0x0000FF, -1])]
     places = [np.array([0, 0]), np.array([1, 0]), np.array([1, 2])]
@@ -70,7 +70,7 @@ def test_boards_change_only_in_the_rows_that_are_found(robots):
         found.append((board.found, lamps.found, cells.found))
     assert found[0] == found[1]
     assert {"time left", "period", "count", "Strip", "held"} <= found[0][0].keys()
-    assert len(rows) < 40  # # every seventh tick, and each second
+    assert len(rows) < 40  # every seventh tick, and each second
 
 
 @pytest.mark.parametrize(

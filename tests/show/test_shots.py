@@ -28,11 +28,11 @@ def test_flights_and_results_are_found_by_their_ids() -> None:
 @each(
     ("goal", "side"),
     [
-        ((4.0, 3.0, 0.0), "long"),  # # the flight comes down at x = 6.7
+        ((4.0, 3.0, 0.0), "long"),  # the flight comes down at x = 6.7
         ((9.0, 3.0, 0.0), "short"),
         ((6.7, 2.2, 0.0), "left"),
         ((6.7, 3.8, 0.0), "right"),
-        ((9.0, 3.0, 5.0), "short"),  # # the flight is never so high
+        ((9.0, 3.0, 5.0), "short"),  # the flight is never so high
     ],
 )
 def test_the_side_on_which_a_miss_came_down_is_found(goal: tuple[float, float, float], side: str) -> None:
@@ -40,7 +40,7 @@ def test_the_side_on_which_a_miss_came_down_is_found(goal: tuple[float, float, f
     results = {"Sim/NewestShots": np.array([1, 5, 0, 0])}
     for tick in range(60):
         row = flight(0.02 * tick, 0.0)
-        flies = int(row[2] > -0.2)  # # its last point is below the carpet, so it crosses a goal on the carpet
+        flies = int(row[2] > -0.2)  # its last point is below the carpet, so it crosses a goal on the carpet
         poses = {"Sim/InFlight/Fuel": row[None][:flies]}
         ids = results | {"Sim/InFlightIds/Fuel": np.array([5])[:flies]}
         recording.write(Snapshot(time=0.02 * tick, tick=tick, pose_arrays=poses, integer_arrays=ids))
@@ -105,7 +105,7 @@ def test_events_and_board_show_modes_scores_shots_and_troubles() -> None:
         (0.2, "bump", "bump: 2.0 m/s within a tick"),
         (0.32, "foul", "G7"),
         (0.32, "slip", "tires slide for 0.08 s"),
-        (0.4, "flying", "shot"),  # # not yet a hit
+        (0.4, "flying", "shot"),  # not yet a hit
         (0.52, "brown-out", "brown-out"),
         (0.56, "mode", "teleop"),
         (0.6, "flying", "shot"),
@@ -123,7 +123,7 @@ def test_events_and_board_show_modes_scores_shots_and_troubles() -> None:
     assert (told("red", 0.1), told("red", 0.5), told("goal open", 0.0)) == ("0", "1", "yes")
 
 
-def test_a_line_of_the_board_begins_and_ends_with_what_it_shows() -> None:
+def test_a_line_of_the_board_exists_only_while_it_has_a_value() -> None:
     """A robot hangs from 0.2 s to 0.4 s; before and after, its line has no value."""
     record = ChangeRecord()
     for tick in range(30):

@@ -1,4 +1,4 @@
-"""What keys and gamepads ask for, which messages are refused, and how soon a page that is gone stops driving."""
+"""Inputs from keys and gamepads, refused messages, and the time after which a lost page stops driving."""
 
 import math
 

@@ -171,7 +171,7 @@ def test_missing_renamed_unused_and_huge_models_are_reported(robot: Path) -> Non
 def test_a_file_of_a_hundred_megabytes_gives_a_warning(robot: Path) -> None:
     with (robot / "model.glb").open("r+b") as file:
         file.seek(12)
-        binary = 20 + struct.unpack("<I", file.read(4))[0]  # # where the second chunk begins, which is made longer
+        binary = 20 + struct.unpack("<I", file.read(4))[0]  # where the second chunk begins, which is made longer
         for place, length in ((8, 100_000_000), (binary, 100_000_000 - binary - 8)):
             file.seek(place)
             file.write(struct.pack("<I", length))

@@ -1,4 +1,4 @@
-"""Sweeps of a small game, played in this process: the rows, their order, and what is kept of them."""
+"""Sweeps of a small game, played in this process: rows, their order, and stored rows."""
 
 import random
 import sqlite3
@@ -92,7 +92,7 @@ import resource, signal, sys
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (28_000, 28_000))  # as a disk that is full after so many bytes
+resource.setrlimit(resource.RLIMIT_FSIZE, (28_000, 28_000))  # like a disk that is full after this many bytes
 wanted = Experiment(game="sweep_game:SMALL", seconds=0.02, seeds=range(40))
 print(len(sweep(wanted, workers=0, out=sys.argv[1]).finished))
 """
@@ -139,7 +139,7 @@ def test_the_number_of_workers_must_be_a_count():
 
 
 def test_a_sweep_of_matches_can_vary_the_players():
-    """The first robot is that of the alliance with `me`, and it has the factors of a robot."""
+    """The first robot is in the alliance with `me`, and has the factors of a robot."""
     players = parse_factor("blue=rusher:1,rusher:3,me+rusher:3")
     plan = replace(experiment(red="rusher", factors=(players,), seeds=(0, 1)), seconds=0.4)
     matches = sweep(plan, workers=0)

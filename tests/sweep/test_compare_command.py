@@ -32,7 +32,7 @@ def here(monkeypatch, tmp_path):
     monkeypatch.setattr("simcore.sweep.compare_command.sweep", partial(sweep_here, sweep))
 
 
-# # --- arguments
+# --- arguments --------------------------------------------------------------------------------------------------------
 
 
 def test_two_autos_of_a_game_are_compared_on_a_page_with_both(capsys):
@@ -96,7 +96,7 @@ def test_the_rows_of_a_project_are_identified_by_its_content():
     assert set(keys("b", "a")) == set(keys("a", "b")), "wherever it is, and in whatever order"
 
 
-# # --- a page with both
+# --- a page with both -------------------------------------------------------------------------------------------------
 
 
 def test_both_runs_are_in_one_recording():

@@ -31,7 +31,7 @@ def test_lists_and_ranges_include_their_last_value(text, values):
 def test_distributions_give_quantiles():
     uniform, normal = parse_factor("e=uniform(0.4,0.5)"), parse_factor("m=normal(55,2)")
     assert uniform.at(0.5) == pytest.approx(0.45) and normal.at(0.5) == pytest.approx(55.0)
-    assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # # one standard deviation above the mean
+    assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # one standard deviation above the mean
 
 
 @each("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
@@ -47,7 +47,7 @@ def test_a_factor_stays_equal_through_json():
         assert Factor.from_json(json.loads(json.dumps(asdict(factor)))) == factor
 
 
-# # --- what the names of factors reach, and the messages about those that reach nothing
+# --- fields that the names of factors reach, and messages about names without a field -------------------------------
 
 
 SETUP = RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot())
@@ -83,7 +83,7 @@ def test_a_heavier_robot_keeps_its_size():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
-    assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # # a second time changes nothing
+    assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
     told = replace(SETUP, robot=replace(before, chassis=replace(before.body, yaw_inertia=4.0)))
     assert vary(told, {"robot.mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
 

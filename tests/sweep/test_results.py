@@ -1,4 +1,4 @@
-"""Questions that a user asks of a table of runs."""
+"""Statistics of a table of runs, as a user needs them."""
 
 import csv
 from dataclasses import replace
@@ -35,7 +35,7 @@ def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
 def test_a_run_with_an_error_is_not_a_success_and_not_in_percentiles(tired_battery):
     rows = [dict(row) for row in tired_battery.rows]
     rows[0] |= {"score": None, "error": "EngineError: no contact"}
-    rows[1]["error"] = "TimeoutError"  # # whatever its score is
+    rows[1]["error"] = "TimeoutError"  # whatever its score is
     hurt = replace(tired_battery, rows=rows)
     assert hurt.success("score < 1000").k == 118
     assert hurt.success("score < 1000").n == 120 and len(hurt.failures) == 2

@@ -47,11 +47,11 @@ def test_the_last_experiment_is_restored(tmp_path, monkeypatch):
         RunStore(tmp_path / "nowhere", must_exist=True)
 
 
-# # --- another version, or damaged
+# --- another version, or damaged --------------------------------------------------------------------------------------
 
 
 def sql(*commands):
-    """Return a change that runs commands in the file."""
+    """Return a function that runs SQL commands on a file."""
 
     def change(path):
         with closing(sqlite3.connect(path)) as base:
@@ -63,7 +63,7 @@ def sql(*commands):
 
 
 def told(table, column, **changes):
-    """Return a change of fields in a column; the value `gone` removes a field."""
+    """Return a function that changes fields in a column of a file; the value `gone` removes a field."""
 
     def change(path):
         with closing(sqlite3.connect(path)) as base:

@@ -15,8 +15,8 @@ from simcore.world.ball_dynamics import make_memory
 from simcore.world.rotation import from_yaw
 
 
-def test_shots_leave_like_shots_of_the_robots_shooter() -> None:
-    """Place, velocity and spin are those of `Shooter.released`, from both barrels."""
+def test_shots_leave_as_from_the_robots_shooter() -> None:
+    """Place, velocity and spin equal those from `Shooter.released`, for both barrels."""
     task = ShotTask(REBUILT)
     stand = Stand(3.0, 0.4)
     elevation, speed = np.array([1.1, 0.9]), np.array([7.0, 8.0])
@@ -39,7 +39,7 @@ def test_shots_leave_like_shots_of_the_robots_shooter() -> None:
 
 
 def test_draws_have_the_spreads_of_the_scatter() -> None:
-    """Standard deviations of 20,000 draws are within 3 % of the true ones; their standard error is 0.5 %."""
+    """Standard deviations of 20,000 draws are within 3 % of the configured values; their standard error is 0.5 %."""
     scatter = Scatter()
     draws = ShotDraws.of(scatter, np.random.default_rng(1), 20_000)
     for found, wanted in (

@@ -15,7 +15,7 @@ CONDITION = "score >= 25"
 
 @pytest.fixture(scope="module")
 def results():
-    """Return 120 runs, of which one failed."""
+    """Return 120 runs, including a failed run."""
     results = made_sweep.tired_battery()
     rows = [dict(row) for row in results.rows]
     rows[5]["error"] = "TimeoutError: <b>took more than 60 s</b>"
@@ -72,7 +72,7 @@ def test_the_summary_has_differences_shares_and_percentiles(results):
     assert said[-1] == "  TimeoutError: <b>took more than 60 s</b> (1 run)"
 
 
-def test_the_page_of_a_sweep_without_successes_says_so(tmp_path):
+def test_the_page_of_a_sweep_without_successes_shows_a_share_of_zero(tmp_path):
     results = made_sweep.tired_battery()
     names = ("run", "point", "seed", "battery.charge", "robot.mass", "cpu_seconds")
     rows = [{**{name: row[name] for name in names}, "error": "ConfigError: no auto"} for row in results.rows]

@@ -80,7 +80,7 @@ def test_the_error_of_a_run_is_only_in_its_own_row(tmp_path, monkeypatch):
     assert errors.pop("die") == "its process died (SIGKILL(-9)); its last words: so much for that"
     assert errors.pop("leave").startswith("SystemExit: 3 (sweep_game.py, line ")
     assert errors == {} and {row["seed"] for row in results.failures} == {2}
-    for seed in (1, 2, 3):  # # autos that drive give the same digest
+    for seed in (1, 2, 3):  # autos that drive give the same digest
         assert len({row["digest"] for row in results.finished if row["seed"] == seed}) == 1, seed
     assert stored_runs(tmp_path / "runs.sqlite") == 3 * len(deeds)
 
@@ -155,5 +155,5 @@ def test_killed_sweeps_leave_no_process_and_lose_or_repeat_no_row(tmp_path, whol
 def stored_runs(store):
     try:
         return sqlite3.connect(store).execute("SELECT count(*) FROM runs").fetchone()[0]
-    except sqlite3.OperationalError:  # # not made yet
+    except sqlite3.OperationalError:  # not made yet
         return 0

@@ -1,4 +1,4 @@
-"""Snapshots whose every value follows from the tick."""
+"""Snapshots in which every value follows from the tick."""
 
 import numpy as np
 import pytest

@@ -117,7 +117,7 @@ def test_many_sockets_invalid_messages_and_a_slow_reader_do_not_stop_the_server(
                 turned_away += 1
         assert (len(open_ones), turned_away) == (MOST_VIEWERS, 200 - MOST_VIEWERS)
         assert got(server)[0] == 200, "the page itself is still served"
-        for _ in range(200):  # # nobody reads: a page that is behind gets no frames, and no memory is filled
+        for _ in range(200):  # no page reads: a page that is behind gets no frames, and no memory is filled
             server.server.send(bytes(50_000), is_frame=True)
         time.sleep(0.5)
         for text in ("[]", "{", "[" * 900, '"x"'):
@@ -243,7 +243,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
             page.wait_for("simcore.isOver === true")
             assert page.evaluate("document.querySelector('.sheet').hidden") is False
             assert page.evaluate("document.querySelector('.sheet h2').textContent") == f"{match.score.red} points"
-            key("keyDown", "KeyW")  # # nobody drives any more
+            key("keyDown", "KeyW")  # driving has ended
             page.evaluate("dispatchEvent(new KeyboardEvent('keydown', {code: 'KeyR', key: 'r'})); 1")
             ended.join(10.0)
             assert seeds == [0]
@@ -418,7 +418,7 @@ def test_a_key_shows_its_effect_in_the_next_pictures(browser) -> None:
                 stages = []
                 for press in range(8):
                     code = ("KeyA", "KeyQ")[press % 2]
-                    while 19.5 < match.time < 23.5:  # # no player is read in the pause after the autonomous period
+                    while 19.5 < match.time < 23.5:  # no player is read in the pause after the autonomous period
                         time.sleep(0.1)
                     begun = time.time()
                     page.call("Input.dispatchKeyEvent", type="keyDown", code=code, key=KEYS[code], text="")

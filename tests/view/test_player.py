@@ -48,7 +48,7 @@ def opened(browser, path, *, size=(1366, 768), query=""):
 
 
 def complaints(page) -> list[str]:
-    """Return what went wrong in scripts, without the warning that reading pixels back is slow."""
+    """Return the errors of scripts, without the warning that reading pixels back is slow."""
     page.evaluate("1")
     return [error for error in page.errors if "ReadPixels" not in error]
 
@@ -74,7 +74,7 @@ def test_a_file_plays_by_keyboard_without_requests_and_fits_its_first_screen(bro
         for kind in ("mousePressed", "mouseReleased"):
             page.call("Input.dispatchMouseEvent", type=kind, x=x + off, y=y, button="left", clickCount=1)
         now = page.evaluate("simcore.now")
-        if wanted is None:  # # beside all marks: the time at that place, on the same scale as the marks
+        if wanted is None:  # away from marks: the time at that place, on the same scale as the marks
             seconds = page.evaluate("(simcore.run.end - simcore.run.start) / (simcore.line.width - 2)")
             assert now == pytest.approx(first + off * seconds, abs=1.5 * seconds + 0.01)
         else:
@@ -204,7 +204,7 @@ def scene_goals():
 
 
 @pytest.mark.slow
-def test_the_score_board_shows_what_is_in_the_log(browser, run) -> None:
+def test_the_score_board_shows_the_values_in_the_log(browser, run) -> None:
     """At twenty times: both scores, the clock and the period, as a reader sees them over the picture."""
     path, recording = run
     page = opened(browser, path)
@@ -231,7 +231,7 @@ def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
 
 @pytest.mark.slow
 def test_the_ground_the_key_the_heat_map_and_the_boards_show_the_data(browser, tmp_path) -> None:
-    """Names are shown as texts, a place is marked while a piece is in it, and the key counts shots."""
+    """Names are shown as texts, places with a piece are marked, and the key counts shots."""
     levels = [
         LevelLook(name="BlueTop", alliance="blue", label="Top", places=("A", "B"), is_single=True, middle=(2.0, 1.5)),
         LevelLook(name="BlueTray", alliance="blue", label="Tray", places=("",), middle=(2.0, 1.5)),

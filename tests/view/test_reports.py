@@ -21,7 +21,7 @@ X = np.arange(1.0, 9.0)
 
 
 def complaints(page) -> list[str]:
-    """Return what went wrong in scripts, without the warning that reading pixels back is slow."""
+    """Return the errors of scripts, without the warning that reading pixels back is slow."""
     return [error for error in page.errors if "ReadPixels" not in error]
 
 

@@ -51,7 +51,7 @@ def test_a_frame_is_published_after_its_latency():
     _, frames = drive(config, 1.0, speed=0.3, each=orient)
     for frame in frames:
         assert frame.published - frame.time == pytest.approx(0.0376 + 0.0206)
-        assert frame.megatag2.position[0] == pytest.approx(PLACE[0] + 0.3 * frame.time, abs=1e-6)  # # where it was then
+        assert frame.megatag2.position[0] == pytest.approx(PLACE[0] + 0.3 * frame.time, abs=1e-6)  # where it was then
 
 
 def test_megatag_2_uses_the_heading_at_the_time_of_the_frame():
@@ -143,7 +143,7 @@ def test_a_camera_switches_between_pipelines_for_tags_and_pieces():
 
 
 def test_pieces_of_several_types_have_their_own_size_and_class():
-    """A ball of 0.2 m beside a ball of 0.1 m at the same distance is twice as wide, with its own class id and name."""
+    """A ball of 0.2 m is twice as wide as a ball of 0.1 m at the same distance, with its own class id and name."""
 
     def look(**options):
         config = CameraConfig(
@@ -172,7 +172,7 @@ def test_pieces_of_several_types_have_their_own_size_and_class():
     assert look(piece_class="cone") == {}
 
 
-# # --- the IMU of a Limelight 4
+# --- the IMU of a Limelight 4 -----------------------------------------------------------------------------------------
 
 
 def turn_with(mode, *, told=None, has_imu=True, assist=0.001, mt1=None, seconds=2.0):
@@ -197,12 +197,12 @@ def test_each_imu_mode_uses_its_own_heading():
     def wrong(t):
         return 0.9 + t
 
-    assert turn_with(0, told=wrong) == pytest.approx(2.9)  # # the heading that robot code sends
+    assert turn_with(0, told=wrong) == pytest.approx(2.9)  # the heading that robot code sends
     assert turn_with(1, told=wrong) == pytest.approx(2.9)
-    assert turn_with(2) == pytest.approx(2.0)  # # from zero at power-up, by the camera's own gyro
+    assert turn_with(2) == pytest.approx(2.0)  # from zero at power-up, by the camera's own gyro
     assert turn_with(2, told=wrong) == pytest.approx(2.0)
-    assert turn_with(2, told=wrong, has_imu=False) == pytest.approx(2.9)  # # a camera without an IMU ignores modes
-    drawn = turn_with(4, told=true)  # # 2 s of 1000 steps a second: all but exp(-2) of the way
+    assert turn_with(2, told=wrong, has_imu=False) == pytest.approx(2.9)  # a camera without an IMU ignores modes
+    drawn = turn_with(4, told=true)  # 2 s of 1000 steps a second: all but exp(-2) of the way
     assert drawn == pytest.approx(2.5 - 0.5 * math.exp(-2.0), abs=0.01)
     assert turn_with(3, mt1=true) == pytest.approx(2.5 - 0.5 * math.exp(-2.0), abs=0.02)
     assert turn_with(4, told=true, assist=0.1) == pytest.approx(2.5, abs=1e-3)
@@ -220,7 +220,7 @@ def test_a_crop_window_and_downscaling_lose_tags():
     _, coarse = drive(CameraConfig(mount=MOUNT), 0.3, each=downscale)
     assert {tag.id for tag in left[-1].tags} < {tag.id for tag in plain[-1].tags}
     assert all(tag.tx_deg < 0.0 for tag in left[-1].tags)
-    assert {tag.id for tag in coarse[-1].tags} == {25, 26}  # # near tags: 70 px wide, where 48 are needed
+    assert {tag.id for tag in coarse[-1].tags} == {25, 26}  # near tags: 70 px wide, where 48 are needed
 
 
 def test_mode_1_seeds_the_imu_for_mode_2():

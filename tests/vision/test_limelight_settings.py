@@ -78,7 +78,7 @@ def test_a_camera_starts_with_its_true_mount():
     position, rotation = settings.believed_mount
     assert position == pytest.approx(CONFIG.mount.position)
     assert rotation == pytest.approx(CONFIG.mount.rotation)
-    assert rotate(rotation, (1.0, 0.0, 0.0))[2] == pytest.approx(math.sin(math.radians(20.0)))  # # it looks up
+    assert rotate(rotation, (1.0, 0.0, 0.0))[2] == pytest.approx(math.sin(math.radians(20.0)))  # it looks up
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Projection and linearized poses against OpenCV, which shares no code with ours and solves each picture anew."""
+"""Projection and linearized poses compared with OpenCV, which shares no code with ours and solves each picture."""
 
 import math
 
@@ -25,7 +25,7 @@ def intrinsics(lens):
 
 
 def views(kind: str, count: int, min_side: float = 12.0):
-    """Yield random robot poses, some of them tilted, with what the camera would read there."""
+    """Yield random robot poses, some of them tilted, with the tag corners that the camera reads."""
     lens = limelight_type(kind)
     rng = np.random.default_rng(7)
     while count:
@@ -81,14 +81,14 @@ def test_the_pose_from_several_tags_agrees_with_opencv():
             theirs, _ = solved(lens, rows, corners, eye, rotation)
             ours, _, _ = megatag1(lens, rows, corners, eye, rotation)
             shares.append(math.dist(ours, theirs) / math.dist(theirs, eye))
-    half, most = np.percentile(shares, (50, 90))  # # small far tags can make OpenCV end in another minimum
+    half, most = np.percentile(shares, (50, 90))  # small far tags can make OpenCV end in another minimum
     print(f"{len(shares)} pictures: differ by {half:.4f} of the error, nine of ten by less than {most:.3f}")
     assert len(shares) >= 20
     assert half < 0.02 and most < 0.1
 
 
 def test_the_covariance_agrees_with_many_solutions_of_opencv():
-    """A deviation from 400 pictures is known to 3.5 %; the limit is four of these, and 2 % for the nonlinear part."""
+    """A deviation from 400 pictures is known to 3.5 %; the limit is four times 3.5 %, plus 2 % for nonlinearity."""
     rng = np.random.default_rng(5)
     compared = 0
     for lens, _, _, eye, rotation, rows, exact in views("LL4", 12, min_side=40.0):

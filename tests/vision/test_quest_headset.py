@@ -1,4 +1,4 @@
-"""A headset knows its own motion relative to its start, and on the field once it has been told where it is."""
+"""A headset measures motion relative to its start, and poses on the field after a reset to its true pose."""
 
 import math
 
@@ -89,7 +89,7 @@ def test_an_implausible_reset_gives_no_mount():
 
 
 def test_the_noise_has_the_size_in_the_config():
-    """The standard deviation of n samples has a relative error of 1 / sqrt(2 n); four of these are allowed."""
+    """The standard deviation of n samples has a relative error of 1 / sqrt(2 n); the limit is four times this error."""
     quest = headset(**{**QUIET, "position_noise": 0.002, "angle_noise_deg": 0.05})
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)
@@ -101,7 +101,7 @@ def test_the_noise_has_the_size_in_the_config():
     error = np.array([frame.position for frame in frames]) - on_robot(START)[0]
     assert error.std(axis=0) == pytest.approx([0.002] * 3, rel=4.0 / math.sqrt(2.0 * n))
     yaw = np.array([math.remainder(yaw_of(f.attitude) - yaw_of(on_robot(START)[1]), math.tau) for f in frames])
-    # # 10 degrees of pitch turn a part of the roll's noise into yaw: 1 / cos at most.
+    # 10 degrees of pitch turn a part of the roll's noise into yaw: 1 / cos at most.
     assert np.degrees(yaw).std() == pytest.approx(0.05, rel=4.0 / math.sqrt(2.0 * n) + 0.02)
 
 

@@ -25,7 +25,7 @@ def test_the_official_layouts_agree_with_wpilib():
             assert rotation == pytest.approx(pose.rotation().toMatrix(), abs=1e-12)
 
 
-def test_corners_are_counter_clockwise_when_one_faces_the_tag():
+def test_corners_are_counter_clockwise_for_a_viewer_who_faces_the_tag():
     """Tag 26 faces the blue wall: whoever faces it looks along +x, so left is +y."""
     layout = official_layout("2026-welded")
     row = layout.id_list.index(26)

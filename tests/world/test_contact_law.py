@@ -13,7 +13,7 @@ H = 0.0005
 
 
 def speed_after(restitution: float, stiffness: float = math.inf) -> float:
-    """Return the speed at which a body of 1 kg leaves that came at 1 m/s [m/s]: x'' = max(0, k x - c v), in steps."""
+    """Return the rebound speed of a 1 kg body that arrives at 1 m/s [m/s]: x'' = max(0, k x - c v), in steps."""
     k, c = contact_spring(restitution, 0.5, stiffness, 1.0, H)
     depth, speed = 0.0, 1.0
     while depth >= 0.0:

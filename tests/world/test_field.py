@@ -73,7 +73,7 @@ def test_the_boundary_surrounds_the_field_from_outside(path):
     assert faces["boundary_left"][0][1] == pytest.approx(8.0)
     assert faces["boundary_blue"][1][0] == pytest.approx(0.0)
     assert faces["boundary_red"][0][0] == pytest.approx(16.0)
-    assert faces["boundary_blue"][0][1] == pytest.approx(-0.3)  # # corners are closed
+    assert faces["boundary_blue"][0][1] == pytest.approx(-0.3)  # corners are closed
     assert faces["boundary_red"][1] == pytest.approx((16.3, 8.3, 2.0))
     assert all(low[2] == pytest.approx(0.0) for low, _ in faces.values())
     assert walls["boundary_left"].surface is RUBBER and walls["boundary_right"].surface is WALL
@@ -169,7 +169,7 @@ def test_an_outline_covers_the_shape_from_above(shape, area):
     element = FieldElement(name="x", shape=shape, position=np.array([5.0, 6.0, 7.0]))
     x, y = element.outline().T
     signed = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2
-    assert signed == pytest.approx(area, rel=0.02)  # # above zero: counter-clockwise
+    assert signed == pytest.approx(area, rel=0.02)  # above zero: counter-clockwise
     (name, outline) = FieldGeometry((element,)).outlines()[0]
     assert name == "x" and outline == pytest.approx(element.outline())
 

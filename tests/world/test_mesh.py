@@ -88,7 +88,7 @@ def test_an_open_square_becomes_a_plate_behind_its_normal():
     (part,) = classify(SQUARE, TWO, plate_thickness=0.05)
     assert isinstance(part.shape, Box)
     assert part.shape.size == pytest.approx((2.0, 3.0, 0.05))
-    assert top_of(part) == pytest.approx(1.0)  # # the normal points up, so the plate extends downward
+    assert top_of(part) == pytest.approx(1.0)  # the normal points up, so the plate extends downward
 
 
 def test_a_flipped_square_becomes_a_plate_on_the_other_side():
@@ -117,12 +117,12 @@ def test_an_open_funnel_becomes_a_plate_for_each_side_and_stays_free_inside():
     angle = np.arange(6) * np.pi / 3
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     vertices = np.vstack([np.column_stack([0.3 * ring, np.zeros(6)]), np.column_stack([0.6 * ring, np.full(6, 0.4)])])
-    quads = [(i, 6 + i, 6 + (i + 1) % 6, (i + 1) % 6) for i in range(6)]  # # normals toward the axis
+    quads = [(i, 6 + i, 6 + (i + 1) % 6, (i + 1) % 6) for i in range(6)]  # normals toward the axis
     group = ObjGroup("funnel", vertices, tuple(quads))
     parts = classify(vertices, group.triangles())
     assert len(parts) == 6 and all(isinstance(p.shape, Hull) for p in parts)
     assert min(np.abs(_points(part)[:, :2] @ ring.T).max() for part in parts) > 0.3
-    for part in parts:  # # nothing is within the throat
+    for part in parts:  # nothing is within the throat
         assert np.linalg.norm(_points(part)[:, :2], axis=1).min() >= 0.3 * np.cos(np.pi / 6) - 1e-9
 
 
@@ -149,7 +149,7 @@ def _points(part):
     return part.position + half * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
 
 
-# # --- OBJ
+# --- OBJ --------------------------------------------------------------------------------------------------------------
 
 MIXED = """\
 # groups that differ in name, material and corner count

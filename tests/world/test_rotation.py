@@ -81,8 +81,8 @@ def test_a_product_is_the_second_rotation_followed_by_the_first(a, b, v):
 
 @given(rotation(), vector, st.floats(0.0, 1.0))
 def test_an_interpolated_rotation_turns_by_its_share_of_the_angle(start, axis, share):
-    """As with slerp, to within t^3 / 240 for a turn by t."""
-    axis = np.array(axis) / max(1.0, float(np.linalg.norm(axis)))  # # a turn by at most 1 rad
+    """Interpolation agrees with slerp to within t^3 / 240 for a turn by t."""
+    axis = np.array(axis) / max(1.0, float(np.linalg.norm(axis)))  # a turn by at most 1 rad
     a = Rotation.from_quat(start)
     want = a * Rotation.from_rotvec(share * axis)
     got = q.interpolate(start, tuple((a * Rotation.from_rotvec(axis)).as_quat().tolist()), share)

@@ -114,7 +114,7 @@ def test_the_bounding_box_includes_rotated_parts():
     assert low == pytest.approx(-high)
 
 
-# # --- inertia of solids, compared with their formulas
+# --- inertia of solids, compared with their formulas ------------------------------------------------------------------
 
 
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])

@@ -48,7 +48,7 @@ def test_the_budget_is_met_while_groups_keep_their_names_and_the_box_is_unchange
     text = capsys.readouterr().out
     assert re.search(r"triangles: 5900 -> \d+ in 3 groups", text)
     moved = [float(x) for x in re.search(r"moved by ([\d.]+) mm at most, ([\d.]+) mm on average", text).groups()]
-    # # A chord of a unit ball with edges of about 4 sqrt(pi / 600 / sqrt(3)) lies 1/2 (edge^2 / 3) = 8 mm below it.
+    # A chord of a unit ball with edges of about 4 sqrt(pi / 600 / sqrt(3)) lies 1/2 (edge^2 / 3) = 8 mm below it.
     assert 2.0 < moved[0] < 60.0 and moved[1] < moved[0] / 2
     assert "'ball'" in text
 

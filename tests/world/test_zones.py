@@ -21,7 +21,7 @@ def row(*point: float) -> np.ndarray:
     ("point", "inside"),
     [
         ((1.5, 3.0, 0.5), True),
-        ((1.0, 2.0, 0.0), True),  # # the corner belongs to the box
+        ((1.0, 2.0, 0.0), True),  # the corner belongs to the box
         ((0.999, 3.0, 0.5), False),
         ((1.5, 4.001, 0.5), False),
         ((1.5, 3.0, -0.001), False),
@@ -69,7 +69,7 @@ def test_a_capsule_contains_the_points_near_its_line():
     line = np.array(capsule.start) + np.linspace(0.0, 1.0, 400)[:, None] * np.subtract(capsule.end, capsule.start)
     rng = np.random.default_rng(1)
     start, end = rng.uniform(0.7, 1.7, (2, 200, 3))
-    end[:20] = start[:20]  # # pieces that stand still
+    end[:20] = start[:20]  # pieces that stand still
     way = start[:, None] + np.linspace(0.0, 1.0, 400)[None, :, None] * (end - start)[:, None]
     apart = np.array([np.linalg.norm(one[:, None] - line[None], axis=2).min() for one in way])
     clear = np.abs(apart - capsule.radius) > 0.003
@@ -80,7 +80,7 @@ def test_a_capsule_contains_the_points_near_its_line():
     )
     assert 10 < capsule.crossed(start, end).sum() < 190
     bar = CapsuleZone((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), 0.1)
-    for beyond, is_near in ((0.13, True), (0.15, False)):  # # past an end at 45 degrees: 92 and 106 mm away
+    for beyond, is_near in ((0.13, True), (0.15, False)):  # past an end at 45 degrees: 92 and 106 mm away
         for x in (-beyond, 1.0 + beyond):
             assert bar.crossed(row(x - 1.0, -1.0, 1.0), row(x + 1.0, 1.0, 1.0))[0] == is_near
     assert np.array(capsule.box) == pytest.approx(np.array([(0.9, 0.9, 0.9), (1.4, 1.1, 1.5)]))

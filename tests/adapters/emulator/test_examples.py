@@ -229,7 +229,7 @@ def test_current_limits_bound_stator_and_supply_current(bench):
 
 
 def _on(talon, *names):
-    """Return the controller's current limits with the named ones enabled."""
+    """Return the controller's current limits with the named limits enabled."""
     from phoenix6 import configs
 
     limits = configs.CurrentLimitsConfigs()
@@ -284,7 +284,7 @@ def test_status_signals_age_until_they_are_refreshed(bench):
     assert not talon.has_reset_occurred
 
 
-def test_cancoder_counts_turns_and_can_be_set(bench):
+def test_a_cancoder_counts_turns_and_can_be_set(bench):
     """CANcoder: position over several turns, absolute position within one, a new position, and magnet health."""
     from phoenix6 import signals
 

@@ -6,7 +6,7 @@ import math
 import pytest
 
 
-def test_uninstalling_gives_the_library_its_native_side_back(bench):
+def test_uninstalling_restores_the_native_side_of_the_library(bench):
     from phoenix6.phoenix_native import Native
 
     from simcore.robotcode.emulator import install, installed, uninstall
@@ -48,7 +48,7 @@ def test_an_incompatible_phoenix6_is_refused_in_one_sentence(bench, monkeypatch,
 
 
 @pytest.mark.parametrize("cls", ["TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi"])
-def test_configurations_read_as_applied_and_a_full_one_resets_all_other_settings(bench, cls):
+def test_a_configuration_is_read_as_applied_and_a_full_configuration_resets_the_rest(bench, cls):
     from phoenix6 import configs
 
     from simcore.robotcode.emulator.emulated_device import parse_config
@@ -76,7 +76,7 @@ def test_configurations_read_as_applied_and_a_full_one_resets_all_other_settings
     assert (first.custom_params.custom_param0, first.custom_params.custom_param1) == (0, 0)
 
 
-def test_applying_one_configuration_group_leaves_the_others_alone(bench):
+def test_applying_a_configuration_group_leaves_the_other_groups_unchanged(bench):
     from phoenix6 import configs
 
     talon = bench.talon(slot0__k_p=3.0)

@@ -122,7 +122,7 @@ class Play:
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
     def control(self, physics):
-        """Place the robot and a piece in front of it from a dashboard, and again from robot code."""
+        """Place the robot, and a piece in front of the robot, from a dashboard and again from robot code."""
         DriverStationSim.notifyNewData()
         yield from self.wait(0.4)
         tables = NetworkTableInstance.getDefault()

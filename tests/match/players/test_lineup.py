@@ -58,7 +58,7 @@ def test_seats_are_in_the_order_of_robots_with_me_first():
         ("taker,", "", "no role of bare named ''"),
     ],
 )
-def test_an_invalid_line_up_is_refused_with_what_would_work(red, blue, problem):
+def test_an_invalid_line_up_is_refused_with_the_valid_choices(red, blue, problem):
     with pytest.raises(ConfigError if "role" not in problem else UnknownNameError) as caught:
         lineup(GAME, red=red, blue=blue)
     assert problem in str(caught.value)

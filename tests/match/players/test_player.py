@@ -49,13 +49,13 @@ def test_a_route_around_a_wall_is_as_long_as_the_tangents_to_its_end():
     assert shortest * 0.97 < length(start, way) < shortest * 1.08
 
 
-def test_a_route_avoids_other_robots_except_one_at_its_goal():
+def test_a_route_avoids_other_robots_except_a_robot_at_its_goal():
     routes, start, goal, other = route_map(), (4.0, 4.0), (8.0, 4.0), (6.0, 4.05)
     assert nearest(start, routes.route(start, goal, [other]), other) > 0.8
     assert routes.route(start, goal, [(8.3, 4.0)]) == [goal]
 
 
-def test_a_red_route_is_the_blue_one_flipped():
+def test_a_red_route_is_the_flipped_blue_route():
     blue, red = route_map(WALL), route_map(WALL, flipped=True)
     start, goal = (6.1, 2.1), (10.1, 1.7)
     seen_start, seen_goal = ((16.0 - x, 8.0 - y) for x, y in (start, goal))

@@ -9,7 +9,7 @@ from simcore.errors import ConfigError
 from simcore.robotcode.networktables.questnav_table import device_message, frame_message, read_command, response_message
 from simcore.vision.quest_headset import QuestFrame
 
-# # Made by the classes in robotpy-questnav 2026.0.1a0 with protobuf 6.33; tests/adapters/test_questnav.py makes them
+# Made by the classes in robotpy-questnav 2026.0.1a0 with protobuf 6.33; tests/adapters/test_questnav.py makes them
 # again.
 FRAME = (
     "08ac0211000000000000f83f1a450a1b0900000000000004401100000000000011c019000000000000e03f12260a2409000000000000e03f"
@@ -24,7 +24,7 @@ def test_a_frame_has_the_bytes_of_questnav():
 
 
 def test_the_state_of_the_device_has_the_bytes_of_questnav():
-    """Newer headsets omit field 2, `currently_tracking`; libraries that do not know it skip it."""
+    """Newer headsets omit field 2, `currently_tracking`; older and newer libraries accept it."""
     assert device_message(87, lost=2).hex() == "0802" + "1001" + "1857"
 
 

@@ -10,7 +10,7 @@ from simcore.robotcode.program.belief_probe import ModulePorts, probe_modules
 Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
 SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition
 
-WAY, OFFSET = 0.05, -2.5  # # [m] a turn of the rotor, and [rad]; a quarter turn on, the angle has passed half a turn
+WAY, OFFSET = 0.05, -2.5  # [m] a turn of the rotor, and [rad]; a quarter turn on, the angle has passed half a turn
 
 
 class Port:
@@ -71,11 +71,11 @@ def test_a_module_is_measured_with_and_without_its_update(kind):
         assert belief.meters_per_rotor_turn == pytest.approx(-WAY)
         assert belief.angle_per_encoder_turn == pytest.approx(-math.tau)
         assert not belief.is_deaf
-    assert all(m.get_position().distance == 0.0 for m in modules)  # # the module starts where its sensors are
-    assert modules[0].updates == 0 or kind is Kept  # # nothing is called without need
+    assert all(m.get_position().distance == 0.0 for m in modules)  # the module starts where its sensors are
+    assert modules[0].updates == 0 or kind is Kept  # nothing is called without need
 
 
-def test_a_module_without_sensors_differs_from_one_without_answers():
+def test_a_module_without_sensors_differs_from_a_module_without_answers():
     assert all(belief.is_deaf for belief in probed(Deaf()))
     silent = SimpleNamespace(ports=Live().ports)
     assert not any(belief.is_deaf for belief in probed(silent))

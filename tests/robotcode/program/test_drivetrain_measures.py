@@ -1,4 +1,4 @@
-"""Dimensions of a drivetrain: which source counts, what is a guess, and which contradictions are reported."""
+"""Dimensions of a drivetrain: sources, guesses and reported contradictions."""
 
 import json
 import math
@@ -73,7 +73,7 @@ def test_a_turn_of_the_motor_is_the_distance_that_the_program_counts(tmp_path):
 
 @each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
 def test_a_tank_drive_may_count_in_another_unit(tmp_path, unit, size):
-    """Wheels of 6 in at 8.45:1; the unit is the one in which this gives the speed of a robot."""
+    """Wheels of 6 in at 8.45:1; the unit follows from the usual speed of robots."""
     way = math.tau * 0.0762 / 8.45
     found = replace(swerve(way / size), kind="tank")
     known = complete_measures(found, RobotSettings(), tmp_path)
@@ -115,7 +115,7 @@ def test_pathplanner_settings_fill_the_gaps_of_the_program(planned):
     assert found.differences == ()
 
 
-def test_each_contradiction_is_one_sentence(planned):
+def test_each_contradiction_is_reported_in_one_sentence(planned):
     folder = planned(driveGearing=6.75, flModuleX=0.35)
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), folder)
     places, way = found.differences
@@ -188,7 +188,7 @@ def test_wheel_turns_are_not_taken_as_meters(tmp_path):
 
 @pytest.mark.parametrize(("said", "lowered"), [({}, (1, 4)), ({"dropped_center": False}, ())])
 def test_a_tank_drive_has_a_dropped_center_unless_the_file_says_otherwise(said, lowered, tmp_path):
-    hardware = MagicMock()  # # read where REVLib is imported
+    hardware = MagicMock()  # read where REVLib is imported
     hardware.config_accessor.closed_loop.feed_forward.getk_s.return_value = 0.0
     motors = (replace(SPARK, hardware=hardware),)
     sides = tuple(FoundWheel(name=name, place=(0.0, y), motors=motors) for name, y in (("left", 0.3), ("right", -0.3)))
@@ -200,7 +200,7 @@ def test_a_tank_drive_has_a_dropped_center_unless_the_file_says_otherwise(said, 
 
 @pytest.mark.parametrize("said", [None, False, True])
 def test_the_forward_direction_is_a_guess_unless_the_file_gives_it(said, tmp_path):
-    hardware = MagicMock()  # # read where REVLib is imported
+    hardware = MagicMock()  # read where REVLib is imported
     hardware.config_accessor.closed_loop.feed_forward.getk_s.return_value = 0.0
     motors = (replace(SPARK, hardware=hardware),)
     sides = tuple(FoundWheel(name=name, place=(0.0, y), motors=motors) for name, y in (("left", 0.3), ("right", -0.3)))

@@ -39,11 +39,11 @@ def test_devices_that_nothing_serves_are_named_once():
         *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
         *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
     ]
-    installed_makers()  # # loads them
+    installed_makers()  # loads them
     assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]"]
 
 
-def test_a_program_of_phoenix_5_is_refused_with_what_works():
+def test_a_program_of_phoenix_5_is_refused_with_the_supported_controllers():
     code = "from simcore.robotcode.program.makers import watch_makers; watch_makers(); import phoenix5.sensors"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     last = done.stderr.rstrip().splitlines()[-1]
@@ -71,7 +71,7 @@ def test_devices_are_found_by_object_and_forgotten_with_it():
     found = devices.find(own)
     assert found is not None and found.hardware is own
     device = devices.find(twin)
-    assert device is not None and device.hardware is first  # # two objects with the same id are one device
+    assert device is not None and device.hardware is first  # two objects with the same id are one device
     del first, twin, device
     gc.collect()
     assert [str(d) for d in devices.devices()] == ["motor 2"]

@@ -27,7 +27,7 @@ class Gyro:
 
 
 class Controller:
-    """Motor controller with an encoder, like that of another maker."""
+    """Motor controller with an encoder, as another maker may have it."""
 
     def __init__(self, volts: float = 0.0, coasts: bool = False) -> None:
         self.asked, self.rotor, self.supply = volts, (math.nan, math.nan), math.nan
@@ -69,7 +69,7 @@ def test_swerve_volts_come_from_the_motors_and_the_motion_goes_to_every_sensor()
     rotor = (m.drive_gearing * state.wheel_angle[1] + 3.0 * state.steer_angle[1]) / math.tau
     assert drives[1].rotor[0] == pytest.approx(rotor)
     assert steers[1].rotor[1] == pytest.approx(m.steer_gearing * state.steer_speed[1] / math.tau)
-    assert gyro.yaw == pytest.approx(0.2)  # # it was zero when it was switched on
+    assert gyro.yaw == pytest.approx(0.2)  # it was zero when it was switched on
 
 
 @pytest.mark.parametrize(("coasts", "slows"), [(True, False), (False, True)])

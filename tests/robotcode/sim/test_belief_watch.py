@@ -31,7 +31,7 @@ def _watched(
     disabled: int = 0,
     reset: int = -1,
 ) -> list[str]:
-    """Return what is reported of a run with these believed and true poses, without slip of the wheels.
+    """Return the messages about a run with these believed and true poses, without wheel slip.
 
     The robot is disabled for the first ticks, and in one tick the program sets its pose.
     """
@@ -114,7 +114,7 @@ def test_a_fault_at_constant_heading_is_reported_with_its_cause(name, caplog):
 
 def test_errors_while_disabled_after_a_reset_or_corrected_by_cameras_are_not_faults(caplog):
     assert _watched([(BEGIN, p) for p in TRUTH], caplog, disabled=len(TRUTH)) == []
-    elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # # three ticks after the request
+    elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # three ticks after the request
     assert _watched(list(zip(elsewhere, TRUTH, strict=True)), caplog, reset=75) == []
     seen = [_seen_in_steps((7.0, 1.0, 2.5), p, 1 - 0.9**k) for k, p in enumerate(TRUTH)]
     (said,) = _watched([(seen[min(k, 75)], p) for k, p in enumerate(TRUTH)], caplog, sees=True)

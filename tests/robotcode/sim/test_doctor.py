@@ -26,7 +26,7 @@ from simcore.robotcode.sim.doctor import Finding
     [((3, 9, 18), "fail", "python3.13 -m venv"), ((3, 10, 0), "ok", ""), ((3, 14, 8), "ok", ""),
      ((3, 15, 0), "fail", "py -3.13 -m venv")],
 )  # fmt: skip
-def test_the_version_of_python_is_judged(version, level, advice):
+def test_the_version_of_python_is_checked(version, level, advice):
     found = doctor.check_python(version)
     assert found.level == level and advice in found.advice and bool(found.advice) == (level != "ok")
 
@@ -94,7 +94,7 @@ def test_imports_of_the_robot_program_that_do_not_load_are_reported(tmp_path, mo
 
 
 @pytest.mark.parametrize(("milliseconds", "level"), [(1.0, "ok"), (9.0, "warn"), (25.0, "fail")])
-def test_the_time_of_a_tick_is_judged(milliseconds, level, monkeypatch):
+def test_the_time_of_a_tick_is_checked(milliseconds, level, monkeypatch):
     clock = iter(range(10**6))
     monkeypatch.setattr(doctor.time, "perf_counter", lambda: next(clock) * 1e-3 * milliseconds)
     *_, found = doctor.check_run()
@@ -151,7 +151,7 @@ def test_the_table_can_be_printed_on_any_terminal(encoding):
 
 
 def test_the_check_loads_no_vendor_library():
-    """It must work even where half of them are missing."""
+    """The check must work even if vendor libraries are missing."""
     code = (
         "import sys, simcore.robotcode.sim.doctor\n"
         "assert not {'wpilib', 'hal', 'phoenix6', 'pyfrc', 'pybullet', 'mujoco'} & set(sys.modules)"

@@ -14,11 +14,11 @@ from simcore.robotcode.sim.hang_watch import HangWatch
 @pytest.mark.parametrize(
     ("wall", "work", "passed"),
     [
-        (0.25, 0.25, 0.25),  # # the program works all the time
-        (0.25, 0.001, 0.25),  # # it waits
-        (0.25, 0.05, 0.05),  # # it works with a fifth of a processor, all that other programs leave
-        (3.0, 0.002, 0.25),  # # it has waited for a processor: the check itself came late
-        (0.25, 0.9, 0.25),  # # it works on four processors
+        (0.25, 0.25, 0.25),  # the program works all the time
+        (0.25, 0.001, 0.25),  # it waits
+        (0.25, 0.05, 0.05),  # it works with a fifth of a processor, all that other programs leave
+        (3.0, 0.002, 0.25),  # it has waited for a processor: the check itself came late
+        (0.25, 0.9, 0.25),  # it works on four processors
     ],
 )
 def test_a_check_counts_work_or_waiting(wall, work, passed):

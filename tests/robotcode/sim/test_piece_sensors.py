@@ -13,7 +13,7 @@ from simcore.units import TICK
 
 
 class Robot:
-    """Robot with what a sensor reads: a storage and a claw."""
+    """Robot with the parts that a sensor reads: a storage and a claw."""
 
     def __init__(self, *pieces: int) -> None:
         self.storage = Storage(StorageConfig(capacity=9))
@@ -54,11 +54,11 @@ def test_a_piece_takes_time_from_the_intake_unless_it_was_preloaded():
     sensor = eye(robot, delay=0.1)
     assert not sensor.look()
     robot.storage.add([1])
-    assert ticks_seen(sensor, 7) == [False] * 5 + [True] * 2  # # the tick in which it enters, then five ticks of 20 ms
+    assert ticks_seen(sensor, 7) == [False] * 5 + [True] * 2  # the tick in which it enters, then five ticks of 20 ms
     robot.storage.take()
     assert not sensor.look()
     robot.storage.add([1])
-    assert not sensor.look()  # # the same piece enters again
+    assert not sensor.look()  # the same piece enters again
 
 
 @pytest.mark.parametrize("place", ["intake", "shooter"])

@@ -3,7 +3,7 @@
 from simcore.robotcode.sim.startup_summary import StartupSummary
 
 
-def test_many_devices_fit_on_one_screen_with_every_kind():
+def test_many_devices_of_every_kind_fit_on_one_screen():
     lines = StartupSummary(
         robot="Robot is on the field of REBUILT (2026): 55 kg, bumpers 0.80 x 0.80 m",
         drivetrain="TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9",

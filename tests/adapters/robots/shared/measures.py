@@ -55,7 +55,7 @@ def modules(
 
 
 def build(drivetrain=swerve.SwerveDrivetrain, *, bus="", **settings):
-    """Return a drivetrain of these modules and Pigeon 9."""
+    """Return a drivetrain of the given modules and Pigeon 9."""
     constants = swerve.SwerveDrivetrainConstants().with_can_bus_name(bus).with_pigeon2_id(9)
     steer, encoder = hardware.TalonFX, hardware.CANcoder
     if settings.get("fxs"):

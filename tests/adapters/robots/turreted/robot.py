@@ -1,6 +1,6 @@
 """Turret that aims by odometry, a shooter with two wheels at different speeds, and an intake at each end.
 
-No mechanism is the default robot's; simcore.toml describes them all.
+No mechanism is that of the default robot; simcore.toml describes all of them.
 """
 
 import math
