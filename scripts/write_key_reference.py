@@ -14,11 +14,11 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "simcore_toml.md"
 _HEAD = """\
 # Keys of simcore.toml
 
-These are the tables of the file next to `robot.py` that `simcore init` writes
-([Connect your robot code](connect.md#simcoretoml)). Every key is optional, unless it is marked as needed. Lengths are in
-meters, masses in kg, angles in degrees; x is forward, y to the left, z up from the floor. There may be several tables
-`[[intake]]`; a single one may be written `[intake]` (shooter, claw, storage and climber, too). An unknown key or an
-invalid value ends the start with one sentence.
+These are the tables of the file next to `robot.py` that `simcore init` writes ([Connect your robot
+code](connect.md#simcoretoml)). Every key is optional, unless it is marked as needed. Lengths are in meters, masses in
+kg, angles in degrees; x is forward, y to the left, z up from the floor. There may be several tables `[[intake]]`; a
+single one may be written `[intake]` (shooter, claw, storage and climber, too). An unknown key or an invalid value
+ends the start with one sentence.
 
 This page is made by `scripts/write_key_reference.py`; edit the keys, not the page.
 

@@ -98,9 +98,6 @@ def _drift_bodies(bodies, h, call):
             for k in range(3):
                 body.mean_twist[k] += part * body.vel[k]
                 body.mean_twist[3 + k] += part * body.rate[k]
-        if body.carries:  # what stands on it would otherwise sink with it until the engine's step
-            for k in range(3):
-                body.rate[k] += h * body.pull[k]
         if body.is_robot or body.is_active:
             drift(body, h)
 

@@ -69,7 +69,9 @@ class BallDynamics:
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
         self._others: list[int] = []  # numbers of the bodies other than robots that balls can touch in this tick
         self._fixed: set[int] = set()  # numbers of the sleeping bodies among them
-        self._sent: dict[int, FloatArray] = {}  # angular velocities of carriers, sent before the engine's last step
+        self._turned: dict[
+            int, FloatArray
+        ] = {}  # last angular velocities of carriers, changed by the impulses of the loop
         self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
         """State of all balls."""
         self.memory = make_memory(0)
@@ -124,8 +126,9 @@ class BallDynamics:
             body["pos"], body["quat"] = engine.pose(bodies.rows[number])
             vel, body["rate"] = engine.velocity(bodies.rows[number])
             body["vel"] = (0.0, 0.0, 0.0) if body["swings"] else vel
-            if body["carries"]:
-                body["pull"] = (body["rate"] - self._sent.get(number, body["rate"])) / h
+            if body["carries"]:  # what hinge and engine have changed, without the impulses of the loop
+                body["pull"] = (body["rate"] - self._turned.get(number, body["rate"])) / h
+                self._turned[number] = body["rate"].copy()
 
     def push_bodies(self, engine: Engine) -> None:
         """Apply the impulses of balls to the engine's bodies, before the engine's step."""
@@ -133,8 +136,6 @@ class BallDynamics:
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
             impulse = body["impulse"]
-            if body["carries"]:
-                self._sent[number] = np.array(engine.velocity(bodies.rows[number])[1])
             if number in self._fixed or not impulse.any():
                 continue
             row = bodies.rows[number]
@@ -145,7 +146,7 @@ class BallDynamics:
             spin = rate + turn
             linear = np.cross(spin, pos - body["center"]) if body["swings"] else vel + impulse[:3] / body["mass"]
             if body["carries"]:
-                self._sent[number] = spin
+                self._turned[number] += turn
             engine.wake(row)
             engine.set_velocity(row, linear.tolist(), spin.tolist())
 

@@ -112,6 +112,21 @@ def test_a_robot_at_rest_tips_a_seesaw_until_its_spring_balances(place, damping)
         assert 2500.0 * body.angle == pytest.approx(moment, rel=0.01)
 
 
+def test_a_parked_robot_stays_where_it_is_on_a_tilted_seesaw():
+    """At 2.6 degrees, the tires creep at slip_speed tan a / mu = 0.015 mm/s; a seesaw that sank would add to it."""
+    game = seesaw(spring=2500.0)
+    plate = replace(game.field.hanging[0], damping=60.0)
+    with Match(replace(game, field=replace(game.field, hanging=(plate,)))) as match:
+        (body,), robot = match.hanging, match.robots[0]
+        robot.carry_to((6.0 - 0.2, 4.0, 0.0))
+        robot.drive.set_volts([0.0] * 4, [0.0] * 4)
+        match.play(4.0)
+        before = robot.chassis.pos[0]
+        match.play(2.0)
+        assert math.degrees(body.angle) == pytest.approx(-2.6, abs=0.2)
+        assert abs(robot.chassis.pos[0] - before) < 2 * 3e-5
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
