@@ -12,7 +12,7 @@ from games.rebuilt.fuel import FUEL as REBUILT_FUEL
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.units import GRAVITY, inches, pounds
-from simcore.world.contact_law import BUMPER, CARPET, WALL
+from simcore.world.contact_law import BUMPER, CARPET, FRICTIONLESS, WALL
 from simcore.world.shapes import Box, Sphere
 from simcore.world.world import PhysicsWorld
 
@@ -87,3 +87,46 @@ def test_a_heap_of_light_stiff_balls_never_gains_energy(mass, restitution):
             levels.append(moving + mass * GRAVITY * b.pos[:, 2].sum())
         assert max(levels) <= levels[0] * 1.0001
         assert levels[-1] < 0.8 * levels[0], "and it has met the floor"
+
+
+def test_stiff_contacts_do_not_change_the_step_of_other_balls():
+    """A ball rolls to the same place whether or not two others hit each other with 12 m/s across the field."""
+    ends = []
+    for count in (1, 3):
+        with PhysicsWorld() as world:
+            pieces = awake(world, FUEL, [(3.0, 2.0, R), (12.0, 6.0, 1.0), (12.3, 6.0, 1.0)][:count])
+            pieces.state.vel[0] = 2.0, 0.3, 0.0
+            pieces.state.vel[1:count, 0] = (6.0, -6.0)[: count - 1]
+            for _ in range(60):
+                world.advance(0.005)
+            ends.append((pieces.state.pos[0].tolist(), pieces.state.vel[0].tolist()))
+            if count == 3:
+                closing = pieces.state.vel[2, 0] - pieces.state.vel[1, 0]
+                assert closing == pytest.approx(12.0 * FUEL.restitution**2, abs=12.0 * 0.04), "they have hit each other"
+    assert ends[0] == ends[1]
+
+
+def test_a_row_of_fuel_squeezed_at_a_wall_comes_to_rest_and_passes_the_whole_force_on():
+    """A robot presses four fuel at a wall with 120 N for 2 s: the row is still, and foam at the wall has F(d) = 120 N.
+
+    A smooth tube keeps the row from buckling.
+    """
+    with PhysicsWorld(floor=None, gravity=1e-9) as world:
+        world.add_static("wall", Box((0.3, 4.0, 4.0)), (5.15, 4.0, 1.0), surface=WALL)
+        for y, z in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+            place = (4.7, 4.0 + y * (R + 0.0505), 1.0 + z * (R + 0.0505))
+            world.add_static(f"side {y} {z}", Box((0.6, 0.1, 0.1)), place, surface=FRICTIONLESS)
+        pieces = awake(world, FUEL, [(5.0 - R - 2.0 * R * k, 4.0, 1.0) for k in range(4)])
+        row = world.add_robot_body(
+            "robot", Box((1.0, 0.1, 0.1)), mass=55.0, surface=BUMPER, center_of_mass=(0.0, 0.0, 0.0),
+            inertia=(5.0, 5.0, 5.0), pos=(5.0 - 8.0 * R - 0.501, 4.0, 1.0),
+        )  # fmt: skip
+        body = world.bodies.of(row)
+        for _ in range(2000):
+            body["vel"] = (float(body["vel"][0][0]) + 1e-3 * 120.0 / 55.0, 0.0, 0.0)
+            body["rate"] = 0.0
+            world.advance(0.001)
+        depth = R - (5.0 - float(pieces.state.pos[0, 0]))
+        curve = FUEL.stiffness
+        assert curve.linear * depth + curve.cubic * depth**3 == pytest.approx(120.0, rel=0.02)
+        assert np.abs(pieces.state.vel).max() < 5e-3, "a step too long for the foam would shake them with 0.5 m/s"
