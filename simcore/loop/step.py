@@ -22,7 +22,7 @@ from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
 
 __all__ = ["advance", "prepare"]
 
-_LISTED = 0.005  # longest use of one neighbour list [s]
+_LISTED = 0.005  # longest use of one list of neighbors [s]
 
 
 @compiled
