@@ -1,4 +1,4 @@
-"""A battery, the roboRIO that it feeds, and the voltage on which all motors of a robot agree with it."""
+"""Battery, brown-outs of the roboRIO, and the bus voltage at which battery and motors are in balance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["begin_battery", "bus_voltage", "draw", "open_voltage", "watch_browno
 
 @compiled
 def open_voltage(batteries: Records, i: int) -> float:
-    """Return what the terminals would show without a load: the voltage behind the resistance [V]."""
+    """Return the terminal voltage without a load: the voltage behind the series resistance [V]."""
     b = batteries[i]
     voltage: float = b.model.empty + (b.model.full - b.model.empty) * b.charge - b.slow_drop
     return max(0.0, voltage)
@@ -21,7 +21,7 @@ def open_voltage(batteries: Records, i: int) -> float:
 
 @compiled
 def begin_battery(batteries: Records, i: int) -> None:
-    """Swap in a rested battery; its charge is set already, and what has been lowest stays so."""
+    """Swap in a rested battery; keep `charge`, which is set already, and `min_voltage`."""
     b = batteries[i]
     b.slow_drop = 0.0
     b.drawn = 0.0
@@ -40,18 +40,18 @@ def begin_battery(batteries: Records, i: int) -> None:
 
 @inner
 def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float) -> bool:
-    """Draw a current for a step.
+    """Draw a current from a battery for one step.
 
     Args:
-        batteries: All.
-        i: Number of the battery.
-        h: Step [s].
-        current: Net current drawn [A], constant over the step; negative charges.
-        at_voltage: Voltage for which the current was computed [V]. Motors draw at most in proportion to it: a load that
-            would pull the terminals below draws less; NaN: it does not depend on the voltage.
+        batteries: Records of all batteries.
+        i: Index of the battery.
+        h: Time step [s].
+        current: Net current, constant over the step [A]; negative while charging.
+        at_voltage: Voltage for which the current was computed [V]; NaN for a current that does not depend on the
+            voltage. A load that would pull the terminals below `at_voltage` draws in proportion to the voltage.
 
     Returns:
-        Whether a brown-out or a reset has begun.
+        Whether a brown-out or a reset began in this step.
     """
     b = batteries[i]
     if current > 0.0 and at_voltage > 0.0:
@@ -61,7 +61,7 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
     b.current = current
     b.drawn += current * h
     b.charge = min(1.0, max(0.0, b.charge - current * h / b.model.capacity))
-    # Exact for a constant current: the slow drop relaxes towards I * R_slow.
+    # Exact for a constant current: the slow voltage drop relaxes towards I * R_slow.
     b.slow_drop += (b.slow_drop - current * b.model.recovery_resistance) * math.expm1(-h / b.model.recovery_time)
     voltage = max(0.0, open_voltage(batteries, i) - b.model.resistance * current)
     b.voltage = voltage
@@ -73,10 +73,10 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
 
 @inner
 def watch_brownout(batteries: Records, i: int, h: float) -> bool:
-    """Follow the roboRIO and what its motor controllers hear of it, over a step of h [s].
+    """Update the states of the roboRIO and of its motor controllers for a step of h [s].
 
     Returns:
-        Whether a brown-out or a reset has begun.
+        Whether a brown-out or a reset began in this step.
     """
     b = batteries[i]
     v = b.voltage
@@ -85,7 +85,7 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
     b.is_low = 1 if v < level or (b.is_low and v == level) else 0
     if v < b.model.reset_voltage:
         b.starved += h
-        if b.starved > b.model.reset_hold - 1e-9:  # a sum of steps: rounding must not cost one more
+        if b.starved > b.model.reset_hold - 1e-9:  # rounding errors of the sum must not delay the reset by a step
             if b.boots == 0.0:
                 b.resets += 1
                 has_begun = True
@@ -113,19 +113,19 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
 
 @inner
 def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
-    """Return the voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
+    """Return the bus voltage in balance with the motors' current: V = V_open - R (I_other + I_motors(V)) [V].
 
-    Four stalled motors have less resistance together than the battery, so last step's current must not set this
-    step's voltage: that would ring between 0 and 13 V. Newton from the last voltage; one round when nothing changes.
+    Four stalled motors in parallel have less resistance than the battery: with the current of the last step the voltage
+    would ring between 0 and 13 V. Newton's method starts from the last voltage and takes one iteration in steady state.
 
     Args:
-        batteries: All.
-        i: Number of the battery.
-        guess: Voltage of the last step [V].
-        other_current: Drawn by everything else [A].
-        shafts: All, with their requests.
-        first: First shaft of the robot.
-        last: The one behind its last.
+        batteries: Records of all batteries.
+        i: Index of the battery.
+        guess: Bus voltage in the last step [V].
+        other_current: Current of all loads other than motors [A].
+        shafts: Records of all shafts, with their requests.
+        first: Index of the robot's first shaft.
+        last: Index after the robot's last shaft.
     """
     b = batteries[i]
     source = open_voltage(batteries, i)
@@ -169,7 +169,7 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
         if -1e-4 < miss < 1e-4:
             break
         steep = 1.0 + b.model.resistance * rise
-        # Beyond the point of greatest power Newton would run uphill: halve until the requests saturate.
+        # Beyond the point of maximum power Newton's method diverges: halve the voltage until the requests saturate.
         if steep > 0.2:
             new = bus + miss / steep
         else:

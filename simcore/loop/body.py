@@ -1,13 +1,13 @@
-"""Rigid bodies: rotation, motion, forces at places, and how a robot touches the field and other robots.
+"""Rigid bodies: rotation, motion, applied forces, and contacts of robots with the field and with other robots.
 
-A robot is one rigid body. Each wheel is a soft ball around its axle, whose spring gives the wheel's load; corners and
-sides of bumpers and frame are small soft balls, and edges of what stands on the field press into the box of bumpers and
-frame and push it out through its nearest face. Load transfer, tipping, ramps, falls, a robot on its back and one on top
-of another follow from forces at these places.
+A robot is one rigid body. Each wheel is a soft ball around the axle, and its compression gives the wheel load. Corners
+and sides of bumpers and frame are small soft balls. Edges of field elements that enter the box of bumpers or frame push
+the box away through the nearest face. Load transfer, tipping, ramps, falls, a robot on its back and a robot on top of
+another robot follow from these contact forces.
 
-A new contact that is deeper than its approach explains, as when a robot is put into another one or tips beyond the
-angle at which its bumpers are met in plan, was not pressed so deep by anything: what there is more of the depth
-(`put_in`) gives no force, and the two part by place, without velocity.
+A new contact can be deeper than its closing speed explains, for example when a user puts a robot into another robot, or
+when a robot tips beyond the angle at which bumpers collide in plan view. The excess of the depth (`put_in`, the initial
+overlap) gives no force; the loop separates the bodies by position, without a change of velocity.
 """
 
 from __future__ import annotations
@@ -41,23 +41,23 @@ __all__ = [
 ]
 
 UPRIGHT = math.cos(math.radians(25.0))
-"""Cosine of the tilt up to which bumpers meet walls in plan: a bump's 16 degrees with some to spare."""
-_NEAR = 0.005  # [m]; gaps up to here are known
-_MOST_NEAR = 64  # solids near a robot that it may touch
-_MOST_ENDS = 24  # of edges in the box of a robot's bumpers or frame
-_SLIDES = 0.1  # friction of skids and plates under a frame on the field; estimate
-_RUBS = 0.4  # friction of the rest of a robot on the field and on other robots; estimate
-_SLACK = 2e-4  # [m]; by so much a contact may be deeper than its approach explains
-_MOST_DAMPING = 0.8  # share of the speed that the dampers of points take in a step: beyond 1 they turn it round
-_OUT_TIME = 0.03  # [s] and
-_OUT_SPEED = 0.05  # [m/s]: so fast a robot comes out of what it was put into
+"""Cosine of the largest tilt at which bumpers collide in plan view [-]: 16 degrees on a bump, plus a margin."""
+_NEAR = 0.005  # largest gap that contact detection computes [m]
+_MOST_NEAR = 64  # largest number of solids near a robot
+_MOST_ENDS = 24  # largest number of ends of edges in the box of a robot's bumpers or frame
+_SLIDES = 0.1  # coefficient of friction of skids and plates under a frame on the field [-]; estimate
+_RUBS = 0.4  # coefficient of friction of other parts of a robot on the field and on robots [-]; estimate
+_SLACK = 2e-4  # tolerance of the depth that the closing speed explains [m]
+_MOST_DAMPING = 0.8  # largest fraction of the speed that dampers remove in a step [-]; above 1 the speed would reverse
+_OUT_TIME = 0.03  # time constant with which an initial overlap decays [s]
+_OUT_SPEED = 0.05  # further speed at which an initial overlap decays [m/s]
 _FLOOR = -1
-_EDGES, _POINTS = 10**10, 10**12  # keys of contacts: from here on those of edges, and of points
+_EDGES, _POINTS = 10**10, 10**12  # first contact key of edges, first contact key of points
 
 
 @compiled
 def rotate(quat: Sequence[float], x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return a vector of a body in the axes of the field."""
+    """Transform a vector from body axes to field axes with an attitude quaternion (x, y, z, w)."""
     a, b, c, w = quat[0], quat[1], quat[2], quat[3]
     tx = 2.0 * (b * z - c * y)
     ty = 2.0 * (c * x - a * z)
@@ -67,13 +67,13 @@ def rotate(quat: Sequence[float], x: float, y: float, z: float) -> tuple[float, 
 
 @compiled
 def rotate_back(quat, x, y, z):
-    """Return a vector of the field in the axes of a body."""
+    """Transform a vector from field axes to body axes with an attitude quaternion (x, y, z, w)."""
     return rotate((-quat[0], -quat[1], -quat[2], quat[3]), x, y, z)
 
 
 @inner
 def update_axes(body):
-    """Update axes and center of mass of a body from its pose."""
+    """Update the axes and the center of mass (or pivot) of a body from the body's pose."""
     x = body.quat[0]
     y = body.quat[1]
     z = body.quat[2]
@@ -99,7 +99,7 @@ def update_axes(body):
 
 @inner
 def drift(body, h):
-    """Move a body on with the velocity that it has, for h [s]."""
+    """Advance the pose of a body by h [s] at constant velocity."""
     ox = body.pos[0] - body.com[0]
     oy = body.pos[1] - body.com[1]
     oz = body.pos[2] - body.com[2]
@@ -128,7 +128,7 @@ def drift(body, h):
 
 @compiled
 def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
-    """Change the velocity of a body as if it had been so from the start of the last step of h [s]."""
+    """Add a velocity [m/s, rad/s] to a body, and the displacement from this velocity over the last step of h [s]."""
     body = bodies[b]
     kept = (body.vel[0], body.vel[1], body.vel[2], body.rate[0], body.rate[1], body.rate[2])
     update_axes(body)
@@ -143,7 +143,7 @@ def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
 
 @inner
 def turned_rate(body, tx, ty, tz, h):
-    """Return the angular velocity after h [s] under a moment [N m], both in body axes [rad/s]."""
+    """Return the angular velocity after a torque [N m] has acted for h [s], both in body axes [rad/s]."""
     wx, wy, wz = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
     ix = body.inertia[0]
     iy = body.inertia[1]
@@ -157,7 +157,7 @@ def turned_rate(body, tx, ty, tz, h):
 
 @inner
 def change_velocity(body, jx, jy, jz, ax, ay, az):
-    """Give a body an impulse [N s] with an angular impulse about its center of mass [N m s]."""
+    """Change a body's velocity by an impulse [N s] and an angular impulse about the center of mass or pivot [N m s]."""
     if not body.swings:
         body.vel[0] += jx / body.mass
         body.vel[1] += jy / body.mass
@@ -175,9 +175,9 @@ def change_velocity(body, jx, jy, jz, ax, ay, az):
 
 @inner
 def apply_impulse(body, jx, jy, jz, ax, ay, az):
-    """Give a body an impulse [N s] at a place from its center [m].
+    """Apply an impulse [N s] to a body at an offset from the center of mass or pivot [m].
 
-    Robots and what carries them change velocity at once; the engine gets the sum for its bodies after the call.
+    Robots and bodies that carry robots change velocity at once; other bodies do so after the call, in the engine.
     """
     mx = ay * jz - az * jy
     my = az * jx - ax * jz
@@ -194,7 +194,7 @@ def apply_impulse(body, jx, jy, jz, ax, ay, az):
 
 @inner
 def apply_force(robot, ax, ay, az, fx, fy, fz):
-    """Add a force [N] on a robot in this step, at a place from its center of mass [m]."""
+    """Add a contact force on a robot [N] in this step, at an offset from the robot's center of mass [m]."""
     robot.press[0] += fx
     robot.press[1] += fy
     robot.press[2] += fz
@@ -205,7 +205,7 @@ def apply_force(robot, ax, ay, az, fx, fy, fz):
 
 @inner
 def add_touch(robot, row):
-    """Add the row of what a robot touches to its list."""
+    """Add the row of a body or field element to the list of a robot's contacts."""
     for k in range(robot.touched):
         if robot.touches[k] == row:
             return
@@ -216,9 +216,9 @@ def add_touch(robot, row):
 
 @inner
 def find_spring(springs, r, key, stamp):
-    """Find the memory of a contact of robot r: its place, and whether the contact is new.
+    """Return the index of a contact in the records of robot r, and whether the contact is new.
 
-    That of a new one takes the place of the one that is over for the longest.
+    A new contact replaces the record with the oldest stamp.
     """
     oldest = 0
     for k in range(SPRINGS):
@@ -240,43 +240,43 @@ def find_spring(springs, r, key, stamp):
 
 @inner
 def unexplained(depth, closing, h):
-    """Return how much of the depth of a new contact its closing speed [m/s] does not explain [m]."""
+    """Return the part of a new contact's depth [m] that the closing speed [m/s] does not explain [m]."""
     return max(0.0, depth - max(0.0, closing) * h - _SLACK)
 
 
 @inner
 def way_out(put_in, h):
-    """Return how far what was put into something comes out of it in a step, by place and not by velocity [m]."""
+    """Return the displacement that reduces an initial overlap in a step of h [s], without a change of velocity [m]."""
     return min(put_in, (put_in / _OUT_TIME + _OUT_SPEED) * h) if put_in > 0.0 else 0.0
 
 
 @inner
 def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, friction, h):
-    """Find the force of a soft contact with friction that has a memory.
+    """Compute the force of a soft contact with a friction spring, field axes, and update the contact's record.
 
     Args:
-        robot: That has it.
-        r: Its number.
+        robot: Record of the robot.
+        r: Index of the robot.
         springs: Records of all contacts.
         key: Key of the contact.
         stamp: Number of the step.
-        depth: [m]
-        nx: Unit normal towards the robot.
-        ny: The same.
-        nz: The same.
-        ax: Place from its center of mass [m].
-        ay: The same.
-        az: The same.
-        ux: Velocity of the robot there, relative to what it touches [m/s].
-        uy: The same.
-        uz: The same.
-        k: Stiffness [N/m].
-        c: Damping [N s/m].
-        friction: Coefficient [-].
-        h: Step [s].
+        depth: Depth of the contact [m].
+        nx: x component of the unit normal towards the robot.
+        ny: y component of the unit normal.
+        nz: z component of the unit normal.
+        ax: x offset of the contact from the robot's center of mass [m].
+        ay: y offset of the contact [m].
+        az: z offset of the contact [m].
+        ux: x component of the robot's velocity at the contact, relative to the other body [m/s].
+        uy: y component of the relative velocity [m/s].
+        uz: z component of the relative velocity [m/s].
+        k: Normal stiffness [N/m].
+        c: Normal damping [N s/m].
+        friction: Coefficient of friction [-].
+        h: Time step [s].
 
     Returns:
-        Normal force [N], and the whole one [N, N, N].
+        Normal force [N], and x, y and z components of the total force [N].
     """
     out = ux * nx + uy * ny + uz * nz
     slot, is_new = find_spring(springs, r, key, stamp)
@@ -284,7 +284,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
     if is_new or robot.is_put:
         spring.put_in = unexplained(depth, -out, h)
     spring.put_in = min(spring.put_in, depth)
-    if spring.put_in > 0.0 and abs(nz) < 0.7:  # up and down its weight presses it out, or holds it
+    if spring.put_in > 0.0 and abs(nz) < 0.7:  # no vertical shift: the robot's weight acts there
         way = way_out(spring.put_in, h)
         robot.shift[0] += way * nx
         robot.shift[1] += way * ny
@@ -300,7 +300,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
     x = spring.stretch[0] + ux * h
     y = spring.stretch[1] + uy * h
     z = spring.stretch[2] + uz * h
-    out = x * nx + y * ny + z * nz  # the surface may have turned
+    out = x * nx + y * ny + z * nz  # the normal may have turned since the last step
     x -= out * nx
     y -= out * ny
     z -= out * nz
@@ -310,7 +310,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
     fy = -stiffness * y - damping * uy
     fz = -stiffness * z - damping * uz
     size = math.sqrt(fx * fx + fy * fy + fz * fz)
-    if size > friction * load:  # it slips
+    if size > friction * load:  # the contact slips
         share = friction * load / size
         fx *= share
         fy *= share
@@ -332,7 +332,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
 
 @compiled
 def _velocity(body, ax, ay, az):
-    """Return the velocity of a place from the center of mass of a body [m/s]."""
+    """Return the velocity of a body at an offset from the center of mass [m/s]."""
     vel = body.vel
     rate = body.rate
     return (
@@ -344,24 +344,24 @@ def _velocity(body, ax, ay, az):
 
 @compiled
 def _mobility(body, ax, ay, az, nx, ny, nz):
-    """Return the inverse of the mass that a robot shows at a place from its center of mass along a direction [1/kg]."""
+    """Return the inverse effective mass of a robot at an offset from the center of mass along a unit vector [1/kg]."""
     x, y, z = rotate_back(body.quat, ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx)
     return 1.0 / body.mass + x * x / body.inertia[0] + y * y / body.inertia[1] + z * z / body.inertia[2]
 
 
 @inner
 def _limited_damping(damping, mobility, count, h):
-    """Return the damping of one of `count` contacts at once [N s/m].
+    """Return the limited damping of one of `count` simultaneous contacts [N s/m].
 
-    Each takes at most its share of `_MOST_DAMPING` of the speed at its place in a step of h [s], so that all of them
-    together never turn a motion round, wherever they are.
+    In a step of h [s] each damper removes at most the fraction `_MOST_DAMPING / count` of the speed at the contact, so
+    that all dampers together never reverse a motion, wherever the contacts are.
     """
     return min(damping, _MOST_DAMPING / (mobility * count * h))
 
 
 @inner
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
-    """Add a contact of a point: the mean of several has their mean place and direction."""
+    """Add the load of a contact to a point; normal and arm of the point are means weighted by load."""
     share = load / (point.load + load)
     point.normal[0] += share * (nx - point.normal[0])
     point.normal[1] += share * (ny - point.normal[1])
@@ -374,7 +374,7 @@ def _add_load(point, load, nx, ny, nz, ax, ay, az):
 
 @inner
 def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
-    """Note what a point touches, how deep, the way out, and its middle from the center of mass of its robot."""
+    """Store a contact: point, touched object, depth, unit normal, and offset of the point from the center of mass."""
     hit = hits[n]
     hit[0] = i
     hit[1] = what
@@ -389,14 +389,14 @@ def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
 
 @inner
 def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, h):
-    """Press one wheel or point of a robot against the field; `count` points touch at once."""
+    """Apply the contact force of the field on one wheel or point of a robot; `count` points are in contact at once."""
     robot = fleet.robots[r]
     point = fleet.points[i]
     ax -= (point.radius - depth) * nx
     ay -= (point.radius - depth) * ny
     az -= (point.radius - depth) * nz
     ux, uy, uz = _velocity(body, ax, ay, az)
-    if point.is_wheel:  # tires have their own friction
+    if point.is_wheel:  # the tire model computes the friction of wheels
         load = point.stiffness * depth - point.damping * (ux * nx + uy * ny + uz * nz)
         if load > 0.0:
             apply_force(robot, ax, ay, az, load * nx, load * ny, load * nz)
@@ -415,7 +415,7 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
 
 @compiled
 def _clip(ax, ay, az, bx, by, bz, half, ends, n):
-    """Clip an edge to a box around the origin, into two rows of `ends`, and return their number."""
+    """Clip an edge to a box around the origin, append the clipped ends to `ends`, and return the number of ends."""
     t0 = 0.0
     t1 = 1.0
     for axis in range(3):
@@ -444,7 +444,7 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
 
 @inner
 def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
-    """Press the edges of a solid of the field into a box of a robot: out through its nearest face."""
+    """Apply the contact forces of a field solid's edges on a box of a robot, along the normal of the nearest face."""
     robot = fleet.robots[r]
     part = fleet.parts[p]
     middle = 0.5 * (part.bottom + part.top)
@@ -464,7 +464,7 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
             by = corner[t, j + 1]
             bz = corner[t, j + 2]
             if ax > bx or (ax == bx and (ay > by or (ay == by and az > bz))):
-                continue  # the other triangle has it the other way round
+                continue  # the adjacent triangle has this edge in the opposite direction
             cx = body.com[0]
             cy = body.com[1]
             cz = body.com[2]
@@ -493,7 +493,7 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
                 face = 2 * axis + (1 if sign > 0.0 else 0)
     axis = face // 2
     sign = 1.0 if face % 2 else -1.0
-    # the field's edge is pushed out along the face's normal, so the robot goes the other way
+    # the edge leaves the box along the outward normal of the face, so the robot moves in the opposite direction
     nx = -sign * body.axes[0, axis]
     ny = -sign * body.axes[1, axis]
     nz = -sign * body.axes[2, axis]
@@ -518,15 +518,15 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
 
 @compiled
 def touch_field(fleet, r, bodies, solids, has_floor, h):
-    """Press wheels, bumpers and frame of a robot against floor and field.
+    """Apply the contact forces of floor and field on the wheels, bumpers and frame of a robot.
 
     Args:
         fleet: All robots.
-        r: Number of the robot.
-        bodies: All.
+        r: Index of the robot.
+        bodies: Records of all bodies.
         solids: Solids of the field.
         has_floor: Whether there is a floor at z = 0.
-        h: Step [s].
+        h: Time step [s].
     """
     robot = fleet.robots[r]
     body = bodies[robot.body]
@@ -535,7 +535,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
     ny_cells = solids.cell_count[1]
     up = body.axes[2, 2]
     sine = math.sqrt(max(0.0, 1.0 - up * up))
-    # lowest of bumpers and frame, and of all
+    # lower bounds of the height of bumpers and frame, and of the whole robot
     lowest = body.pos[2] + min(robot.low * up, robot.high * up) - robot.reach * sine
     soles = min(lowest, body.pos[2] - robot.reach * sine) - 2.0 * _NEAR
     near = np.empty(_MOST_NEAR, np.int64)
@@ -569,7 +569,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
     is_low = count > 0 or (has_floor and lowest < 0.0)
     hits = np.empty((2 * (robot.last_point - robot.first_point), 9))
     n = 0
-    points = 0  # that touch and are no wheels
+    points = 0  # number of contacts of points other than wheels
     for i in range(robot.first_point, robot.last_point):
         point = fleet.points[i]
         point.load = 0.0
@@ -623,7 +623,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
 
 @inner
 def touch_plates(fleet, r, bodies, solids, h):
-    """Press wheels and points of a robot into the bodies that carry robots, which give way."""
+    """Apply the contact forces between a robot and the movable bodies that carry robots."""
     robot = fleet.robots[r]
     body = bodies[robot.body]
     for b in range(len(bodies)):
@@ -686,12 +686,12 @@ def touch_plates(fleet, r, bodies, solids, h):
                     add_touch(robot, plate.row)
 
 
-# --- robots that lie, or stand on another one ------------------------------------------------------------------------
+# --- robots that lie on the floor or on another robot -----------------------------------------------------------------
 
 
 @inner
 def _box_gap(part, x, y, z):
-    """Find the distance of a place from a box of a robot, in the robot's frame, and the way out."""
+    """Return the distance of a point from a box of a robot [m] and the outward unit normal, robot frame."""
     middle = 0.5 * (part.bottom + part.top)
     half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
     at = (x - part.x, y - part.y, z - middle)
@@ -714,7 +714,7 @@ def _box_gap(part, x, y, z):
 
 @compiled
 def _press_into(fleet, r, q, body, other, h):
-    """Press wheels and points of robot r into bumpers and frame of robot q."""
+    """Apply the contact forces between wheels and points of robot r and bumpers and frame of robot q."""
     robot = fleet.robots[r]
     beneath = fleet.robots[q]
     quat = other.quat
@@ -771,7 +771,7 @@ def _press_into(fleet, r, q, body, other, h):
 
 @compiled
 def touch_each_other(fleet, r, q, bodies, h):
-    """Press two robots that lie, or of which one is above the other, against each other."""
+    """Apply the contact forces between two robots, one of which lies or is above the other."""
     body = bodies[fleet.robots[r].body]
     other = bodies[fleet.robots[q].body]
     _press_into(fleet, r, q, body, other, h)

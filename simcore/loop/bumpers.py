@@ -1,14 +1,14 @@
-"""Bumpers of upright robots against walls and each other: spring, damper and Coulomb friction at flat sides.
+"""Contacts of upright robots' bumpers with walls and with each other: spring, damper and Coulomb friction.
 
-Two convex outlines touch along sides that overlap, so they have up to two contacts, one at each end of the overlap: the
-pressure between them is spread and holds the heading. At each a spring and a damper push,
+Two convex outlines touch along overlapping sides, with up to two contacts, one at each end of the overlap, so that the
+distributed pressure resists rotation. In each contact a spring and a damper give the normal force
 
-    N = k d - c v_n >= 0,   k = stiffness x half of the length that overlaps,   c = 2 zeta sqrt(k m)
+    N = k d - c v_n >= 0,   k = stiffness x half of the overlap's length,   c = 2 zeta sqrt(k m)
 
-with zeta from the pair's restitution, and a spring of friction along the sides, which stretches with the sliding until
-it has mu N (Cundall and Strack 1979, as balls have it). Two bumpers in a row give way by the sum of both depths.
+with zeta from the pair's restitution. A friction spring along the sides stretches during sliding up to the force mu N
+(Cundall and Strack 1979, as for balls). Two bumpers in contact are springs in series: their depths add up.
 
-Source of the sides that touch: E. Catto, "Computing distance", GDC 2010: separating axes and clipping.
+Source of the contact detection: E. Catto, "Computing distance", GDC 2010: separating axes and clipping.
 """
 
 from __future__ import annotations
@@ -23,23 +23,25 @@ from simcore.loop.compiled import compiled, inner
 __all__ = ["DAMPING_RATIOS", "place_parts", "touch_outlines", "touch_robots"]
 
 _BESIDE = 0.003
-"""Outlines whose sides overlap by less pass each other [m]."""
+"""Smallest overlap of two sides that collide [m]."""
 _COMMON = 1e-3
-"""Parts of two robots with less height in common pass above each other [m]: bumpers are as high as a frame begins."""
+"""Smallest common height of two robots' parts that collide [m]; a frame begins at the top of the bumpers."""
 _EQUAL = 1e-6
-"""Difference of separation up to which the first of two sides is taken [m]."""
+"""Difference of separation below which the first outline's side is the reference side [m]."""
 _MOST_RESTITUTION = 0.25
-"""More than bumpers give back [-]; up to here no hit, however oblique, gains energy in steps of 1 ms."""
+"""Largest restitution of a pair [-], above that of bumpers; no hit, however oblique, gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
-"""Share of the speed that a damper takes in a step, at most: beyond 1 it would turn it round."""
+"""Largest fraction of the speed that a damper removes in a step [-]; above 1 the speed would reverse."""
 _LEAST_SIDE = 0.1
-"""Length over which a corner presses a bumper in [m]."""
+"""Length over which a corner compresses a bumper [m]."""
 _NONE = np.zeros(4, np.uint8)
-"""No side of a rectangle is hidden."""
+"""Flags of a rectangle without hidden sides."""
 
 
 def _restitution(ratio: float) -> float:
-    """Return the restitution of a spring and damper that never pull, by the damping ratio; contact ends at zero force.
+    """Return the coefficient of restitution of a spring and damper that never pull, for a damping ratio.
+
+    The contact ends at zero force.
 
     Source: T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9
     (2007), eq. 21 and 22.
@@ -53,12 +55,12 @@ def _restitution(ratio: float) -> float:
 
 _TRIED = np.linspace(3.0, 0.0, 3001)
 DAMPING_RATIOS = np.interp(np.linspace(0.0, 1.0, 101), [_restitution(ratio) for ratio in _TRIED], _TRIED)
-"""Damping ratio of a spring and a damper that never pull, by restitution in hundredths [-], shape (101,)."""
+"""Damping ratio of a spring and damper that never pull [-], indexed by 100 times the restitution, shape (101,)."""
 
 
 @inner
 def place_parts(fleet, r, body):
-    """Put the outlines of a robot's bumpers where it is."""
+    """Update the plan-view outlines and heights of a robot's bumpers and frame for the robot's pose."""
     robot = fleet.robots[r]
     axes = body.axes
     ax = axes[0, 0]
@@ -86,7 +88,7 @@ def place_parts(fleet, r, body):
         part.corners[2, 1] = y - ly + wy
         part.corners[3, 0] = x - lx - wx
         part.corners[3, 1] = y - ly - wy
-        # The side after each corner runs along y, back along x, back along y and along x.
+        # The sides after the four corners run along +y, -x, -y and +x.
         part.normals[0, 0] = by / size_b
         part.normals[0, 1] = -bx / size_b
         part.normals[1, 0] = -ay / size_a
@@ -99,10 +101,7 @@ def place_parts(fleet, r, body):
 
 @inner
 def _widest(corners, normals, first, last, is_hidden, others, other_first, other_last):
-    """Return the side of an outline with the largest separation from another outline, and that separation [m].
-
-    Hidden sides do not count.
-    """
+    """Return the largest separation of a visible side from another outline [m], and the index of the side."""
     best = -math.inf
     side = first
     for i in range(first, last):
@@ -122,23 +121,23 @@ def _widest(corners, normals, first, last, is_hidden, others, other_first, other
 
 @inner
 def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_last, b_hidden, found):
-    """Find the overlap of two outlines: up to two of place, unit normal from a to b, depth and length, into `found`.
+    """Find up to two contacts of outlines a and b, with unit normals from a to b.
 
     Args:
-        a: Corners of one outline among others [m].
-        a_normals: Outward from the side after each corner.
-        a_first: Its first corner.
-        a_last: The one behind its last.
-        a_hidden: Whether each side is covered by another outline.
-        b: Corners of the other outline [m].
-        b_normals: Outward normals of the other.
-        b_first: First corner of the other.
-        b_last: Corner behind the last of the other.
-        b_hidden: Whether each side of the other is covered by another outline.
-        found: Rows of x, y, nx, ny, depth, length, and which end it is, shape (2, 7).
+        a: Corners of an array of outlines that contains a [m].
+        a_normals: Outward unit normal of the side after each corner in `a`.
+        a_first: Index of the first corner of outline a.
+        a_last: Index after the last corner of outline a.
+        a_hidden: Whether another outline covers the side after each corner in `a`.
+        b: Corners of an array of outlines that contains b [m].
+        b_normals: Outward unit normal of the side after each corner in `b`.
+        b_first: Index of the first corner of outline b.
+        b_last: Index after the last corner of outline b.
+        b_hidden: Whether another outline covers the side after each corner in `b`.
+        found: Filled with x, y, nx, ny, depth, length and index of the overlap's end per contact, shape (2, 7).
 
     Returns:
-        How many.
+        Number of contacts.
     """
     apart_a, side_a = _widest(a, a_normals, a_first, a_last, a_hidden, b, b_first, b_last)
     if apart_a > 0.0:
@@ -153,7 +152,7 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
 
 @inner
 def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, sign, found):
-    """Find both ends of the overlap of a side of a and the side of b that faces it."""
+    """Find the contacts at both ends of the overlap of a side of a and the opposite side of b; return their number."""
     nx = a_normals[side, 0]
     ny = a_normals[side, 1]
     sx = a[side, 0]
@@ -169,7 +168,7 @@ def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, si
             best = along
             facing = j
     after = facing + 1 if facing + 1 < b_last else b_first
-    # Places along the side, and gaps, of both ends of the facing side; it runs the other way round.
+    # Positions along the side, and gaps, of both ends of the facing side, which runs in the opposite direction.
     p = tx * (b[facing, 0] - sx) + ty * (b[facing, 1] - sy)
     q = tx * (b[after, 0] - sx) + ty * (b[after, 1] - sy)
     gap_p = nx * (b[facing, 0] - sx) + ny * (b[facing, 1] - sy)
@@ -191,14 +190,14 @@ def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, si
             found[n, 3] = sign * ny
             found[n, 4] = -gap
             found[n, 5] = max(high - low, _LEAST_SIDE)
-            found[n, 6] = k if sign > 0.0 else 1 - k  # the same end whichever outline has the side
+            found[n, 6] = k if sign > 0.0 else 1 - k  # the index of an end does not depend on the order
             n += 1
     return n
 
 
 @inner
 def _velocity(body, x, y, height):
-    """Return the velocity in plan of a place of a body at a height of the field [m/s, m/s]."""
+    """Return the horizontal velocity of a body at a point x, y and a height, field frame [m/s, m/s]."""
     ax = x - body.com[0]
     ay = y - body.com[1]
     az = height - body.com[2]
@@ -210,9 +209,9 @@ def _velocity(body, x, y, height):
 
 @inner
 def _mobility(body, x, y, nx, ny):
-    """Return the inverse of the mass that a robot shows at a place along a direction [1/kg].
+    """Return the inverse effective mass of a robot at a point along a horizontal unit vector [1/kg].
 
-    Roll and pitch are left out: its wheels hold them.
+    Roll and pitch do not contribute because the wheels resist them.
     """
     lever = (x - body.com[0]) * ny - (y - body.com[1]) * nx
     return 1.0 / body.mass + lever * lever / body.inertia[2]
@@ -220,16 +219,16 @@ def _mobility(body, x, y, nx, ny):
 
 @compiled
 def _ratio(restitution):
-    """Return the damping ratio of a pair."""
+    """Return the damping ratio for a pair's restitution [-]."""
     return DAMPING_RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
 
 
 @inner
 def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key, stamp, is_put, h):
-    """Find the force of a contact of bumpers; v_n is that of the gap, v_t to the left of n [m/s].
+    """Compute the force of a bumper contact from opening speed v_n and sliding speed v_t, to the left of n [m/s].
 
     Returns:
-        Force along the normal and across it [N, N], and the way out of what people have put it into [m].
+        Normal force [N], tangential force [N], and the displacement that reduces the initial overlap [m].
     """
     k = 0.5 * stiffness * found[n, 5]
     c = min(2.0 * ratio * math.sqrt(k * mass), _MOST_DAMPING * mass / h)
@@ -253,14 +252,14 @@ def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key
 
 @inner
 def touch_outlines(fleet, r, body, h, found):
-    """Let a robot touch what stands on the field.
+    """Apply the contact forces of the field's outlines on the bumpers of a robot.
 
     Args:
-        fleet: All robots; the parts of this one are in place.
-        r: Number of the robot.
-        body: Record of its body.
-        h: Step [s].
-        found: Room for two contacts, shape (2, 7).
+        fleet: All robots; `place_parts` has placed the parts of robot r.
+        r: Index of the robot.
+        body: Record of the robot's body.
+        h: Time step [s].
+        found: Buffer for two contacts, shape (2, 7).
     """
     robot = fleet.robots[r]
     for p in range(robot.first_part, robot.last_part):
@@ -307,7 +306,16 @@ def touch_outlines(fleet, r, body, h, found):
 
 @inner
 def touch_robots(fleet, a, b, bodies, h, found):
-    """Let two robots touch; their parts are in place. For the arguments see `touch_outlines`."""
+    """Apply the contact forces between the bumpers of two robots.
+
+    Args:
+        fleet: All robots; `place_parts` has placed the parts of both robots.
+        a: Index of one robot.
+        b: Index of the other robot.
+        bodies: Records of all bodies.
+        h: Time step [s].
+        found: Buffer for two contacts, shape (2, 7).
+    """
     one = fleet.robots[a]
     other = fleet.robots[b]
     body = bodies[one.body]

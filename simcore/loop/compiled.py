@@ -1,7 +1,7 @@
-"""Compile the functions of this package, and keep them for later runs.
+"""Compile the functions of this package, and cache the machine code for later runs.
 
-Numba notices when the file of a function has changed, not when one that it calls from another file has. So what was
-compiled is kept in a folder named by the contents of all files of this package.
+Numba recompiles a function when its own file has changed, but not when a function that it calls in another file has
+changed. The name of the cache folder therefore contains a hash of all files of this package.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ else:
 
 __all__ = ["cache_folder", "compiled", "inlined", "inner", "is_prepared", "not_kept", "preparing"]
 
-_config: Any = numba.config  # its settings are made at run time
+_config: Any = numba.config  # Any because Numba defines the settings at run time
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _HERE = Path(__file__).resolve().parent
-_MOST_WAITS = 30  # of ten seconds each, on Windows
+_MOST_WAITS = 30  # attempts to lock a file on Windows, ten seconds each
 
 
 def _user_caches() -> Path:
-    """Return the folder in which this system keeps what can be made again."""
+    """Return the user's cache folder on this operating system."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     if sys.platform == "darwin":
@@ -42,7 +42,7 @@ def _user_caches() -> Path:
 
 
 def _is_writable(folder: Path) -> bool:
-    """Return whether files can be put into a folder, which is made if it is not there."""
+    """Return whether a folder is writable; create the folder if it is missing."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -52,8 +52,8 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _temporary_folder() -> Path | None:
-    """Return a folder of this user alone among temporary files, as code is loaded from it; None if there is none."""
-    if sys.platform == "win32":  # its temporary files are each user's own
+    """Return a temporary folder private to this user, as code is loaded from it; None if no folder is private."""
+    if sys.platform == "win32":  # every user has a private folder of temporary files
         return Path(tempfile.gettempdir()) / "simcore"
     folder = Path(tempfile.gettempdir()) / f"simcore-{os.getuid()}"
     try:
@@ -65,15 +65,15 @@ def _temporary_folder() -> Path | None:
 
 
 def _choose_folder() -> Path | None:
-    """Return the folder for compiled functions; None if there is none.
+    """Return the cache folder for compiled functions; None if no folder is writable.
 
-    A folder that has them already and can only be read, as an administrator installs it, comes first; then the first
-    that can be written of: next to the sources, the user's caches, temporary files.
+    The candidates are next to the sources, in the user's cache and among temporary files. A folder that already has the
+    compiled functions comes first, even if read-only (installed by an administrator); then the first writable folder.
     """
     contents = b"".join(path.read_bytes() for path in sorted(_HERE.glob("*.py")))
     name = f"simcore-{hashlib.sha256(contents).hexdigest()[:16]}"
     places = [_HERE / "__pycache__"]
-    with contextlib.suppress(RuntimeError):  # nobody's home
+    with contextlib.suppress(RuntimeError):  # raised if the user has no home folder
         places.append(_user_caches() / "simcore")
     folders = [place / name for place in (*places, _temporary_folder()) if place is not None]
     has_all = [folder for folder in folders if all(_files(folder, one) for one in _PREPARED)]
@@ -81,7 +81,7 @@ def _choose_folder() -> Path | None:
 
 
 def _files(folder: Path, name: str) -> list[Path]:
-    """Return the index files of a compiled function, given as module.function, for this version of Python."""
+    """Return the Numba index files of a function (`module.function`) for this version of Python."""
     version = f"py{sys.version_info[0]}{sys.version_info[1]}"
     with contextlib.suppress(OSError):
         return list(folder.rglob(f"{name}-*.{version}*.nbi"))
@@ -90,39 +90,39 @@ def _files(folder: Path, name: str) -> list[Path]:
 
 _PREPARED = ("step.advance",)
 cache_folder = None if _config.DISABLE_JIT else _choose_folder()
-"""Folder of compiled functions; None if there is none."""
+"""Folder of compiled functions; None if no folder is writable or Numba's JIT is disabled."""
 
 
 def is_prepared(names: Sequence[str] = _PREPARED) -> bool:
-    """Return whether functions, given as module.function, need not be compiled any more on this computer."""
+    """Return whether functions (`module.function`) run without being compiled first on this computer."""
     return bool(_config.DISABLE_JIT) or (cache_folder is not None and all(_files(cache_folder, name) for name in names))
 
 
 class _Locator(caching.UserProvidedCacheLocator):
-    """Place of compiled functions, also where it can only be read."""
+    """Locator of the cache folder that accepts a read-only folder."""
 
     def ensure_cache_path(self) -> None:
-        """Make the folder if it can be made."""
+        """Create the cache folder if possible."""
         with contextlib.suppress(OSError):
             Path(self.get_cache_path()).mkdir(parents=True, exist_ok=True)
 
 
 class _Files(caching.CompileResultCacheImpl):
-    """Files of a compiled function."""
+    """Cache files of a compiled function."""
 
     _locator_classes = [_Locator]  # noqa: RUF012
 
 
 class _Cache(caching.FunctionCache):
-    """Compiled function that is kept; files that are damaged or cannot be written are no error."""
+    """Cache of a compiled function that tolerates damaged or read-only files."""
 
     _impl_class = _Files
 
     def load_overload(self, sig: object, target_context: object) -> object:
-        """Return the kept function for a signature; None if there is none, or none that can be read."""
+        """Return the cached function for a signature; None if no intact function is cached."""
         try:
             return super().load_overload(sig, target_context)
-        except Exception as error:  # pickle raises whatever damaged bytes lead it to
+        except Exception as error:  # pickle can raise any exception on damaged bytes
             what = f"{error or type(error).__name__}"
             _say(f"The compiled physics in {self.cache_path} is damaged ({what}); compiling it again ...")
             with contextlib.suppress(OSError):
@@ -130,7 +130,7 @@ class _Cache(caching.FunctionCache):
             return None
 
     def save_overload(self, sig: object, data: object) -> None:
-        """Keep the function for a signature where that is possible."""
+        """Cache the function for a signature; set `not_kept` if the files cannot be written."""
         global not_kept
         try:
             super().save_overload(sig, data)
@@ -140,25 +140,25 @@ class _Cache(caching.FunctionCache):
 
 
 not_kept = "" if cache_folder else "no folder for it can be written"
-"""Reason for which compiled functions are not kept; empty if they are."""
+"""Reason why compiled functions are not cached; empty if the functions are cached."""
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile a function when it is first called, with the results of plain Python to the last bit."""
+    """Compile a function on the first call; results equal those of plain Python to the last bit."""
     return _kept(function)
 
 
 def inner(function: _Function) -> _Function:
-    """Compile a function that makes no array and that compiled functions alone call.
+    """Compile a function that allocates no array and is called by compiled functions only.
 
-    References to the arrays that it is given are not counted: each count is an atomic operation, and all of them took
-    a fifth of the loop (six robots in fuel: 3.1 to 2.8 ms a tick).
+    Reference counting of array arguments is off: the counts are atomic operations and took a fifth of the loop's time
+    (six robots in fuel: 2.8 ms per tick instead of 3.1 ms).
     """
     return _kept(function, _nrt=False)
 
 
 def _kept(function: _Function, **options: Any) -> _Function:
-    """Compile a function, and keep the result in `cache_folder`."""
+    """Compile a function, and cache the result in `cache_folder`."""
     dispatcher: Any = numba.njit(error_model="numpy", **options)(function)
     if cache_folder is not None:
         before = _config.CACHE_DIR
@@ -171,7 +171,7 @@ def _kept(function: _Function, **options: Any) -> _Function:
 
 
 def inlined(function: _Function) -> _Function:
-    """Compile and inline at the call site: passing thirty arrays costs as much as a contact."""
+    """Compile a function inlined at each call site: passing thirty arrays takes as long as computing a contact."""
     return cast(_Function, numba.njit(inline="always", error_model="numpy")(function))
 
 
@@ -179,7 +179,7 @@ _said: set[str] = set()
 
 
 def _say(text: str) -> None:
-    """Print a line once, on standard error."""
+    """Print a line on standard error, once per process."""
     if text not in _said:
         _said.add(text)
         print(text, file=sys.stderr, flush=True)
@@ -187,9 +187,9 @@ def _say(text: str) -> None:
 
 @contextlib.contextmanager
 def preparing(name: str) -> Iterator[None]:
-    """Enclose the first call of a function, given as module.function, that takes long to compile.
+    """Wrap the first call of a function (`module.function`) that takes long to compile.
 
-    Says before why it takes a while and after how long it took. One process compiles, and others wait for it.
+    Print the reason for the wait before the call and the duration after it. One process compiles while others wait.
     """
     if is_prepared([name]):
         yield
@@ -208,7 +208,7 @@ def preparing(name: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _lock() -> Iterator[None]:
-    """Keep other processes out that compile into the same folder; end of a process ends its lock."""
+    """Lock the cache folder against other processes that compile; the lock ends with its process."""
     file = None
     with contextlib.suppress(OSError):
         if cache_folder is not None:
@@ -222,10 +222,10 @@ def _lock() -> Iterator[None]:
 
 
 def _take(file: BinaryIO) -> None:
-    """Wait until no other process has a file."""
+    """Lock a file; wait while another process has the lock."""
     if sys.platform == "win32":
         for _ in range(_MOST_WAITS):
-            with contextlib.suppress(OSError):  # after ten seconds of waiting
+            with contextlib.suppress(OSError):  # raised after ten seconds of waiting
                 msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1)
                 return
     else:

@@ -1,13 +1,13 @@
-"""A geared DC motor behind its controller: bus voltage, brake and coast, stator and supply limit, in four quadrants.
+"""Geared DC motor and motor controller: bus voltage, brake and coast, stator and supply limits, in four quadrants.
 
-A controller keeps its voltage within the bus, the current within the stator limit, and the power, drawn or fed back,
-within the supply limit times the bus voltage. With the shaft that the motor turns this is one scalar equation per shaft
+The controller limits the voltage to the bus voltage, the current to the stator limit, and the power, drawn or
+regenerated, to the supply limit times the bus voltage. Motor, controller and shaft give one scalar equation per shaft
 and step. Backward Euler for the shaft speed w is
 
     k w = a + T(w)          k = J/h + (tire stiffness),   a = J/h w_old + (tire force)
 
-and the torque T of motor, limits, gear loss and dry friction never rises with w. So there is exactly one solution for
-any inertia and any step, it is found by a few comparisons, and it cannot diverge.
+The torque T of motor, limits, gear loss and dry friction never increases with w. For any inertia and any step there is
+exactly one solution, which a few comparisons find without iteration.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 LOCKED = 1e12
-"""Slope of a torque line that stands for a shaft held by friction [N m s]."""
+"""Slope of the torque line of a shaft that friction holds [N m s]."""
 
 
 @compiled
@@ -43,10 +43,10 @@ def within(value, limit):
 
 @inner
 def end_weight(h, rate):
-    """Return the weight of a step's end in the mean that makes the step of w' = -rate w exact (exponential fitting).
+    """Return the weight of the final speed in the mean speed that makes a step of w' = -rate w exact [-].
 
-    A slow shaft (rate h << 1) gets 1/2, the trapezoidal rule of second order; a fast one tends to 1, backward Euler,
-    which does not ring.
+    This is exponential fitting. The weight is 1/2 (trapezoidal rule, second order) for a slow shaft, rate h << 1, and
+    tends to 1 (backward Euler, which does not ring) for a fast shaft.
 
     Args:
         h: Time step [s].
@@ -60,18 +60,18 @@ def end_weight(h, rate):
 
 @inner
 def line_in_force(volts, bus, emf, limit, resistance, winding):
-    """Return the current line of a motor whose controller compensates for the resistance in series with it.
+    """Return the current line of a motor whose controller compensates for the resistance in series with the winding.
 
-    It compensates while its duty cycle is below 1: the current is the smallest of (V - e) / R_winding, (V_bus - e) / R
-    and the stator limit.
+    The controller compensates while the duty cycle is below 1: the current is the smallest of (V - e) / R_winding,
+    (V_bus - e) / R and the stator limit.
 
     Args:
-        volts: Wanted [V].
+        volts: Requested voltage V [V].
         bus: Battery voltage [V].
-        emf: Back-EMF now [V].
-        limit: Stator limit in force [A].
-        resistance: Resistance at full duty [ohm].
-        winding: Behind the controller [ohm].
+        emf: Present back-EMF e [V].
+        limit: Stator current limit in force [A].
+        resistance: Resistance R of the motor at full duty cycle [ohm].
+        winding: Resistance of the winding [ohm].
 
     Returns:
         Voltage [V] and resistance [ohm] of the line I = (V - e) / R.
@@ -88,23 +88,23 @@ def line_in_force(volts, bus, emf, limit, resistance, winding):
 
 @inner
 def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
-    """Solve `k w = a + T(w)` exactly for a limited motor behind lossy gears with dry friction.
+    """Solve `k w = a + T(w)` exactly for a current-limited motor and lossy gears with dry friction.
 
     Args:
-        k: Stiffness, > 0 [N m s].
-        a: Torque that is there without the motor [N m].
-        i0: Motor current at standstill, before the limit [A].
-        i1: How much the current falls per shaft speed, >= 0 [A s/rad].
-        limit: Limit of the current, in both directions [A].
-        drive: Torque per current while the motor drives [N m/A].
-        driven: Torque per current while it is driven, >= drive [N m/A].
-        friction: Dry friction [N m].
+        k: Coefficient k of the shaft speed, > 0 [N m s].
+        a: Torque a without the motor [N m].
+        i0: Motor current at standstill without the limit [A].
+        i1: Decrease of the current per shaft speed, >= 0 [A s/rad].
+        limit: Current limit in both directions [A].
+        drive: Torque per current while the motor drives the gears [N m/A].
+        driven: Torque per current while the gears drive the motor, >= drive [N m/A].
+        friction: Dry friction torque [N m].
 
     Returns:
-        Shaft speed [rad/s], current [A], and the line T = t0 - t1 w that holds there: t0 [N m], t1 [N m s].
+        Shaft speed [rad/s], current [A], and the torque line T = t0 - t1 w at this speed: t0 [N m], t1 [N m s].
     """
     current = within(i0, limit)
-    # Torque just above and just below standstill: between them gear loss and friction hold the shaft.
+    # Net torque just above and just below standstill. If neither moves the shaft, gear loss and friction hold it.
     if current > 0.0:
         up = a + drive * current - friction
         down = a + driven * current + friction
@@ -113,7 +113,7 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
         down = a + drive * current + friction
     if up > 0.0:
         a -= friction
-        # The motor drives below its free speed i0 / i1; the torque balance at that speed tells on which side we are.
+        # The motor drives the gears below the free speed i0 / i1; the sign of the torque balance there decides.
         f = drive if i0 > 0.0 and a * i1 < k * i0 else driven
         sign = -friction
     elif down < 0.0:
@@ -135,21 +135,22 @@ def solve_shaft(k, a, i0, i1, limit, drive, driven, friction):
 def supply_line(emf, slope, w, resistance, power, current, drawn):
     """Return the current line that keeps |V I| within `power` near a shaft speed.
 
-    While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
-    below it, so the limit also holds at the end of the step. While regenerating, the controller reduces torque until
-    the power fed back is within the limit; that current falls with e, so it is safe up to the e that is given.
+    While the motor draws power, the limit is the curve (e + I R) I = P. This curve is convex in e: the tangent at the
+    present e stays below the curve, so the limit also holds at the end of the step. While the motor regenerates, the
+    controller reduces the torque until the regenerated power is within the limit. This current falls with e, so the
+    limit also holds for any smaller e.
 
     Args:
-        emf: Back-EMF e [V].
+        emf: Back-EMF e at shaft speed `w` [V].
         slope: Back-EMF per shaft speed [V s/rad].
-        w: Shaft speed at which e was taken [rad/s].
-        resistance: R [ohm].
-        power: Limit P [W].
-        current: The current that broke the limit; only its sign matters [A].
-        drawn: The power that broke it; below zero it was fed back [W].
+        w: Shaft speed [rad/s].
+        resistance: Resistance R of the motor [ohm].
+        power: Limit P of the power [W].
+        current: Current that exceeded the limit, of which only the sign matters [A].
+        drawn: Power that exceeded the limit, negative if regenerated [W].
 
     Returns:
-        `i0, i1` of the line I = i0 - i1 w, for `solve_shaft`.
+        Coefficients `i0` [A] and `i1` [A s/rad] of the line I = i0 - i1 w, for `solve_shaft`.
     """
     if drawn < 0.0:
         e = abs(emf)
@@ -163,25 +164,25 @@ def supply_line(emf, slope, w, resistance, power, current, drawn):
 
 @compiled
 def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, friction, emf_offset, w, power):
-    """Solve as `solve_shaft` within both limits, stator and supply.
+    """Solve `k w = a + T(w)` as in `solve_shaft`, within the stator limit and the supply limit.
 
     Args:
-        k: See `solve_shaft`.
-        a: See `solve_shaft`.
-        i0: See `solve_shaft`.
-        i1: See `solve_shaft`.
-        limit: Stator limit in force now [A].
+        k: Coefficient k of the shaft speed, > 0 [N m s].
+        a: Torque a without the motor [N m].
+        i0: Motor current at standstill without limits [A].
+        i1: Decrease of the current per shaft speed, >= 0 [A s/rad].
+        limit: Stator current limit in force [A].
         emf: Back-EMF per shaft speed [V s/rad].
-        resistance: [ohm]
-        driving: See `solve_shaft`.
-        driven: See `solve_shaft`.
-        friction: See `solve_shaft`.
+        resistance: Resistance of the motor [ohm].
+        driving: Torque per current while the motor drives the gears [N m/A].
+        driven: Torque per current while the gears drive the motor, >= driving [N m/A].
+        friction: Dry friction torque [N m].
         emf_offset: Back-EMF at standstill [V].
         w: Shaft speed before the step [rad/s].
         power: Supply limit times bus voltage [W].
 
     Returns:
-        Shaft speed [rad/s], current [A], volts at the motor [V], and the line of torque: t0 [N m], t1 [N m s].
+        Shaft speed [rad/s], current [A], voltage at the motor [V], and the torque line: t0 [N m], t1 [N m s].
     """
     end, i, t0, t1 = solve_shaft(k, a, i0, i1, limit, driving, driven, friction)
     drawn = (emf_offset + emf * end + i * resistance) * i
@@ -190,10 +191,10 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
         if drawn > 0.0:
             p0, p1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, i, drawn)
             end, i, t0, t1 = solve_shaft(k, a, p0, p1, limit, driving, driven, friction)
-            # A shaft that is thrown backwards within the step can turn the drawing motor into a generator.
+            # If an external torque reverses the shaft within the step, the motor can regenerate instead.
             is_done = (emf_offset + emf * end + i * resistance) * i >= -power
         if not is_done:
-            # Without current the shaft ends at the greatest |e| that it can have: limited there, limited always.
+            # Without current the shaft reaches the largest possible |e|; a current that is safe there is always safe.
             w, _, _, _ = solve_shaft(k, a, 0.0, 0.0, limit, driving, driven, friction)
             p0, p1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, i, -1.0)
             end, i, t0, t1 = solve_shaft(k, a, p0, p1, limit, driving, driven, friction)
@@ -202,24 +203,24 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
 
 @inner
 def torque_line(is_open, volts, bus, emf_offset, w, limit, power, emf, resistance, driving, driven, friction):
-    """Return the lines of current and torque over shaft speed that hold near `w`.
+    """Return the current and torque of a motor as linear functions of the shaft speed near `w`.
 
     Args:
         is_open: Whether the circuit is open.
-        volts: Wanted [V].
-        bus: Battery voltage, which the motor cannot exceed [V].
-        emf_offset: Back-EMF at standstill (azimuth coupling) [V].
+        volts: Requested voltage [V].
+        bus: Battery voltage, the limit of the motor voltage [V].
+        emf_offset: Back-EMF at standstill, from the coupling of the steer shaft [V].
         w: Shaft speed [rad/s].
-        limit: Stator limit in force [A].
+        limit: Stator current limit in force [A].
         power: Supply limit times bus voltage [W].
         emf: Back-EMF per shaft speed [V s/rad].
-        resistance: [ohm]
-        driving: See `solve_shaft`.
-        driven: See `solve_shaft`.
-        friction: See `solve_shaft`.
+        resistance: Resistance of the motor [ohm].
+        driving: Torque per current while the motor drives the gears [N m/A].
+        driven: Torque per current while the gears drive the motor, >= driving [N m/A].
+        friction: Dry friction torque [N m].
 
     Returns:
-        `i0, i1` of the current I = i0 - i1 w without limits, and `t0, t1` of the torque T = t0 - t1 w within them.
+        `i0, i1` of the current I = i0 - i1 w without limits; `t0, t1` of the torque T = t0 - t1 w within the limits.
     """
     i0 = 0.0
     i1 = 0.0

@@ -1,7 +1,7 @@
-"""Lists of contacts that are possible within a few milliseconds: of balls with each other, and with solids.
+"""Lists of possible contacts within a few milliseconds: between balls, and between balls and solids.
 
-Lists are made once for up to 5 ms. They hold what can meet within that time at the speeds of now, and a margin for what
-is set in motion meanwhile.
+A list is valid for up to 5 ms. It contains all pairs that can meet within this time at the present speeds, plus a
+margin for balls and bodies that start to move meanwhile.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from simcore.loop.state import AWAKE, IN_FLIGHT, NOBODY, sleeps, speed, to_body
 
 __all__ = ["cell_range", "grid_of", "is_outside", "listed_balls", "near_pairs", "near_solids"]
 
-_MARGIN = 0.02  # [m], for what is set in motion within that time
-_HOPS = 2  # so many sleepers behind one that may be touched are listed as well: they may wake within the same list
-_SLOW = 0.02  # [m]; balls that go no farther within a list look for their neighbours in the next cells
-_FAR = 1e5  # [m]
+_MARGIN = 0.02  # margin for balls and bodies that start to move while a list is valid [m]
+_HOPS = 2  # number of sleeping balls in a chain behind a possible contact that are listed, as they may wake
+_SLOW = 0.02  # largest displacement within a list of balls that count as slow [m]
+_FAR = 1e5  # distance from the origin beyond which balls are ignored [m]
 
 
 @inlined
 def _is_here(balls_are, status, pos, i):
-    """Return whether a row is a ball on the field; one whose place is no number, or far away, is nowhere."""
+    """Return whether a row is a ball on the field; False if the position is not finite or is far away."""
     return (
         balls_are[i]
         and (sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
@@ -31,10 +31,11 @@ def _is_here(balls_are, status, pos, i):
 
 @compiled
 def grid_of(balls):
-    """Sort balls on the field into square cells.
+    """Sort the balls on the field into square cells.
 
     Returns:
-        First ball of each cell, the next of each ball, lowest corner, edge and numbers of cells, largest radius.
+        First ball of each cell, ball after each ball in the same cell, lowest x and y of the grid [m], edge of a cell
+        [m], number of cells along x and y, and largest radius of a ball [m].
     """
     is_ball, states, pos, radius = balls.is_ball, balls.status, balls.pos, balls.radius
     n = pos.shape[0]
@@ -59,13 +60,13 @@ def grid_of(balls):
 
 @inlined
 def cell_range(low, high, origin, edge, count):
-    """Return the numbers of the cells from low to high [m]."""
+    """Return the first and the last cell of the interval from `low` to `high` [m] along an axis."""
     return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
 
 
 @compiled
 def listed_balls(balls, bodies, grid, way, h):
-    """List balls that move, or may be touched within h [s]: the awake, fast ones first, and sleepers next to a body."""
+    """List the awake balls, fast balls first, and the sleeping balls that a body may touch within h [s]."""
     head, after, low_x, low_y, edge, nx, ny, _ = grid
     is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
     queue, depth, count = np.empty(n, np.int64), np.full(n, NOBODY, np.int64), 0
@@ -93,13 +94,13 @@ def listed_balls(balls, bodies, grid, way, h):
 
 @compiled
 def near_pairs(balls, grid, way, queue, depth, count, first, second):
-    """Find the pairs of balls that may touch on their ways, and list the sleepers behind them.
+    """Find the pairs of balls that may touch, and list the sleeping balls behind them.
 
-    A pair is found by the one that comes first in the list: of a fast and a slow one by the fast one, which looks
-    around itself as far as any other may come.
+    The search starts from each ball in the order of the list, so a pair of a fast and a slow ball is found from the
+    fast ball. A fast ball searches up to the largest distance from which another ball can reach it.
 
     Returns:
-        Number of pairs, -1 if there are more than there is room for; number of listed balls.
+        Number of pairs, or -1 if `first` and `second` are too short; number of listed balls.
     """
     status, pos, radius = balls.status, balls.pos, balls.radius
     head, after, low_x, low_y, edge, nx, ny, largest = grid
@@ -136,7 +137,7 @@ def near_pairs(balls, grid, way, queue, depth, count, first, second):
 
 @inlined
 def is_outside(box, s, x, y, z, reach):
-    """Return whether a ball is outside of the bounding box of a solid."""
+    """Return whether a ball of radius `reach` [m] is outside the bounding box of a solid."""
     return (
         x + reach < box[s, 0] or x - reach > box[s, 3] or y + reach < box[s, 1] or y - reach > box[s, 4]
         or z + reach < box[s, 2] or z - reach > box[s, 5]
@@ -145,13 +146,17 @@ def is_outside(box, s, x, y, z, reach):
 
 @compiled
 def _grown(near):
-    """Return a copy of a list with twice the room."""
+    """Return a copy of a list with twice the capacity."""
     return np.concatenate((near, np.empty_like(near)))
 
 
 @compiled
 def near_solids(balls, bodies, solids, way, queue, count, h):
-    """Return the solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
+    """Find the solids that each listed ball may touch within h [s].
+
+    Returns:
+        Index of the first entry of each ball and of the end, shape (count + 1,); solids of all balls in sequence.
+    """
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
@@ -173,7 +178,7 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
                     if is_outside(boxes, s, x, y, z, reach):
                         continue
                     known = False
-                    if x0 < x1 or y0 < y1:  # it may be in several cells
+                    if x0 < x1 or y0 < y1:  # a solid may be in several cells
                         for e in range(start[k], size):
                             if near[e] == s:
                                 known = True

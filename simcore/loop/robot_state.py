@@ -1,7 +1,7 @@
-"""State of robots, as arrays of records, one of each thing: its state, with its model and requests apart.
+"""State of robots as arrays of records; each record keeps model, request and state apart.
 
-A robot is a body with shafts, wheels and bumpers; what the engine moves (tubes, cages) is a body alone. Shafts and
-wheels are numbered within their robot.
+A robot is a body with shafts, wheels and bumpers. An object that the engine moves (tube, cage) is only a body. Shafts
+and wheels are numbered within their robot.
 """
 
 from __future__ import annotations
@@ -45,105 +45,105 @@ __all__ = [
 ]
 
 Records: TypeAlias = npt.NDArray[Any]
-"""An array of one of the record types of this module."""
+"""Array of records of one of this module's types."""
 
 STEP = 1e-3
-"""Longest step of motors, shafts, tires and bumpers [s]."""
+"""Largest time step of motors, shafts, tires and bumpers [s]."""
 TOUCHES = 24
-"""Bodies and elements of the field that a robot can touch at once, that it lists."""
+"""Largest number of bodies and field elements in a robot's list of contacts."""
 SPRINGS = 96
-"""Contacts of a robot whose friction is remembered."""
+"""Largest number of contacts in the memory of a robot."""
 
-# Kinds of shafts.
+# Kinds of shafts; AZIMUTH is a steer shaft.
 WHEELS, AZIMUTH, MECHANISM, PISTON, SERVO = 0, 1, 2, 3, 4
 
-# What a motor is asked for.
+# Modes of motor requests.
 NEUTRAL, VOLTS, DUTY, CURRENT, TARGET = 0, 1, 2, 3, 4
-"""Brake or coast as configured; volts; share of the bus; amperes; a speed of the tread or an angle of the azimuth."""
+"""Brake or coast as configured; voltage; duty cycle; current; wheel speed, steer angle or servo angle."""
 
 _f, _i, _b = np.float64, np.int64, np.uint8
 
 _MOTOR = np.dtype(
     [
-        # --- motors behind their controller and gear, all of them equal; see `simcore.robot.wheel_config` ---
-        ("kind", _i),
-        ("inertia", _f),  # of everything that turns with it, about it [kg m^2]
-        ("emf", _f),  # back-EMF per speed [V s/rad]
-        ("resistance", _f),  # of one motor at full duty [ohm]
-        ("winding", _f),  # of one motor behind its controller [ohm]
-        ("driving", _f),  # torque of all motors per current of one, while they drive the gears [N m/A]
-        ("driven", _f),  # the same while the gears drive them [N m/A]
-        ("friction", _f),  # dry friction [N m]
-        ("stator_limit", _f),  # of one motor [A]
-        ("supply_limit", _f),  # of one motor, drawing and feeding back [A]
-        ("count", _f),  # motors
-        ("rail", _f),  # voltage of a supply of its own [V]; 0: the battery's
-        ("idle", _f),  # of a piston: volts of its valve without power [V]
-        # --- what it carries ---
-        ("lower", _f),  # hard stops [rad]
-        ("upper", _f),
-        ("weight_torque", _f),  # of a weight on a lever, times the cosine of the position [N m]
-        # --- wheels on it ---
-        ("first", _i),  # wheel of the robot
-        ("last", _i),  # the one behind its last
-        ("radius", _f),  # [m]
-        ("grain", _f),  # friction of the treads across over that along [-]
-        ("slip_ratio", _f),  # slip per rolling speed at which tires begin to slide [-]
-        ("slip_speed", _f),  # the same at standstill [m/s]
-        # --- swerve: the azimuth of a wheel's shaft, and the wheel's shaft of an azimuth ---
-        ("partner", _i),  # shaft of the robot, -1: none
-        ("zero", _f),  # of an azimuth: direction of the wheel at position 0 [rad]
-        ("scrub", _f),  # of an azimuth: mean radius of the contact patch [m]
-        ("coupling", _f),  # of an azimuth: torque over current of the wheel's motor [N m/A]
-        ("coupled_emf", _f),  # of wheels: back-EMF per speed of the azimuth [V s/rad]
-        ("coupled_inertia", _f),  # of wheels: of the rotor that the azimuth turns as well [kg m^2]
-        # --- the loop on board ---
-        ("feedforward", _f),  # volts per target [V s/m]
-        ("kp", _f),  # [V s/m], of an azimuth or servo [V/rad]
-        ("ks", _f),  # against friction [V]
-        ("ks_slope", _f),  # of its rise with the target or error [s/m or 1/rad]
-        ("known_radius", _f),  # tread speed over shaft speed as the loop has it [m]
-        ("loop_coupled", _f),  # volts per speed of the azimuth [V s/rad]
+        # --- equal motors with controller and gear, referred to the shaft; see `simcore.robot.wheel_config` ---
+        ("kind", _i),  # WHEELS, AZIMUTH, MECHANISM, PISTON or SERVO
+        ("inertia", _f),  # moment of inertia of all parts that turn with the shaft [kg m^2]
+        ("emf", _f),  # back-EMF per shaft speed [V s/rad]
+        ("resistance", _f),  # resistance of one motor at full duty cycle [ohm]
+        ("winding", _f),  # resistance of the winding of one motor [ohm]
+        ("driving", _f),  # torque of all motors per current of one motor, while the motors drive the gears [N m/A]
+        ("driven", _f),  # torque of all motors per current of one motor, while the gears drive the motors [N m/A]
+        ("friction", _f),  # dry friction torque [N m]
+        ("stator_limit", _f),  # stator current limit of one motor [A]
+        ("supply_limit", _f),  # supply current limit of one motor, drawn or regenerated [A]
+        ("count", _f),  # number of motors
+        ("rail", _f),  # voltage of a separate supply [V], 0 for the battery
+        ("idle", _f),  # piston: voltage at the valve without power [V]
+        # --- load ---
+        ("lower", _f),  # lower hard stop [rad]
+        ("upper", _f),  # upper hard stop [rad]
+        ("weight_torque", _f),  # torque of the weight at position 0, proportional to the cosine of the position [N m]
+        # --- wheels on the shaft ---
+        ("first", _i),  # index of the first wheel, within the robot
+        ("last", _i),  # index after the last wheel, within the robot
+        ("radius", _f),  # wheel radius [m]
+        ("grain", _f),  # coefficient of friction across the tread over that along the tread [-]
+        ("slip_ratio", _f),  # slip over rolling speed at which tires begin to slide [-]
+        ("slip_speed", _f),  # slip at standstill at which tires begin to slide [m/s]
+        # --- swerve module ---
+        ("partner", _i),  # index of the module's other shaft (steer or wheel) within the robot, -1 for none
+        ("zero", _f),  # steer shaft: direction of the wheel at position 0 [rad]
+        ("scrub", _f),  # steer shaft: mean radius of the contact patch [m]
+        ("coupling", _f),  # steer shaft: torque per current of the drive motor [N m/A]
+        ("coupled_emf", _f),  # wheel shaft: back-EMF per speed of the steer shaft [V s/rad]
+        ("coupled_inertia", _f),  # wheel shaft: moment of inertia of the rotor that the steer shaft also turns [kg m^2]
+        # --- closed loop of the motor controller ---
+        ("feedforward", _f),  # voltage per target speed [V s/m]
+        ("kp", _f),  # proportional gain, wheels [V s/m], steer shaft or servo [V/rad]
+        ("ks", _f),  # voltage against friction, kS [V]
+        ("ks_slope", _f),  # fraction of kS per target speed or angle error, up to 1 [s/m or 1/rad]
+        ("known_radius", _f),  # wheel radius as configured in the controller [m]
+        ("loop_coupled", _f),  # voltage per speed of the steer shaft [V s/rad]
     ],
     align=True,
 )
 
 _MOTOR_REQUEST = np.dtype(
     [
-        ("mode", _i),
-        ("value", _f),  # [V], [-], [A], [m/s] or [rad]
-        ("brakes", _b),  # at zero volts: shorted, or else open
-        ("stator_limit", _f),  # of one motor, at most the model's [A]
-        ("supply_limit", _f),  # the same, drawing and feeding back [A]
-        ("load", _f),  # torque from outside [N m]
+        ("mode", _i),  # NEUTRAL, VOLTS, DUTY, CURRENT or TARGET
+        ("value", _f),  # requested value [V], [-], [A], [m/s] or [rad]
+        ("brakes", _b),  # whether the motor brakes (shorted) at zero voltage; otherwise the motor coasts (open)
+        ("stator_limit", _f),  # stator current limit of one motor, at most the model's [A]
+        ("supply_limit", _f),  # supply current limit of one motor, drawn or regenerated, at most the model's [A]
+        ("load", _f),  # external torque [N m]
     ],
     align=True,
 )
 
 SHAFT = np.dtype(
     [
-        ("model", _MOTOR),  # constant
-        ("request", _MOTOR_REQUEST),  # until the next one
+        ("model", _MOTOR),  # constant parameters
+        ("request", _MOTOR_REQUEST),  # request, valid until the next request
         # --- state ---
-        ("position", _f),  # [rad]
-        ("speed", _f),  # [rad/s]
-        ("cos", _f),  # of the direction of the wheels
-        ("sin", _f),
-        ("volts", _f),  # at each motor in the last step [V]
-        ("current", _f),  # of each motor in the last step [A]
-        ("supply", _f),  # of all motors from the battery in the last step [A]
-        ("energy", _f),  # that all motors took since the reset: integral of V I [J]
+        ("position", _f),  # shaft position [rad]
+        ("speed", _f),  # shaft speed [rad/s]
+        ("cos", _f),  # cosine of the wheel direction in the robot frame [-]
+        ("sin", _f),  # sine of the wheel direction [-]
+        ("volts", _f),  # voltage at each motor in the last step [V]
+        ("current", _f),  # stator current of each motor in the last step [A]
+        ("supply", _f),  # supply current of all motors in the last step [A]
+        ("energy", _f),  # electrical energy into all motors since the reset, integral of V I [J]
         ("charge2", _f),  # integral of the square of one motor's current since the reset [A^2 s]
-        ("mean_current", _f),  # of all motors in the last call [A]
-        ("mean_supply", _f),  # of all motors from the battery in the last call [A]
-        ("noted_supply", _f),  # the same in the last step as the last brown-out began [A]
+        ("mean_current", _f),  # mean stator current of all motors in the last call [A]
+        ("mean_supply", _f),  # mean supply current of all motors in the last call [A]
+        ("noted_supply", _f),  # supply current of all motors when the last brown-out or reset began [A]
         # --- within a step ---
-        ("is_open", _b),
-        ("wanted", _f),  # [V]
-        ("limit", _f),  # of the stator, in force [A]
-        ("before", _f),  # speed [rad/s]
-        ("weighted", _f),  # step that `weight` is of [s]
-        ("weight", _f),  # share of the end of the step in the mean; see `end_weight`
+        ("is_open", _b),  # whether the circuit is open
+        ("wanted", _f),  # requested voltage [V]
+        ("limit", _f),  # stator current limit in force [A]
+        ("before", _f),  # shaft speed before the step [rad/s]
+        ("weighted", _f),  # time step for which `weight` is valid [s]
+        ("weight", _f),  # weight of the final speed in the mean speed [-]; see `end_weight`
         ("line_emf", _f),
         ("line_resistance", _f),
         ("emf_offset", _f),
@@ -163,30 +163,30 @@ SHAFT = np.dtype(
     ],
     align=True,
 )
-"""Motors, the gear behind them, and what they turn: wheels, an azimuth or a mechanism."""
+"""Shaft with motors, gear and load: wheels, a swerve module's steering or a mechanism."""
 
 WHEEL = np.dtype(
     [
-        ("x", _f),  # from the center of mass, forward and to the left [m]
-        ("y", _f),
+        ("x", _f),  # forward offset from the center of mass, robot frame [m]
+        ("y", _f),  # offset to the left [m]
         ("cof", _f),  # coefficient of friction along the wheel [-]
-        ("rolling", _f),  # drag over load [-]
-        ("is_lowered", _b),
-        ("load", _f),  # [N]
-        ("slip", _f),  # that makes its force [m/s]
-        ("force_x", _f),  # of the ground, robot axes, in the last step [N]
-        ("force_y", _f),
-        ("grip", _f),  # mu N [N]
-        ("along", _f),
-        ("across", _f),
+        ("rolling", _f),  # rolling drag over load [-]
+        ("is_lowered", _b),  # whether the wheel is a lowered middle wheel
+        ("load", _f),  # normal force of the ground [N]
+        ("slip", _f),  # slip for which the tire law is linearized [m/s]
+        ("force_x", _f),  # force of the ground in the last step, robot axes, forward [N]
+        ("force_y", _f),  # force of the ground in the last step, to the left [N]
+        ("grip", _f),  # largest tire force mu N [N]
+        ("along", _f),  # tire force along the wheel [N]
+        ("across", _f),  # tire force across the wheel [N]
         ("shaft", _i),
-        ("mean_load", _f),  # in the last call [N]
-        ("mean_x", _f),
-        ("mean_y", _f),
+        ("mean_load", _f),  # mean load in the last call [N]
+        ("mean_x", _f),  # mean of `force_x` in the last call [N]
+        ("mean_y", _f),  # mean of `force_y` in the last call [N]
     ],
     align=True,
 )
-"""A wheel on carpet."""
+"""Wheel on the carpet."""
 
 _BATTERY_MODEL = np.dtype(
     [
@@ -209,176 +209,176 @@ _BATTERY_MODEL = np.dtype(
 
 BATTERY = np.dtype(
     [
-        ("model", _BATTERY_MODEL),  # constant, see `BatteryConfig`
+        ("model", _BATTERY_MODEL),  # constant parameters; see `BatteryConfig`
         # --- state ---
-        ("charge", _f),  # [0..1]
-        ("slow_drop", _f),  # [V]
-        ("drawn", _f),  # [A s]
-        ("energy", _f),  # given at the terminals [J]
-        ("current", _f),  # in the last step [A]
-        ("voltage", _f),  # at the terminals [V]
-        ("min_voltage", _f),
-        ("tick_min_voltage", _f),
-        ("is_low", _b),  # what the roboRIO sees
-        ("is_off", _b),  # what its controllers have heard
-        ("tick_was_off", _b),
-        ("heard", _f),  # since the last heartbeat [s]
-        ("starved", _f),  # for how long below the reset voltage [s]
-        ("boots", _f),  # until it is back [s]
-        ("off_time", _f),  # [s]
-        ("brownouts", _i),
-        ("resets", _i),
-        ("noted_voltage", _f),  # as the last brown-out or reset began [V]
-        ("noted_current", _f),  # [A]
+        ("charge", _f),  # state of charge [0..1]
+        ("slow_drop", _f),  # slow part of the voltage drop [V]
+        ("drawn", _f),  # charge drawn since the battery was swapped in [A s]
+        ("energy", _f),  # energy delivered at the terminals since then [J]
+        ("current", _f),  # current in the last step [A]
+        ("voltage", _f),  # terminal voltage [V]
+        ("min_voltage", _f),  # lowest terminal voltage [V]
+        ("tick_min_voltage", _f),  # lowest terminal voltage in this tick [V]
+        ("is_low", _b),  # whether the roboRIO is browned out
+        ("is_off", _b),  # whether the last heartbeat disabled the motor controllers
+        ("tick_was_off", _b),  # whether motor controllers were disabled in this tick
+        ("heard", _f),  # time since the last heartbeat [s]
+        ("starved", _f),  # time since the voltage fell below the reset voltage [s]
+        ("boots", _f),  # remaining boot time of the roboRIO [s]
+        ("off_time", _f),  # total time with disabled motor controllers [s]
+        ("brownouts", _i),  # number of brown-outs
+        ("resets", _i),  # number of resets of the roboRIO
+        ("noted_voltage", _f),  # voltage when the last brown-out or reset began [V]
+        ("noted_current", _f),  # current when the last brown-out or reset began [A]
     ],
     align=True,
 )
-"""A battery, and the roboRIO that it feeds."""
+"""Battery, and power state of the roboRIO."""
 
 BODY = np.dtype(
     [
-        ("row", _i),  # its number among the bodies of the world
-        ("is_robot", _b),  # whether the loop moves it; the engine moves all others
-        ("is_active", _b),  # whether a ball may touch it now
-        ("swings", _b),  # whether it turns about a pivot
-        ("carries", _b),  # whether robots drive on it
-        ("mark", _i),  # bit that it leaves in `Balls.bodies`
-        ("first_solid", _i),
-        ("last_solid", _i),  # the one behind its last
-        ("reach", _f),  # of the ball around its origin that holds it [m]
-        ("mass", _f),  # [kg]
-        ("center", _f, (3,)),  # of mass, in its frame, or pivot, in that of the field [m]
-        ("inertia", _f, (3,)),  # principal moments about it [kg m^2]
-        ("principal", _f, (3, 3)),  # principal axes in its frame, as columns
+        ("row", _i),  # index among the bodies of the world
+        ("is_robot", _b),  # whether the body is a robot, which the loop moves; the engine moves other bodies
+        ("is_active", _b),  # whether balls can touch the body now
+        ("swings", _b),  # whether the body turns about a pivot
+        ("carries", _b),  # whether robots drive on the body
+        ("mark", _i),  # bit of the body in `Balls.bodies`
+        ("first_solid", _i),  # index of the first solid
+        ("last_solid", _i),  # index after the last solid
+        ("reach", _f),  # radius of the bounding sphere around the origin [m]
+        ("mass", _f),  # mass [kg]
+        ("center", _f, (3,)),  # center of mass, body frame, or pivot, field frame [m]
+        ("inertia", _f, (3,)),  # principal moments of inertia about the center of mass or pivot [kg m^2]
+        ("principal", _f, (3, 3)),  # principal axes, body frame, as columns
         ("pos", _f, (3,)),  # origin, field frame [m]
-        ("quat", _f, (4,)),  # attitude x, y, z, w
-        ("axes", _f, (3, 3)),  # its axes as columns
-        ("com", _f, (3,)),  # center of mass, or pivot, field frame [m]
-        ("vel", _f, (3,)),  # of the center of mass, 0 of a pivot [m/s]
+        ("quat", _f, (4,)),  # attitude quaternion (x, y, z, w)
+        ("axes", _f, (3, 3)),  # body axes, field frame, as columns
+        ("com", _f, (3,)),  # center of mass or pivot, field frame [m]
+        ("vel", _f, (3,)),  # velocity of the center of mass, 0 for a pivot, field frame [m/s]
         ("rate", _f, (3,)),  # angular velocity, field frame [rad/s]
-        ("pull", _f, (3,)),  # angular acceleration that the engine gave it in its last step, of what carries [rad/s^2]
-        ("mean_twist", _f, (6,)),  # of both over the last call [m/s, rad/s]
-        ("impulse", _f, (6,)),  # by balls in the last call: impulse [N s], angular impulse about the center [N m s]
+        ("pull", _f, (3,)),  # if robots drive on the body: angular acceleration in the engine's last step [rad/s^2]
+        ("mean_twist", _f, (6,)),  # mean of `vel` and `rate` over the last call [m/s, rad/s]
+        ("impulse", _f, (6,)),  # contact impulse in the last call [N s], angular impulse about `com` [N m s]
     ],
     align=True,
 )
-"""A rigid body."""
+"""Rigid body."""
 
 _ROBOT_REQUEST = np.dtype(
     [
         ("is_enabled", _b),
-        ("other_current", _f),  # from the battery, in addition to that of its motors [A]
-        ("force", _f, (3,)),  # from outside on the center of mass, field frame [N]
-        ("torque", _f, (3,)),  # [N m]
+        ("other_current", _f),  # battery current of loads other than motors [A]
+        ("force", _f, (3,)),  # external force on the center of mass, field frame [N]
+        ("torque", _f, (3,)),  # external torque, field frame [N m]
     ],
     align=True,
 )
 
 ROBOT = np.dtype(
     [
-        ("request", _ROBOT_REQUEST),  # until the next one
-        # --- what it consists of ---
-        ("body", _i),
-        ("first_shaft", _i),
-        ("last_shaft", _i),
-        ("drive_shafts", _i),  # how many have wheels; they come first
-        ("first_wheel", _i),
-        ("last_wheel", _i),
-        ("first_point", _i),  # of what touches the field: its wheels first
-        ("last_point", _i),
-        ("first_part", _i),  # of its bumpers
-        ("last_part", _i),
-        ("reach", _f),  # of bumpers and wheels around its vertical axis [m]
-        ("low", _f),  # lowest and highest part of its bumpers and frame, robot frame [m]
-        ("high", _f),
+        ("request", _ROBOT_REQUEST),  # request, valid until the next request
+        # --- parts ---
+        ("body", _i),  # index of the body
+        ("first_shaft", _i),  # index of the first shaft
+        ("last_shaft", _i),  # index after the last shaft
+        ("drive_shafts", _i),  # number of shafts with wheels, which come first
+        ("first_wheel", _i),  # index of the first wheel
+        ("last_wheel", _i),  # index after the last wheel
+        ("first_point", _i),  # index of the first contact point; points of wheels come first
+        ("last_point", _i),  # index after the last contact point
+        ("first_part", _i),  # index of the first part of bumpers and frame
+        ("last_part", _i),  # index after the last part
+        ("reach", _f),  # largest distance of bumpers and wheels from the robot's vertical axis [m]
+        ("low", _f),  # smallest height of bumpers and frame, robot frame [m]
+        ("high", _f),  # largest height of bumpers and frame, robot frame [m]
         # --- in this step ---
-        ("press", _f, (3,)),  # by all contacts but tires, field frame [N]
-        ("twist", _f, (3,)),  # their moment about the center of mass [N m]
-        ("shift", _f, (3,)),  # out of what people have put it into [m]
-        ("is_upright", _b),  # whether its bumpers meet walls and other robots in plan
-        ("is_put", _b),  # whether people have put it where it stands since the last step
-        ("plan_mass", _f, (2,)),  # mass that its contact with the carpet shows along its axes [kg]
-        ("yaw_rate", _f),  # about its own vertical axis, as its tires leave it [rad/s]
-        ("is_sliding", _b),
-        ("bus", _f),  # voltage of the battery [V]
-        ("time", _f),  # since the reset [s]
-        # --- of the last call ---
-        ("touches", _i, (TOUCHES,)),  # rows of what it touched
-        ("touched", _i),  # how many
+        ("press", _f, (3,)),  # contact forces without tire friction, field frame [N]
+        ("twist", _f, (3,)),  # torque of these forces about the center of mass, field frame [N m]
+        ("shift", _f, (3,)),  # displacement out of initial overlaps, field frame [m]
+        ("is_upright", _b),  # whether the bumpers collide with walls and other robots in plan view
+        ("is_put", _b),  # whether a user has placed the robot since the last step
+        ("plan_mass", _f, (2,)),  # effective mass at the carpet along the robot's x and y axes [kg]
+        ("yaw_rate", _f),  # angular velocity about the robot's vertical axis, after tire forces [rad/s]
+        ("is_sliding", _b),  # whether a tire slides
+        ("bus", _f),  # battery voltage [V]
+        ("time", _f),  # time since the reset [s]
+        # --- in the last call ---
+        ("touches", _i, (TOUCHES,)),  # rows of the bodies and field elements in contact
+        ("touched", _i),  # number of entries in `touches`
     ],
     align=True,
 )
-"""A robot."""
+"""Robot."""
 
 POINT = np.dtype(
     [
-        ("x", _f),  # middle of a soft ball, robot frame [m]
-        ("y", _f),
-        ("z", _f),
-        ("radius", _f),  # [m]
-        ("stiffness", _f),  # [N/m]
-        ("damping", _f),  # [N s/m]
-        ("is_wheel", _b),
-        ("on", _i),  # number of the body that it stands on, -1: the field
+        ("x", _f),  # x of the center of the soft ball, robot frame [m]
+        ("y", _f),  # y of the center [m]
+        ("z", _f),  # z of the center [m]
+        ("radius", _f),  # radius of the soft ball [m]
+        ("stiffness", _f),  # normal stiffness [N/m]
+        ("damping", _f),  # normal damping [N s/m]
+        ("is_wheel", _b),  # whether the point is a wheel
+        ("on", _i),  # index of the body under the point, -1 for the field
         ("load", _f),  # normal force in this step [N]
-        ("gap", _f),  # to floor or field, as far as it is near [m]
+        ("gap", _f),  # gap to the floor or to a near field element [m]
         ("normal", _f, (3,)),  # mean direction of the load, field frame
-        ("arm", _f, (3,)),  # mean place of the contact from the center of mass, field frame [m]
+        ("arm", _f, (3,)),  # mean offset of the contact from the center of mass, field frame [m]
     ],
     align=True,
 )
-"""A place of a robot that touches the field: a wheel, or a point of bumpers, frame or underside."""
+"""Contact point of a robot: a wheel, or a point of bumpers, frame or underside."""
 
 PART = np.dtype(
     [
-        ("robot", _i),
-        ("x", _f),  # middle, robot axes [m]
-        ("y", _f),
-        ("half_length", _f),  # [m]
-        ("half_width", _f),
-        ("bottom", _f),  # above the robot's origin [m]
-        ("top", _f),
-        ("friction", _f),  # factors of its surface
-        ("restitution", _f),
-        ("stiffness", _f),  # force over depth and length of the side that touches [N/m^2]
-        ("edge_stiffness", _f),  # against one end of an edge of the field [N/m]
-        ("edge_damping", _f),  # [N s/m]
-        ("low", _f),  # heights now, field frame [m]
-        ("high", _f),
-        ("first_outline", _i),  # of the field's, at these heights
-        ("last_outline", _i),
-        ("corners", _f, (4, 2)),  # in plan, counter-clockwise [m]
-        ("normals", _f, (4, 2)),  # of the side after each corner
+        ("robot", _i),  # index of the robot
+        ("x", _f),  # x of the center, robot frame [m]
+        ("y", _f),  # y of the center, robot frame [m]
+        ("half_length", _f),  # half of the length [m]
+        ("half_width", _f),  # half of the width [m]
+        ("bottom", _f),  # height of the bottom above the robot's origin [m]
+        ("top", _f),  # height of the top above the robot's origin [m]
+        ("friction", _f),  # friction factor of the surface [-]
+        ("restitution", _f),  # restitution factor of the surface [-]
+        ("stiffness", _f),  # force per depth and length of the side in contact [N/m^2]
+        ("edge_stiffness", _f),  # stiffness against one end of a field edge [N/m]
+        ("edge_damping", _f),  # damping against one end of a field edge [N s/m]
+        ("low", _f),  # present height of the bottom, field frame [m]
+        ("high", _f),  # present height of the top, field frame [m]
+        ("first_outline", _i),  # index of the first field outline at these heights
+        ("last_outline", _i),  # index after the last field outline at these heights
+        ("corners", _f, (4, 2)),  # corners in plan view, counter-clockwise, field frame [m]
+        ("normals", _f, (4, 2)),  # outward unit normal of the side after each corner
     ],
     align=True,
 )
-"""A rectangle of a robot's outline: bumpers, or the frame above them."""
+"""Rectangle of a robot's outline: the bumpers, or the frame above the bumpers."""
 
 OUTLINE = np.dtype(
     [
-        ("row", _i),  # of its element
-        ("first", _i),  # corner
-        ("last", _i),
-        ("low_x", _f),
-        ("high_x", _f),
-        ("low_y", _f),
-        ("high_y", _f),
-        ("bottom", _f),  # heights between which it stands [m]
-        ("top", _f),
-        ("friction", _f),
-        ("restitution", _f),
+        ("row", _i),  # row of the field element
+        ("first", _i),  # index of the first corner
+        ("last", _i),  # index after the last corner
+        ("low_x", _f),  # lowest x of the corners [m]
+        ("high_x", _f),  # highest x of the corners [m]
+        ("low_y", _f),  # lowest y of the corners [m]
+        ("high_y", _f),  # highest y of the corners [m]
+        ("bottom", _f),  # height of the bottom [m]
+        ("top", _f),  # height of the top [m]
+        ("friction", _f),  # friction factor of the surface [-]
+        ("restitution", _f),  # restitution factor of the surface [-]
     ],
     align=True,
 )
-"""Convex outline of a part of the field, between two heights."""
+"""Convex plan-view outline of a part of the field, between two heights."""
 
 SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f, (3,)), ("put_in", _f)], align=True)
-"""A contact of a robot: what touches, the step in which it was touched last, the stretch of its friction, field frame
-[m], and how deep the two were in each other without having been pressed, as far as they have not come out of it [m]."""
+"""Contact of a robot: key, number of the last step with the contact, stretch of the friction spring, field frame [m],
+and remaining initial overlap [m]."""
 
 
 class Fleet(NamedTuple):
-    """Robots of a world, and the outlines that their bumpers may meet."""
+    """Robots of a world, and the field outlines with which bumpers can collide."""
 
     robots: Records
     shafts: Records
@@ -388,20 +388,20 @@ class Fleet(NamedTuple):
     parts: Records
     points: Records
     springs: Records
-    """Records of all contacts, shape (robots, `SPRINGS`)."""
+    """Records of the robots' contacts, shape (robots, `SPRINGS`)."""
     outlines: Records
     corners: FloatArray
     """Corners of all outlines [m], shape (n, 2)."""
     normals: FloatArray
-    """Normals of the sides after these corners, shape (n, 2)."""
+    """Outward unit normals of the sides after these corners, shape (n, 2)."""
     hidden: npt.NDArray[np.uint8]
-    """Whether each side is covered by another outline, shape (n,)."""
+    """Whether another outline covers the side after each corner, shape (n,)."""
     clock: IntArray
     """Number of the last step, shape (1,)."""
 
 
 def no_robots() -> Fleet:
-    """Make a fleet without a robot."""
+    """Make a fleet without robots."""
     return Fleet(
         records(ROBOT, 0), records(SHAFT, 0), records(WHEEL, 0), records(BATTERY, 0), records(PART, 0),
         records(POINT, 0), records(SPRING, 0).reshape(0, SPRINGS), records(OUTLINE, 0), np.zeros((0, 2)),
@@ -410,7 +410,7 @@ def no_robots() -> Fleet:
 
 
 def records(dtype: np.dtype[Any], count: int = 1) -> Records:
-    """Return `count` records, all zero."""
+    """Return an array of `count` records filled with zeros."""
     made = np.zeros(count, dtype)
     return made.view(np.recarray) if numba.config.DISABLE_JIT else made  # type: ignore[attr-defined]
 

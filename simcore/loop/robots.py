@@ -1,7 +1,7 @@
-"""Robots by small steps: motors, shafts, wheels, batteries, tires and bumpers of all of them at once.
+"""Robots in small time steps: motors, shafts, wheels, batteries, tires and bumpers of all robots together.
 
-`advance_robots` changes the velocities of all robots by the forces of one step. `simcore.loop.step` lets them drift,
-and balls push them.
+`advance_robots` applies the forces of one step to the velocities of all robots. `simcore.loop.step` then advances the
+poses and applies the impulses of balls.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from simcore.loop.tires import step_tires
 
 __all__ = ["advance_robots", "begin_robots", "end_robots", "optimize", "settle"]
 
-_SETTLES = 3.0  # [s], after which a robot that was put down stands
-_HELD_BACK = 0.99  # of the velocity of a robot that is put down, that is left after 1 ms
+_SETTLES = 3.0  # time in which a robot settles on the ground [s]
+_HELD_BACK = 0.99  # fraction of the velocity that a settling robot keeps after a step of 1 ms [-]
 
 
 @inner
 def begin_robots(fleet: Fleet, bodies: Records) -> int:
-    """Clear the sums of the last call.
+    """Clear the sums of the last call, and check that poses and velocities are finite.
 
     Returns:
-        Number of a robot whose pose or velocity is not finite, -1: none.
+        Index of a robot with a position or velocity that is not finite, or -1.
     """
     for r in range(len(fleet.robots)):
         robot = fleet.robots[r]
@@ -67,7 +67,7 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
 
 @inner
 def end_robots(fleet: Fleet, h: float) -> None:
-    """Turn sums over the call of h [s] into means."""
+    """Convert the sums over a call of h [s] to means."""
     for r in range(len(fleet.robots)):
         for i in range(fleet.robots[r].first_shaft, fleet.robots[r].last_shaft):
             fleet.shafts[i].mean_current /= h
@@ -78,16 +78,16 @@ def end_robots(fleet: Fleet, h: float) -> None:
 def advance_robots(
     fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float, part: float
 ):
-    """Advance the velocities of all robots by what acts on them in a step; bodies drift in `simcore.loop.step`.
+    """Apply the forces of one step to the velocities of all robots; `simcore.loop.step` advances the poses.
 
     Args:
         fleet: All robots.
-        bodies: Theirs among others.
-        solids: Solids that stand on the field.
+        bodies: Records of all bodies.
+        solids: Solids of the field and of bodies.
         has_floor: Whether there is a floor at z = 0.
-        gravity: Downward [m/s^2].
-        h: Step [s].
-        part: Share of the call that the step is.
+        gravity: Gravitational acceleration, downward [m/s^2].
+        h: Time step [s].
+        part: Time step over the duration of the call [-].
     """
     n = len(fleet.robots)
     found = np.zeros((2, 7))
@@ -133,7 +133,7 @@ def _pull_plates(bodies, h):
 
 @inner
 def _are_near(robot, other, body, met):
-    """Return whether two robots could touch."""
+    """Return whether two robots are near enough to touch."""
     dx = body.com[0] - met.com[0]
     dy = body.com[1] - met.com[1]
     far = robot.reach + other.reach
@@ -144,7 +144,7 @@ def _are_near(robot, other, body, met):
 
 @inner
 def _meet_in_plan(fleet, robot, other):
-    """Return whether the bumpers of two robots have a height in common."""
+    """Return whether two robots are upright and have bumpers or frames at a common height."""
     if not (robot.is_upright and other.is_upright):
         return False
     for a in range(robot.first_part, robot.last_part):
@@ -156,7 +156,7 @@ def _meet_in_plan(fleet, robot, other):
 
 @inner
 def _control(robot, shafts, battery):
-    """Work out what all controllers of a robot apply to their motors in a step."""
+    """Compute the outputs of all motor controllers of a robot for one step."""
     for i in range(robot.first_shaft, robot.last_shaft):
         s = shafts[i]
         model = s.model
@@ -185,16 +185,16 @@ def _control(robot, shafts, battery):
 
 @inner
 def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
-    """Reach a module state with less than a quarter turn: drive backwards where that is nearer.
+    """Optimize a swerve module state: reverse the wheel if that keeps the steer error within a quarter turn.
 
     Args:
-        speed: Wanted [m/s].
-        angle: Wanted steer angle [rad].
-        present: Steer angle now, any number of turns [rad].
+        speed: Requested wheel speed [m/s].
+        angle: Requested steer angle [rad].
+        present: Present steer angle, any number of turns [rad].
 
     Returns:
-        Signed speed [m/s], scaled by the cosine of the steer error so that a wheel on its way does not scrub
-        sideways, and the error to steer away [rad], within -pi/2..pi/2.
+        Signed wheel speed, scaled by the cosine of the steer error so that a turning module does not scrub sideways
+        [m/s], and steer error within -pi/2..pi/2 [rad].
     """
     error = angle - present
     error -= math.tau * math.floor(error / math.tau + 0.5)
@@ -209,7 +209,7 @@ def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
 
 @inner
 def _follow_target(shafts, i, first_shaft):
-    """Set the volts of the closed loop of a drive motor (wheel speed) or steer motor (angle)."""
+    """Compute the voltage of the closed loop of a drive motor (wheel speed) or steer motor (angle)."""
     s = shafts[i]
     model = s.model
     if model.kind == AZIMUTH:
@@ -235,17 +235,17 @@ def _follow_target(shafts, i, first_shaft):
 
 @inner
 def scrub(azimuth, wheel, least):
-    """Return dry friction [N m] and drag [N m s/rad] of a contact patch that turns on the carpet.
+    """Return dry friction [N m] and viscous drag [N m s/rad] of a contact patch that turns on the carpet.
 
-    While the wheel stands they are mu N r and none. Coulomb friction acts along the slip: where the patch slips by s
-    already, as that of a rolling wheel does, and an azimuth at omega rubs it by r omega < s, the share r omega / s of
-    its friction is against the turning. So a wheel that rolls is steered with little torque, and its scrub holds no
-    angle, as with a car that moves.
+    A wheel at rest has dry friction mu N r and no drag. Coulomb friction acts along the slip. If the patch already
+    slips by s because the wheel rolls, and steering at omega adds r omega < s, only the fraction r omega / s of the
+    friction resists the steering. A rolling wheel therefore needs little steer torque, and scrub does not hold the
+    steer angle, as in a moving car.
 
     Args:
-        azimuth: Shaft.
-        wheel: On it.
-        least: Slip of a wheel that stands [m/s].
+        azimuth: Record of the steer shaft.
+        wheel: Record of the module's wheel.
+        least: Slip of a wheel at rest [m/s].
     """
     radius = azimuth.model.scrub
     most = radius * wheel.cof * wheel.load
@@ -257,7 +257,7 @@ def scrub(azimuth, wheel, least):
 
 @inner
 def _steer(robot, shafts, wheels, h, bus):
-    """Turn the azimuths, and the mechanisms."""
+    """Advance the steer shafts and the mechanisms of a robot by one step of h [s]."""
     for i in range(robot.first_shaft + robot.drive_shafts, robot.last_shaft):
         s = shafts[i]
         model = s.model
@@ -276,9 +276,9 @@ def _steer(robot, shafts, wheels, h, bus):
 
 @inner
 def _kick(fleet, r, bodies, gravity, h, part):
-    """Change the velocity of one robot by the forces of a step of h [s].
+    """Apply the forces of a step of h [s] to the velocity of one robot.
 
-    All but the tires' act first, for the end of the step; tires hold against them, and act where wheels touch.
+    All other forces act first. Tires react to the velocity at the end of the step, with forces at the wheel contacts.
     """
     robot = fleet.robots[r]
     body = bodies[robot.body]
@@ -327,9 +327,9 @@ def _kick(fleet, r, bodies, gravity, h, part):
 
 @inner
 def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
-    """Let the tires act on a robot, and return its angular velocity after that, its own axes [rad/s].
+    """Apply the tire forces to a robot, and return the new angular velocity, robot axes [rad/s].
 
-    The mass that the contacts show along its axes is less than its own, as a force there tips it as well.
+    The effective mass at the contacts is less than the robot's mass, because a force there also tips the robot.
     """
     body = bodies[robot.body]
     quat = body.quat
@@ -394,7 +394,7 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
 
 @inner
 def _lever(point, body, plate):
-    """Return the place where a wheel of a body stands on a plate, from the plate's pivot, field axes [m]."""
+    """Return the offset of a wheel's contact on a plate from the plate's pivot, field axes [m]."""
     return (
         point.arm[0] + body.com[0] - plate.com[0],
         point.arm[1] + body.com[1] - plate.com[1],
@@ -404,7 +404,7 @@ def _lever(point, body, plate):
 
 @inner
 def _ground_velocity(fleet, robot, bodies):
-    """Return the mean velocity of what the wheels of a robot stand on, its own axes [m/s, m/s, rad/s]."""
+    """Return the mean velocity of the ground under a robot's wheels, weighted by load, robot axes [m/s, m/s, rad/s]."""
     body = bodies[robot.body]
     total = 0.0
     x = 0.0
@@ -432,16 +432,16 @@ def _ground_velocity(fleet, robot, bodies):
 
 @compiled
 def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
-    """Let a robot sink straight down until it stands at rest, where nothing but the ground holds it.
+    """Lower a robot vertically until the robot is at rest, supported by the ground only.
 
     Args:
         fleet: All robots.
-        r: Number of the robot.
-        bodies: Its own is at rest somewhere above the ground; others stay where they are.
-        solids: Solids that stand on the field.
+        r: Index of the robot.
+        bodies: Records of all bodies; the robot starts at rest above the ground, and other bodies do not move.
+        solids: Solids of the field and of bodies.
         has_floor: Whether there is a floor at z = 0.
-        gravity: Downward [m/s^2].
-        h: Step [s].
+        gravity: Gravitational acceleration, downward [m/s^2].
+        h: Time step [s].
     """
     robot = fleet.robots[r]
     body = bodies[robot.body]

@@ -1,4 +1,4 @@
-"""Shaft of a motor in one step: the request of its controller, and the shaft's motion."""
+"""Motor shaft in one step: output of the motor controller, and motion of the shaft."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from simcore.loop.robot_state import CURRENT, DUTY, NEUTRAL, PISTON, SERVO, STEP
 __all__ = ["accumulate", "begin_motor", "control", "open_circuit", "set_step", "turn", "turn_alone"]
 
 _REST = 1e-9
-"""A turn in 200 years [rad/s]: a shaft that nothing drives stands still from here on, and does not approach zero for
-ever."""
+"""Speed below which a shaft is at rest [rad/s], one turn in 200 years; the speed of an undriven shaft would otherwise
+never reach zero."""
 
 
 @inner
 def begin_motor(shafts, i):
-    """Clear the means of the last call."""
+    """Clear the mean currents of a shaft before a call."""
     s = shafts[i]
     s.mean_current = 0.0
     s.mean_supply = 0.0
@@ -25,7 +25,7 @@ def begin_motor(shafts, i):
 
 @inner
 def open_circuit(shafts, i):
-    """Take its power away: a motor coasts until the next request, a valve falls back, a servo is held."""
+    """Switch a shaft off: a motor coasts until the next request, a valve goes to idle, and a servo stops."""
     s = shafts[i]
     model = s.model
     if model.kind == PISTON:
@@ -43,13 +43,13 @@ def open_circuit(shafts, i):
 
 @inner
 def control(shafts, i, bus, emf):
-    """Work out what its controller applies in a step: volts or an open circuit, and the stator limit in force.
+    """Compute a motor controller's output for a step: voltage or open circuit, and the stator limit in force.
 
     Args:
-        shafts: All.
-        i: Number of the shaft.
-        bus: Voltage of its supply [V].
-        emf: Back-EMF now [V].
+        shafts: Records of all shafts.
+        i: Index of the shaft.
+        bus: Supply voltage of the controller [V].
+        emf: Present back-EMF [V].
     """
     s = shafts[i]
     model = s.model
@@ -59,11 +59,11 @@ def control(shafts, i, bus, emf):
         s.wanted = 0.0
     elif s.request.mode == DUTY:
         s.wanted = s.request.value * bus
-    elif s.request.mode == CURRENT:  # as much voltage as there is, with the wanted current as the limit
+    elif s.request.mode == CURRENT:  # full voltage, with the requested current as the stator limit
         s.wanted = math.copysign(math.inf, s.request.value)
         s.limit = min(abs(s.request.value), s.request.stator_limit)
         s.is_open = 1 if s.request.value == 0.0 else 0
-    elif s.request.mode == TARGET:  # of a servo: an angle
+    elif s.request.mode == TARGET:  # angle of a servo
         s.wanted = within(model.kp * (s.request.value - s.position), model.rail)
     else:
         s.wanted = s.request.value
@@ -73,7 +73,7 @@ def control(shafts, i, bus, emf):
 
 @inner
 def set_step(shafts, i, h):
-    """Set the length of its step [s]; see `end_weight`."""
+    """Set a shaft's time step [s] and the weight of the final speed in the mean speed; see `end_weight`."""
     s = shafts[i]
     model = s.model
     if s.weighted != h:
@@ -83,18 +83,18 @@ def set_step(shafts, i, h):
 
 @inner
 def turn(shafts, i, h, bus, friction, drag, torque):
-    """Turn a shaft without wheels by a step; its request is known.
+    """Advance a shaft without wheels by one step; `control` has set the controller's output.
 
-    The step is exact for a motor on constant volts, and the mean speed and current in it as well.
+    Final speed, mean speed and mean current are exact for a motor at constant voltage.
 
     Args:
-        shafts: All.
-        i: Number of the shaft.
-        h: Step [s].
-        bus: Voltage of the battery [V].
-        friction: Further dry friction [N m].
-        drag: Torque against its speed [N m s/rad].
-        torque: Further torque [N m].
+        shafts: Records of all shafts.
+        i: Index of the shaft.
+        h: Time step [s].
+        bus: Battery voltage [V].
+        friction: Additional dry friction torque [N m].
+        drag: Viscous drag, torque per shaft speed [N m s/rad].
+        torque: Additional torque [N m].
     """
     s = shafts[i]
     model = s.model
@@ -133,7 +133,7 @@ def turn(shafts, i, h, bus, friction, drag, torque):
         w,
         power,
     )
-    if (s.position >= model.upper and end > 0.0) or (s.position <= model.lower and end < 0.0):  # a stop holds it
+    if (s.position >= model.upper and end > 0.0) or (s.position <= model.lower and end < 0.0):  # at a hard stop
         w = 0.0
         end, amps, at, _, _ = solve_limited(
             k,
@@ -175,7 +175,7 @@ def turn(shafts, i, h, bus, friction, drag, torque):
 
 @inner
 def accumulate(shafts, i, h, bus):
-    """Add what the motors took in a step of h [s] to their sums."""
+    """Add the motors' currents and energy in a step of h [s] to the shaft's sums."""
     s = shafts[i]
     model = s.model
     power = s.volts * s.current * model.count
@@ -190,7 +190,7 @@ def accumulate(shafts, i, h, bus):
 
 @compiled
 def turn_alone(shafts: Records, i: int, dt: float, bus: float) -> None:
-    """Turn a mechanism for dt [s] on a battery of constant voltage [V]."""
+    """Advance a mechanism by dt [s] at a constant battery voltage [V]."""
     n = math.ceil(dt / STEP - 1e-9)
     h = dt / n
     s = shafts[i]

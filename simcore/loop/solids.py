@@ -1,7 +1,7 @@
-"""Convex solids: their arrays, and the nearest point of one to the center of a ball.
+"""Convex solids: arrays, distance from a ball, ray casts, and overlap with a box.
 
-Everything that balls touch, but the floor and each other, is a convex solid: elements of the field in the field frame,
-parts of robots and of other bodies in the frame of their body. A solid is its triangles with their planes.
+Balls collide with the floor, with other balls and with convex solids. Field elements are solids in the field frame;
+parts of robots and of other bodies are solids in the body frame. Triangles and their planes represent a solid.
 """
 
 from __future__ import annotations
@@ -19,39 +19,39 @@ from simcore.typing import FloatArray, IntArray
 __all__ = ["FIELD", "NO_SOLIDS", "Solids", "find_in_box", "first_hits", "nearest_point"]
 
 FIELD = -1
-"""Body of the solids that stand on the field."""
-_FACE = 1e-9  # [m^2]; a nearest point this near to the foot of the perpendicular is in a face
+"""Value of `Solids.body` for solids of the field."""
+_FACE = 1e-9  # squared distance from the foot of the perpendicular below which a nearest point is in a face [m^2]
 
 
 class Solids(NamedTuple):
-    """Convex solids of a world, those of one body in a row."""
+    """Convex solids of a world; solids of the same body have consecutive rows."""
 
     body: IntArray
-    """Row of the body of each, `FIELD` for the field's, shape (n,)."""
+    """Row of the body of each solid, `FIELD` for the field, shape (n,)."""
     box: FloatArray
-    """Lowest and highest corner in its frame [m], shape (n, 6)."""
+    """Lowest and highest corner of each solid's bounding box, field or body frame [m], shape (n, 6)."""
     surface: FloatArray
-    """Friction [-], restitution [-] and rolling lever [m] of each, shape (n, 3)."""
+    """Friction [-], restitution [-] and rolling-resistance lever [m] of each solid, shape (n, 3)."""
     row: IntArray
-    """Row of the element or body that each is a part of, shape (n,)."""
+    """Row of the field element or body that contains each solid, shape (n,)."""
     is_drivable: npt.NDArray[np.uint8]
-    """Whether robots drive on it, shape (n,)."""
+    """Whether robots drive on each solid, shape (n,)."""
     is_in_plan: npt.NDArray[np.uint8]
-    """Whether bumpers meet it by its outline in plan, shape (n,)."""
+    """Whether bumpers collide with the plan-view outline of each solid, shape (n,)."""
     first: IntArray
-    """First triangle of each, and the number of all, shape (n + 1,)."""
+    """First triangle of each solid, and the number of triangles, shape (n + 1,)."""
     plane: FloatArray
-    """Outward unit normal and offset [m] of each triangle, shape (t, 4)."""
+    """Outward unit normal and offset [m] of each triangle's plane, shape (t, 4)."""
     corner: FloatArray
-    """Corners of each triangle, counter-clockwise seen from outside [m], shape (t, 9)."""
+    """Corners of each triangle, counter-clockwise from outside [m], shape (t, 9)."""
     cell_first: IntArray
-    """First entry of `cell_solid` of each cell of the field, and the number of all, shape (nx * ny + 1,)."""
+    """First entry of each grid cell in `cell_solid`, and the number of entries, shape (nx * ny + 1,)."""
     cell_solid: IntArray
-    """Solids of the field by cell, shape (entries,)."""
+    """Solids of the field, sorted by grid cell, shape (entries,)."""
     cell_count: IntArray
-    """Number of cells along x and y, shape (2,)."""
+    """Number of grid cells along x and y, shape (2,)."""
     cell_low: FloatArray
-    """Lowest corner of the cells, and edge of one [m], shape (3,)."""
+    """Lowest x and y of the grid, and edge of a cell [m], shape (3,)."""
 
 
 NO_SOLIDS = Solids(
@@ -65,7 +65,7 @@ NO_SOLIDS = Solids(
 
 @inner
 def _closest_on_triangle(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz):
-    """Return the point of a triangle a, b, c that is nearest to a place x, y, z [m].
+    """Return the point of a triangle a, b, c that is nearest to a point x, y, z [m].
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
     """
@@ -105,20 +105,20 @@ def _closest_on_triangle(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz):
 
 @inlined
 def nearest_point(solid, x, y, z, reach, first, plane, corner):
-    """Return the distance of a place from a convex solid, and the way out.
+    """Return the distance of a point from a convex solid, and the unit normal towards the point.
 
     Args:
         solid: Row of the solid.
-        x: x of the place in the solid's frame [m].
-        y: y of the place [m].
-        z: z of the place [m].
-        reach: Distance beyond which a lower bound will do [m].
-        first: `Solids.first`.
-        plane: `Solids.plane`.
-        corner: `Solids.corner`.
+        x: x coordinate of the point in the solid's frame [m].
+        y: y coordinate of the point [m].
+        z: z coordinate of the point [m].
+        reach: Distance beyond which a lower bound of the distance is sufficient [m].
+        first: Array `Solids.first`.
+        plane: Array `Solids.plane`.
+        corner: Array `Solids.corner`.
 
     Returns:
-        Distance, negative inside [m]; unit normal towards the place; whether the nearest point is within a face.
+        Distance, negative inside [m]; x, y, z of the unit normal; whether the nearest point of the solid is in a face.
     """
     most, face = -1e30, -1
     for t in range(first[solid], first[solid + 1]):
@@ -128,7 +128,7 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
             if most > reach:
                 break
     distance, nx, ny, nz, is_face = most, plane[face, 0], plane[face, 1], plane[face, 2], True
-    if 0.0 < most <= reach:  # outside, and near
+    if 0.0 < most <= reach:  # outside the solid and within reach
         least = 1e30
         for t in range(first[solid], first[solid + 1]):
             over = plane[t, 0] * x + plane[t, 1] * y + plane[t, 2] * z - plane[t, 3]
@@ -143,7 +143,7 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
             if square < least:
                 least, nx, ny, nz = square, px, py, pz
                 is_face = square - over * over < _FACE
-                if is_face and over >= most:  # nothing of the solid is nearer than this plane
+                if is_face and over >= most:  # no point of the solid is nearer than this plane
                     break
         distance = math.sqrt(least)
         if distance < 1e-12:
@@ -155,7 +155,7 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
 
 @inner
 def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
-    """Find where a ray enters a solid, as a part of it; `nearest` if it is not before that part."""
+    """Return the fraction of a ray's length at which the ray enters a solid, but at most `nearest`."""
     corner, plane = solids.corner, solids.plane
     for t in range(solids.first[s], solids.first[s + 1]):
         slope = plane[t, 0] * dx + plane[t, 1] * dy + plane[t, 2] * dz
@@ -183,7 +183,7 @@ def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
 
 @inner
 def _passes_box(box, s, ox, oy, oz, dx, dy, dz, nearest):
-    """Return whether a ray meets the bounding box of a solid before a part of it."""
+    """Return whether a ray meets the bounding box of a solid before the fraction `nearest` of the ray's length."""
     enter, leave = 0.0, nearest
     for axis in range(3):
         o = ox if axis == 0 else oy if axis == 1 else oz
@@ -202,19 +202,19 @@ def first_hits(
     solids: Solids, bodies: Records, has_floor: bool, start: FloatArray, end: FloatArray, with_robots: bool,
     ignored: int, drivable: bool, fraction: FloatArray, row: IntArray,
 ) -> None:  # fmt: skip
-    """Find what segments meet first; what a segment begins inside of is not met.
+    """Find the first hit of line segments; a solid that contains the start of a segment is no hit.
 
     Args:
         solids: Solids of the field and of bodies.
-        bodies: Bodies of robots and others.
-        has_floor: Whether there is a floor at z = 0; its row is 0.
-        start: Field frame [m], shape (n, 3).
-        end: Field frame [m], shape (n, 3).
-        with_robots: Whether robots are met.
-        ignored: Row of a robot that is not met, -1: none.
-        drivable: Whether only what robots drive on is met, other bodies among it.
-        fraction: Filled with the part of each segment before the hit, 1 where nothing is met, shape (n,).
-        row: Filled with the row of what it meets, -1 for nothing, shape (n,).
+        bodies: Records of all bodies.
+        has_floor: Whether there is a floor at z = 0, with row 0.
+        start: Starts of the segments, field frame [m], shape (n, 3).
+        end: Ends of the segments, field frame [m], shape (n, 3).
+        with_robots: Whether segments hit robots; ignored if `drivable`.
+        ignored: Row of a robot that segments do not hit, -1 for none.
+        drivable: Whether segments hit only surfaces that robots drive on, on the field and on bodies.
+        fraction: Filled with the fraction of each segment before the hit, 1 without a hit, shape (n,).
+        row: Filled with the row of the body or field element that is hit, -1 without a hit, shape (n,).
     """
     for k in range(len(start)):
         ox, oy, oz = start[k, 0], start[k, 1], start[k, 2]
@@ -257,21 +257,21 @@ def find_in_box(
     solids: Solids, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float,
     met: npt.NDArray[np.uint8],
 ) -> None:  # fmt: skip
-    """Find which solids of the field may reach into an upright box, by their heights and outlines in plan.
+    """Find the solids of the field that may overlap an upright box, by height and plan-view outline.
 
-    Convex shapes do not meet where a line parts them; four directions of such lines are tried, those of the box's sides
-    and those of the field's axes. So one that is told to be met may still be a little way off.
+    The separating-axis test uses four axes: the sides of the box and the axes of the field. The test is conservative: a
+    solid that is marked may still have a small gap to the box.
 
     Args:
         solids: Solids of the field and of bodies.
-        x: Middle of the box [m].
-        y: The same [m].
-        yaw: Yaw of its length [rad].
-        half_length: [m]
-        half_width: [m]
-        bottom: Lowest height [m].
-        top: Highest [m].
-        met: Filled with 1 where a solid is met, shape (n,).
+        x: x coordinate of the center of the box, field frame [m].
+        y: y coordinate of the center of the box, field frame [m].
+        yaw: Yaw of the box's length axis, field frame [rad].
+        half_length: Half of the length of the box [m].
+        half_width: Half of the width of the box [m].
+        bottom: Height of the bottom of the box [m].
+        top: Height of the top of the box [m].
+        met: Filled with 1 for solids that may overlap the box, else 0, shape (n,).
     """
     c, s = math.cos(yaw), math.sin(yaw)
     wide, deep = abs(c) * half_length + abs(s) * half_width, abs(s) * half_length + abs(c) * half_width

@@ -1,4 +1,4 @@
-"""State of balls, as structs of arrays."""
+"""State of balls as structs of arrays."""
 
 from __future__ import annotations
 
@@ -31,100 +31,102 @@ __all__ = [
 ]
 
 ASLEEP, AWAKE, IN_FLIGHT, PLACED = 2, 3, 5, 7
-"""Statuses of balls that are on the field (`simcore.pieces.pool.PieceStatus`); of all others the loop knows nothing."""
+"""Statuses of balls on the field (`simcore.pieces.pool.PieceStatus`); the loop ignores balls of all other statuses."""
 NOBODY = -1
 JUST_PUT = 2
 REMEMBERED = 16
-"""Contacts of a ball whose friction is remembered."""
+"""Largest number of contacts in the memory of a ball."""
 
 
 class Balls(NamedTuple):
-    """Balls of a world, one row each."""
+    """Balls of a world, one row per ball."""
 
     is_ball: npt.NDArray[np.uint8]
-    """Rows that are no balls are left alone, shape (n,)."""
+    """Whether the row is a ball, shape (n,); the loop skips other rows."""
     status: npt.NDArray[np.uint8]
-    """A `PieceStatus`, shape (n,)."""
+    """`PieceStatus` of each ball, shape (n,)."""
     pos: FloatArray
     """Center, field frame [m], shape (n, 3)."""
     vel: FloatArray
-    """[m/s], shape (n, 3)."""
+    """Velocity of the center, field frame [m/s], shape (n, 3)."""
     spin: FloatArray
     """Angular velocity, field frame [rad/s], shape (n, 3)."""
     quat: FloatArray
-    """Attitude x, y, z, w, shape (n, 4)."""
+    """Attitude quaternion (x, y, z, w), shape (n, 4)."""
     radius: FloatArray
-    """[m], shape (n,)."""
+    """Radius [m], shape (n,)."""
     mass: FloatArray
-    """[kg], shape (n,)."""
+    """Mass [kg], shape (n,)."""
     foam: FloatArray
-    """k1 [N/m], k3 [N/m^3], and from where [m] and how [N/m^2] it is dense, shape (n, 4); see `foam_force`."""
+    """Parameters k1 [N/m], k3 [N/m^3], d0 [m] and k2 [N/m^2] of `foam_force`, shape (n, 4)."""
     surface: FloatArray
-    """Friction [-], restitution [-] and rolling lever [m], shape (n, 3)."""
+    """Friction [-], restitution [-] and rolling-resistance lever [m], shape (n, 3)."""
     air: FloatArray
-    """Drag [1/m], lift [-], lift's saturation [m], and how spin fades [-], shape (n, 4)."""
+    """Drag [1/m], lift [-], saturation of lift [m] and decay of spin [-], shape (n, 4)."""
     still: FloatArray
-    """Time for which each has been supported and slow [s], shape (n,)."""
+    """Time for which each ball has been supported and slow [s], shape (n,)."""
     calm: FloatArray
-    """Speed of each as that began [m/s], shape (n,)."""
+    """Speed of each ball at the start of `still` [m/s], shape (n,)."""
     load: FloatArray
-    """Force of bodies of the engine on it, in its last step awake [N], shape (n,)."""
+    """Sum of the normal forces of bodies on each ball in the ball's last step awake [N], shape (n,)."""
     press: FloatArray
-    """Largest force of another ball on it, in its last step awake [N], shape (n,)."""
+    """Largest normal force of another ball on each ball in the ball's last step awake [N], shape (n,)."""
     hold: FloatArray
-    """Force that a ball is wedged in with [N], 0: it is not, shape (n,)."""
+    """Force that frees a lodged ball [N], 0 for balls that are not lodged, shape (n,)."""
     is_put: npt.NDArray[np.uint8]
-    """`JUST_PUT` before its first step, 1 until it has come out of what it was put into, 0 after that, shape (n,)."""
+    """`JUST_PUT` before the ball's first step, then 1 until the initial overlaps are gone, then 0, shape (n,)."""
     leaves: IntArray
-    """Body that it was launched from and that it does not touch before it is out of it, -1: none, shape (n,)."""
+    """Body that launched the ball, without contact until the ball is outside the body; -1 for none, shape (n,)."""
     contacts: IntArray
-    """Contacts in the last step, shape (n,)."""
+    """Number of contacts in the last step, shape (n,)."""
     is_touched: npt.NDArray[np.uint8]
-    """Whether it has touched anything since somebody cleared this, shape (n,)."""
+    """Whether the ball has had a contact since the flag was last cleared, shape (n,)."""
     bodies: IntArray
-    """Marks of the bodies that it has touched since somebody cleared this, shape (n,)."""
+    """Marks of the bodies that the ball has touched since the marks were last cleared, shape (n,)."""
 
     def only(self, rows: slice | npt.NDArray[np.bool_]) -> Balls:
-        """Return some of the balls: for a slice as views of these arrays, for a mask as copies."""
+        """Return the selected balls: views of the arrays for a slice, copies for a mask."""
         columns: list[Any] = [column[rows] for column in self]
         return Balls(*columns)
 
 
 class Memory(NamedTuple):
-    """Contacts, by the ball that remembers each."""
+    """Memory of the contacts of balls, one row per ball and 16 contacts per row."""
 
     key: IntArray
-    """Key of the thing that is touched, shape (n, 16)."""
+    """Key of the floor, solid or other ball in contact, shape (n, 16)."""
     stamp: IntArray
-    """Step in which it was touched last, shape (n, 16)."""
+    """Number of the last step with this contact, shape (n, 16)."""
     spring: FloatArray
-    """Stretch of the friction spring, field frame, and how deep the ball was put into what it touches, as far as that
-    has not been pushed out [m]; memory of the foam [-] and its energy in the last step [J], shape (n, 16, 6)."""
+    """Stretch x, y, z of the friction spring, field frame [m]; remaining initial overlap [m]; memory of the foam [-];
+    energy of the foam in the last step [J], shape (n, 16, 6)."""
     clock: IntArray
-    """Number of the step, shape (1,)."""
+    """Number of the present step, shape (1,)."""
 
     def only(self, rows: npt.NDArray[np.bool_]) -> Memory:
-        """Return the memory of some of the balls, as copies."""
+        """Return copies of the selected rows, with the same `clock` array."""
         return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
 
 
 class Floor(NamedTuple):
-    """Properties that are the same everywhere."""
+    """Properties of the floor, gravity, and contact between balls."""
 
     gravity: float
-    """[m/s^2]"""
+    """Gravitational acceleration, downward [m/s^2]."""
     is_there: bool
     """Whether there is a floor at z = 0."""
     friction: float
+    """Coefficient of friction [-]."""
     restitution: float
+    """Coefficient of restitution [-]."""
     rolling: float
-    """Lever [m]."""
+    """Lever of the rolling resistance [m]."""
     with_pairs: bool
-    """Whether balls touch each other."""
+    """Whether balls collide with each other."""
 
 
 def make_balls(status: npt.NDArray[np.uint8], pos: FloatArray, vel: FloatArray) -> Balls:
-    """Make arrays of n balls, of which the first three are given."""
+    """Make n balls with the given status, position and velocity, and defaults for all other arrays."""
     n = len(status)
     return Balls(
         is_ball=np.zeros(n, np.uint8), status=status, pos=pos, vel=vel, spin=np.zeros((n, 3)),
@@ -136,7 +138,7 @@ def make_balls(status: npt.NDArray[np.uint8], pos: FloatArray, vel: FloatArray) 
 
 
 def make_memory(count: int) -> Memory:
-    """Make the memory of so many balls, that remember nothing."""
+    """Make an empty contact memory for `count` balls."""
     return Memory(
         key=np.full((count, REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, REMEMBERED), -2),
         spring=np.zeros((count, REMEMBERED, 6)), clock=np.zeros(1, np.int64),
@@ -151,7 +153,7 @@ def speed(v, i):
 
 @inlined
 def sleeps(status, i):
-    """Return whether ball i is on the field and stands still."""
+    """Return whether ball i is on the field and frozen at rest."""
     return status[i] == ASLEEP or status[i] == PLACED
 
 

@@ -1,7 +1,8 @@
-"""The loop: robots and balls of a world by steps of 1 ms.
+"""Main loop: advance the robots and balls of a world in steps of 1 ms.
 
-In each step `advance_robots` changes the velocities of all robots by their forces. Then they drift on, and in the
-middle of the step `advance_balls` lets balls and robots push each other: an impulse has its reaction in the same step.
+In each step `advance_robots` applies forces to the velocities of all robots, and the robots drift at these velocities.
+In the middle of the step `advance_balls` applies contact impulses to balls and robots, action and reaction in the same
+step.
 """
 
 from __future__ import annotations
@@ -21,24 +22,24 @@ from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
 
 __all__ = ["advance", "prepare"]
 
-_LISTED = 0.005  # [s], longest time for which one list of neighbours is used
+_LISTED = 0.005  # longest use of one list of neighbors [s]
 
 
 @compiled
 def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids: Solids, floor: Floor, h: float) -> int:
-    """Move all robots and balls for h [s].
+    """Advance all robots and balls by h [s].
 
     Args:
         fleet: All robots.
-        bodies: Bodies of robots, and those of the engine, which move on with the velocity that they have.
-        balls: All of them; those on the field move.
-        memory: Memory of their contacts.
-        solids: Solids that stand on the field, and those of bodies.
-        floor: The floor, and gravity.
+        bodies: Bodies of robots, and bodies of the engine, which drift at constant velocity.
+        balls: All balls; those on the field move.
+        memory: Contact memory of the balls.
+        solids: Solids of the field and of bodies.
+        floor: Floor and gravity.
         h: Duration [s].
 
     Returns:
-        Number of a robot whose pose or velocity is not finite, and nothing has moved; -1: none.
+        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1.
     """
     lost = begin_robots(fleet, bodies)
     if lost >= 0:
@@ -57,7 +58,7 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
 
 @compiled
 def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
-    """Move robots and balls for h [s] of a call, with one list of what may touch."""
+    """Advance robots and balls by h [s] of a call of `call` [s], with one list of possible contacts."""
     steps = math.ceil(h / STEP - 1e-9)
     dt = h / steps
     has_balls = any_moves(balls, bodies)
@@ -80,7 +81,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
 
 @inner
 def _part_robots(fleet, bodies):
-    """Move robots out of what people have put them into."""
+    """Shift robots out of the initial overlaps of their contacts."""
     for r in range(len(fleet.robots)):
         body = bodies[fleet.robots[r].body]
         for k in range(3):
@@ -90,7 +91,7 @@ def _part_robots(fleet, bodies):
 
 @inner
 def _drift_bodies(bodies, h, call):
-    """Move all bodies on for h [s] of the call."""
+    """Advance the poses of all bodies by h [s] of a call of `call` [s], at constant velocity."""
     part = h / call
     for b in range(len(bodies)):
         body = bodies[b]
@@ -104,7 +105,7 @@ def _drift_bodies(bodies, h, call):
 
 @cache
 def prepare() -> None:
-    """Compile the loop for this computer, or load what was compiled before, so that no tick waits for it."""
+    """Compile the loop, or load it from the cache, so that no tick waits for the compiler."""
     fleet, bodies, start = no_robots()._replace(robots=records(ROBOT)), records(BODY), np.zeros((1, 3))
     for name in ("mass", "inertia"):
         bodies[name] = 1.0

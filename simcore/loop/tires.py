@@ -1,24 +1,24 @@
 """Chassis, wheels and motors in one implicit step.
 
-Unknown are the chassis velocity u = (vx, vy, omega) and the speed w of every drive shaft. Per wheel, with unit vectors
-along (l) and across (t) the wheel and its contact velocity v_l = a_l u, v_t = a_t u:
+The unknowns are the chassis velocity u = (vx, vy, omega) and the speed w of every drive shaft. For each wheel, with
+unit vectors along (l) and across (t) the wheel and the contact velocity v_l = a_l u, v_t = a_t u:
 
     slip          s = (r w - v_l, -v_t)
-    tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb, made linear within the tiny slip s0
+    tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb friction, linear below the small slip s0
     shaft         J (w - w_old) / h = T(mean w) - r sum F_l       T: motor, limits, gears, friction (motor.py)
-    chassis       M (u - u_old) / h = sum A^T (F + rolling drag)     M: mass that the point under the center shows
+    chassis       M (u - u_old) / h = sum A^T (F + rolling drag)  M: effective mass below the center of mass
 
-Slip is that at the end of the step, seen in the robot's axes of the end (backward Euler), so it is stable for any h, J
-and s0, and tires that hold leave no slip. Forces act in the axes of the middle of the step, and the motor sees the mean
-speed of its shaft (`end_weight`).
+The equations use the slip and the robot axes at the end of the step (backward Euler). The solution is therefore stable
+for any h, J and s0, and tires that hold leave no slip. Forces act in the axes at the middle of the step, and the motor
+model uses the mean speed of the shaft (`end_weight`).
 
-A tread with grain q (mu across over mu along) has its forces on an ellipse. With q s_t for the slip across and F_t / q
-for the force across all of this holds: F = (c s_l, q c q s_t).
+A tread with a grain q (mu across over mu along) has a friction ellipse. The equations also hold for an ellipse with
+q s_t as the slip across and F_t / q as the force across: F = (c s_l, q c q s_t).
 
-For a given c the shafts are linear in u and are eliminated by hand; a symmetric 3 x 3 system is left. c is that of the
-last step's slip, corrected with what came out (the force only has to fall to mu N, so the slip grows by the wheel's own
-compliance times |F| - mu N) at most `ROUNDS` times. At last every force is put on its friction circle, and chassis and
-shafts are moved by these same forces: no force without its reaction, no wheel beyond mu N.
+For a given c the shafts are linear in u. They are eliminated by hand, and a symmetric 3 x 3 system remains. The first c
+is from the slip of the last step. Up to `ROUNDS` corrections follow: the force only has to fall to mu N, so the slip
+grows by the wheel's own compliance times |F| - mu N. Finally every force is limited to the friction circle, and the
+same forces move chassis and shafts: no force without a reaction, no wheel beyond mu N.
 """
 
 from __future__ import annotations
@@ -34,32 +34,32 @@ __all__ = ["share_loads", "step_tires"]
 
 ROUNDS = 4
 _SLIDE = 0.05
-"""Slip of a tire that slides for good [m/s]."""
+"""Slip above which a robot's tires count as sliding [m/s]."""
 _TOLERANCE = 0.1
-"""Relative change of a sliding wheel's slip that ends the rounds; its force is put on the circle anyway."""
+"""Relative change of a sliding wheel's slip below which the rounds end [-]; the friction circle limits the force."""
 _NEARLY = 0.9
-"""Share of its grip from which on a tire that slides has all of it: its slip was that of the step before."""
+"""Fraction of the grip above which a sliding tire gets the full grip [-], because the force lags behind the slip."""
 _SAME_PLACE = 1e-6
-"""Contacts that spread by less [m^2] are one point."""
+"""Mean square distance of contacts from their center below which the contacts are one point [m^2]."""
 
 
 @compiled
 def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: float, want_y: float) -> None:
-    """Share a vertical force so that wheels carry it with its moments about the center of mass, into `wheels.load`.
+    """Distribute a vertical force and the moments about the center of mass over the wheels, into `wheels.load`.
 
         sum N_i = F,   sum N_i x_i = want_x,   sum N_i y_i = want_y
 
-    With more than three wheels the load with the least squares is taken (equal springs under every wheel). A wheel that
-    would have to pull on the floor lifts instead. Where the middle wheels are lowered, they carry all, together with
-    the end toward which the load leans.
+    More than three wheels get the least-squares loads (equal springs under every wheel). A wheel that would need a
+    negative load lifts off instead. Lowered middle wheels carry the load alone, or together with the wheels at the end
+    toward which the load leans.
 
     Args:
-        wheels: All.
-        first: First wheel of the robot.
-        last: The one behind its last.
-        force_z: F [N].
-        want_x: [N m]
-        want_y: [N m]
+        wheels: Records of all wheels.
+        first: Index of the robot's first wheel.
+        last: Index after the robot's last wheel.
+        force_z: Vertical force F [N].
+        want_x: Sum of N_i x_i, x forward from the center of mass [N m].
+        want_y: Sum of N_i y_i, y to the left from the center of mass [N m].
     """
     rear = math.inf
     front = -math.inf
@@ -71,7 +71,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
             front = max(front, wheel.x)
     if force_z <= 0.0:
         return
-    if rear <= front:  # there are lowered ones
+    if rear <= front:  # the robot has lowered wheels
         lean = want_x / force_z
         if lean > front:
             low, high = front, math.inf
@@ -81,7 +81,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
             low, high = rear, front
     else:
         low, high = -math.inf, math.inf
-    for k in range(first, last):  # `along` marks who may carry
+    for k in range(first, last):  # `along` marks wheels that may carry load
         wheel = wheels[k]
         is_candidate = low <= wheel.x <= high
         if is_candidate and -math.inf < low and high < math.inf and wheel.is_lowered == 0:
@@ -112,7 +112,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
             xy += wheel.along * dx * dy
         det = xx * yy - xy * xy
         spread = xx + yy
-        a = 0.0  # the inverse of ((xx, xy), (xy, yy)), as far as it exists
+        a = 0.0  # inverse of ((xx, xy), (xy, yy)), or the pseudo-inverse
         b = 0.0
         c = 0.0
         if spread >= n * _SAME_PLACE:
@@ -120,7 +120,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
                 a = yy / det
                 b = -xy / det
                 c = xx / det
-            else:  # contacts on one line: only the moment along it can be met
+            else:  # contacts on one line support only the moment along the line
                 a = xx / (spread * spread)
                 b = xy / (spread * spread)
                 c = yy / (spread * spread)
@@ -139,7 +139,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
                     out = k
         if out < 0:
             break
-        wheels[out].along = 0.0  # it lifts; at least one stays, as the loads add up to F > 0
+        wheels[out].along = 0.0  # the wheel lifts off; at least one stays, as the sum is F > 0
         wheels[out].load = 0.0
     for k in range(first, last):
         wheels[k].load = max(0.0, wheels[k].load)
@@ -147,19 +147,20 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
 
 @inner
 def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
-    """Move drive shafts by a step, and find the forces of the tires, into `wheels.force_x` and `force_y`.
+    """Advance the drive shafts by a step, and compute the tire forces, into `wheels.force_x` and `wheels.force_y`.
+
+    Velocities are before the tire forces but after all other forces, in the robot axes at the END of the step.
 
     Args:
         robot: Record of the robot.
         body: Record of the robot's body.
-        shafts: All; of the robot's, those with wheels come first.
-        wheels: All.
-        h: Step [s].
+        shafts: Records of all shafts; the robot's shafts with wheels come first.
+        wheels: Records of all wheels.
+        h: Time step [s].
         bus: Battery voltage [V].
-        vx: Velocity of the point under the center of mass before the step, with all other forces of the step already
-            added, in robot axes at its END: forward [m/s].
-        vy: To the left [m/s].
-        omega: [rad/s]
+        vx: Forward velocity of the point below the center of mass [m/s].
+        vy: Velocity of this point to the left [m/s].
+        omega: Yaw rate, counter-clockwise positive [rad/s].
     """
     first_shaft = robot.first_shaft
     n_shafts = robot.drive_shafts
@@ -167,7 +168,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
     mass_x = robot.plan_mass[0] / h
     mass_y = robot.plan_mass[1] / h
     turn_h = body.inertia[2] / h
-    # Effective inverse mass at one contact: 1/m for one that slides alone, more when others do too.
+    # Effective inverse mass at one contact: 1/m for a wheel that slides alone, more if other wheels also slide.
     compliance = (0.5 + 0.5 * (robot.last_wheel - first_wheel)) / min(mass_x, mass_y)
     for g in range(first_shaft, first_shaft + n_shafts):
         _begin_shaft(shafts, g, h, bus)
@@ -180,7 +181,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
         ux, uy, uw = _move_chassis(
             shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega
         )
-        for _ in range(ROUNDS):  # rolling drag of wheels that only start to roll in this step
+        for _ in range(ROUNDS):  # rolling drag of wheels that start to roll in this step
             changed = False
             for g in range(first_shaft, first_shaft + n_shafts):
                 s = shafts[g]
@@ -203,7 +204,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
             is_sliding = is_sliding or one_slides
         if settled:
             break
-    # Every force on its friction circle; the shafts then follow these same forces.
+    # Limit every force to the friction circle; then apply the same forces to the shafts.
     fastest = 0.0
     for g in range(first_shaft, first_shaft + n_shafts):
         s = shafts[g]
@@ -246,14 +247,14 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
             )  # fmt: skip
         if s.is_open:
             s.volts = 0.0
-        s.position += s.speed * h  # as the robot itself moves
+        s.position += s.speed * h  # final speed, as for the pose of the robot
         accumulate(shafts, g, h, bus)
     robot.is_sliding = 1 if is_sliding and fastest > _SLIDE else 0
 
 
 @inner
 def _begin_shaft(shafts, g, h, bus):
-    """Start a step of a drive shaft: motor and inertia."""
+    """Prepare motor and inertia of a drive shaft for a step of h [s]."""
     s = shafts[g]
     model = s.model
     set_step(shafts, g, h)
@@ -268,7 +269,7 @@ def _begin_shaft(shafts, g, h, bus):
             s.wanted, bus, emf + model.emf * s.speed, s.limit, model.resistance, model.winding
         )
     s.line_resistance = resistance
-    # Back-EMF of the mean speed, from that at the end of the step.
+    # The back-EMF at the mean speed is linear in the final speed; this is the constant part.
     s.emf_offset = emf + (model.emf - s.line_emf) * s.speed
     s.i0, s.i1, s.t0, s.t1 = torque_line(
         s.is_open == 1, volts, bus, s.emf_offset, s.speed, s.limit, s.power, s.line_emf, resistance,
@@ -279,7 +280,7 @@ def _begin_shaft(shafts, g, h, bus):
 
 @inner
 def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
-    """Start a step: wheels on the carpet, and their rolling drag, a constant force, as one over their speed."""
+    """Prepare the wheels of a drive shaft for a step; rolling drag is linearized, constant force over speed."""
     s = shafts[g]
     model = s.model
     s.s0 = abs(s.before * model.radius) * model.slip_ratio + model.slip_speed
@@ -301,11 +302,11 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
 
 @inner
 def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega):
-    """Return the chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
+    """Return the chassis velocity [m/s, m/s, rad/s] for the present slips, with the shafts eliminated.
 
-    M/h + sum A^T c A, less what the shafts yield, is assembled and solved. What c does across a wheel it does along as
-    well, so that part is isotropic (it does not depend on the steer angle); the rest has a direction: the shaft's
-    yielding, and with a grain what there is more along than across.
+    The matrix is M/h + sum A^T c A minus the compliance of the shafts. The part of c that is equal along and across a
+    wheel is isotropic (independent of the steer angle). The rest has a direction: the compliance of the shaft and, for
+    a tread with grain, the excess of c along the wheel.
     """
     a11 = mass_x
     a22 = mass_y
@@ -363,10 +364,10 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
 
 @inner
 def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
-    """Move a shaft exactly for a known chassis; find its tires' forces and, where a tire slides, a better slip.
+    """Solve a shaft for a known chassis velocity; update the tire forces and the slips of sliding tires.
 
     Returns:
-        Whether slips and torque line need no further round, and whether a tire slides.
+        Whether slips and torque line have converged, and whether a tire slides.
     """
     s = shafts[g]
     model = s.model
@@ -384,8 +385,8 @@ def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
             settled = False
             turned = s.speed < 0.0 < last or last < 0.0 < s.speed
             if turned and model.friction > 0.0 and t1 != LOCKED:
-                # The chassis made this shaft turn round, with friction that acted the other way: between the two,
-                # friction may hold it.
+                # The chassis reversed this shaft although friction acted in the other direction. Between the two
+                # speeds, friction may hold the shaft.
                 t0 = 0.0
                 t1 = LOCKED
         s.t0 = t0
@@ -407,8 +408,9 @@ def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
             if size > 0.0:
                 excess_along += wheel.along / size * (size - wheel.grip)
     if slides:
-        # What the slip would be at the grip: the shaft yields to what all its contacts lose or gain together (one of
-        # three that took it all for its own would swing between two wrong slips), the chassis to each one's share.
+        # Slip at which the force equals the grip. The shaft yields to the change of force of all its contacts together
+        # (with only its own change a wheel of three would oscillate between two wrong slips), the chassis to the change
+        # at each contact.
         excess_along *= model.radius * model.radius / (inertia + s.t1)
         for k in range(first_wheel + model.first, first_wheel + model.last):
             wheel = wheels[k]
