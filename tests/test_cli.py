@@ -58,7 +58,7 @@ def test_every_script_has_a_help():
         (["play", "--jsn"], "unrecognized arguments: --jsn. Did you mean --json?"),
         (["play", "--zzzz"], "unrecognized arguments: --zzzz (`simcore play --help` lists what there is)\n"),
         (["play", "depot"], "no game named 'depot': it is an auto of rebuilt, as in `--auto depot`"),
-        (["play", "2026"], "no game named '2026': that of 2026 is rebuilt"),
+        (["play", "2026"], "no game named '2026': the game of 2026 is rebuilt"),
         (["play", "reefscape", "--hub-exits"], "unrecognized arguments: --hub-exits"),
         (["play", "reefscap", "--hub-exits"], "no game named 'reefscap'. Did you mean 'reefscape'"),
         (["shots", "--distances", "5:1:0.5"], "'5:1:0.5' cannot be read: want from:to:step, the nearest first, as 2:6"),

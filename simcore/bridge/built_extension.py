@@ -34,5 +34,5 @@ def extension_path() -> Path:
     key = sys.platform, platform.machine().lower()
     if key not in TARGETS:
         known = ", ".join(f"{system} {machine}" for system, machine in TARGETS)
-        raise ConfigError(f"the bridge is built for {known}, and this computer is {key[0]} {key[1]}: {SOURCE} compiles")
+        raise ConfigError(f"the bridge is built for {known}, but this computer is {key[0]} {key[1]}: compile {SOURCE}")
     return BUILT / TARGETS[key][1]

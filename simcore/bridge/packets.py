@@ -118,11 +118,13 @@ def frame_size(header: bytes) -> tuple[int, int]:
     """
     magic, size, time = _HEADER.unpack(header)
     if magic[:3] != b"SCB":
-        raise VersionError(f"what has connected is no extension of simcore: it begins with {magic!r}")
+        raise VersionError(
+            f"the program that connected does not have simcore's extension: its first bytes are {magic!r}"
+        )
     if magic != b"SCB%d" % VERSION:
         raise VersionError(
-            f"the program has an extension of version {magic[3:].decode('latin-1')}, this simcore is of version "
-            f"{VERSION}: `simcore serve --extension` says where the right one is"
+            f"the program's extension is version {magic[3:].decode('latin-1')}, but this simcore needs version "
+            f"{VERSION}: `simcore serve --extension` prints the path of the right one"
         )
     return size, time
 

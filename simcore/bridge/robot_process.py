@@ -139,10 +139,10 @@ class RobotProcess:
         if self._process is None:
             self._say(f"waiting for a robot program at 127.0.0.1:{PORT}, with HALSIM_EXTENSIONS={extension_path()}")
         while not select.select([self._listener], [], [], _STEP)[0]:
-            self._require_alive("before it has connected: does it start WPILib's HAL in simulation?")
+            self._require_alive("before it connected: does it start WPILib's HAL in simulation?")
             if time.monotonic() > end:
                 raise ProgramError(
-                    f"no robot program has connected in {self.patience:g} s: it must run in simulation with "
+                    f"no robot program has connected within {self.patience:g} s: it must run in simulation with "
                     f"HALSIM_EXTENSIONS={extension_path()}; --wait gives it longer"
                 )
         self._connection, _ = self._listener.accept()
@@ -181,8 +181,8 @@ class RobotProcess:
                 part = connection.recv(size - len(found))
             except TimeoutError:
                 raise ProgramError(
-                    f"the robot program has not come to the end of its loop in {self._hang:g} s of this computer's "
-                    f"time, at {self.time:.2f} s of its own: a loop that waits or never ends{self._tail()}"
+                    f"the robot program has not finished its loop within {self._hang:g} s of wall time, at "
+                    f"{self.time:.2f} s of its clock: does a loop wait, or never end?{self._tail()}"
                 ) from None
             except OSError:
                 part = b""
@@ -199,7 +199,7 @@ class RobotProcess:
                 self._process.wait(_ENDS)
         self._require_alive(f"at {self.time:.2f} s of its clock")
         raise ProgramError(
-            f"the connection to the robot program is lost at {self.time:.2f} s of its clock{self._tail()}"
+            f"the connection to the robot program was lost at {self.time:.2f} s of its clock{self._tail()}"
         )
 
     def _require_alive(self, when: str) -> None:
@@ -212,7 +212,7 @@ class RobotProcess:
 
     def _tail(self) -> str:
         return (
-            "".join(f"\n    {line}" for line in ["; it printed last:", *self._last][:: 1 if self._last else 2])
+            "".join(f"\n    {line}" for line in ["; its last output:", *self._last][:: 1 if self._last else 2])
             if (self._last)
             else ""
         )
@@ -265,7 +265,7 @@ class RobotProcess:
                 if lines <= self._shows:
                     sys.stderr.write(f"{text}\n")
                 elif lines == _MOST_PRINTED + 1 and self._shows:
-                    self._say(f"the program prints a lot: after {_MOST_PRINTED} lines it is not passed on")
+                    self._say(f"the program prints a lot: no output is shown after {_MOST_PRINTED} lines")
                 if file is not None and kept < _MOST_KEPT:
                     kept += file.write(line)
                     file.flush()

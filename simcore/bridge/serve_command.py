@@ -51,38 +51,50 @@ _SCORES = ("score.blue", "score.red", "score.total")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `simcore serve`."""
     parser.usage = "%(prog)s [GAME] [options] [-- COMMAND ...]"
-    parser.add_argument("game", nargs="?", metavar="GAME", help=f"which game (default: that of {FILE_NAME}, or newest)")
     parser.add_argument(
-        "--robot", type=Path, default=Path(FILE_NAME), metavar="FILE.toml", help="what is at which port"
+        "game", nargs="?", metavar="GAME", help=f"which game (default: that of {FILE_NAME}, or the newest)"
     )
-    parser.add_argument("--auto", metavar="NAME", help="which auto of the program's chooser (default: as it stands)")
-    parser.add_argument("--mode", choices=_MODES, help="what is played: an auto (default), teleop, both, or test mode")
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        default=Path(FILE_NAME),
+        metavar="FILE.toml",
+        help="the file that says what is on which port",
+    )
+    parser.add_argument("--auto", metavar="NAME", help="which auto of the program's chooser (default: its own choice)")
+    parser.add_argument("--mode", choices=_MODES, help="what to play: an auto (default), teleop, both, or test mode")
     parser.add_argument("--match", metavar="NAME", help="a whole match with scripted players, such as practice-2v2")
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    parser.add_argument(
+        "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
+    )
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as the mode is)"
     )
     parser.add_argument(
-        "--expect", metavar="CONDITION", help="status 1 unless it holds: 'score.blue >= 8 and hits > 5'"
+        "--expect", metavar="CONDITION", help="exit with status 1 unless this holds: 'score.blue >= 8 and hits > 5'"
     )
     parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of everything left to chance")
     parser.add_argument("--scatter", type=text_flag(Scatter.parse), metavar="SPREADS", help="as for `simcore play`")
     parser.add_argument(
         "--real-time",
         action="store_true",
-        help="the program's clock goes by itself; without --auto and --mode its own driver station enables it",
+        help="let the program's clock run by itself; without --auto and --mode, its own driver station enables it",
     )
     parser.add_argument(
-        "--wait", type=_SECONDS, default=120.0, metavar="S", help="for the program's start (default: 120)"
+        "--wait", type=_SECONDS, default=120.0, metavar="S", help="time limit for the program's start (default: 120)"
     )
-    parser.add_argument("--hang", type=_SECONDS, default=20.0, metavar="S", help="for one of its loops (default: 20)")
+    parser.add_argument(
+        "--hang", type=_SECONDS, default=20.0, metavar="S", help="time limit for one of its loops (default: 20)"
+    )
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: out/NAME.html")
     parser.add_argument("--check", action="store_true", help="list what the program has opened, and stop")
     parser.add_argument("--extension", action="store_true", help="say where the extension is, and stop")
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
-    parser.add_argument("--verbose", action="store_true", help="print engine, times of ticks and digest, too")
+    parser.add_argument(
+        "--verbose", action="store_true", help="also print the engine, tick times and a digest of the run"
+    )
     add_options(parser)
 
 
@@ -98,13 +110,13 @@ def run(options: argparse.Namespace) -> int:
     condition = None if options.expect is None else _condition(options.expect)
     if options.live and options.nt_port == _TABLES:
         raise ConfigError(
-            f"--live: port {_TABLES} is the program's own: give --nt-port {_TABLES + 1}, or --real-time, with which "
-            "simcore's telemetry is beside the program's"
+            f"--live: port {_TABLES} is the program's own: give --nt-port {_TABLES + 1}, or --real-time, which "
+            "publishes simcore's telemetry next to the program's"
         )
     if options.check:
         return _check(options)
     if not options.robot.is_file():
-        raise ConfigError(f"there is no {options.robot}: a file says what is at which port (docs/java.md)")
+        raise ConfigError(f"there is no {options.robot}: it must say what is on which port (docs/java.md)")
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     settings = read_settings(options.robot)
     require_ports(settings)  # before the program starts
@@ -120,7 +132,7 @@ def run(options: argparse.Namespace) -> int:
         played = _play(options, plan, outputs, watch)  # until the program drives, Ctrl-C ends the command at once
         with InterruptFlag() as interrupted:
             if not played.was_interrupted and watch.next_seed(outputs.recording, interrupted) is not None:
-                _say("another run is another start of the command")
+                _say("for another run, start the command again")
     finally:
         watch.close()
     return _judge(condition, played)

@@ -64,7 +64,9 @@ class ServedRobot(RobotTest):
         follows: bool = False,
     ) -> None:
         if season.clock_rate() != 1e6:
-            raise ConfigError("the bridge does not step programs of this WPILib: docs/java.md says of which season")
+            raise ConfigError(
+                "the bridge cannot step programs of this WPILib version: docs/java.md names the season that it steps"
+            )
         settings = read_settings(file)
         require_ports(settings)
         AttachedPhysics.ownership = watch_program()
@@ -94,8 +96,8 @@ class ServedRobot(RobotTest):
         while not self._ports.has_started:
             if time.monotonic() > end:
                 raise ProgramError(
-                    f"the robot program has connected and not come to its first loop in {self._process.patience:g} s: "
-                    "a constructor or robotInit waits; --wait gives it longer"
+                    "the robot program has connected, but has not reached its first loop within "
+                    f"{self._process.patience:g} s: a constructor or robotInit waits; --wait gives it longer"
                 )
             time.sleep(_POLL)
             self._exchange(0.0, [])
@@ -182,13 +184,13 @@ _WORKS = (
     f"{', '.join(PORT_CONTROLLERS)}, encoders and switches on DIO, analog inputs, duty cycles, ADIS16448, ADIS16470, "
     "ADXRS450 and AnalogGyro (docs/java.md)"
 )
-_CTRE = "of CTRE lives on the wall clock in simulation and cannot be stepped"
+_CTRE = "(CTRE) runs on the wall clock in simulation and cannot be stepped"
 _REV = (
-    "of REV computes its output only where the program calls SparkSim.iterate(velocity, busVoltage, 0.02) in "
-    "simulationPeriodic, from a velocity that the program must know"
+    "(REV) computes its output only if the program calls SparkSim.iterate(velocity, busVoltage, 0.02) in "
+    "simulationPeriodic, with a velocity that the program must know"
 )
 _REFUSED = {
     **dict.fromkeys(("TalonFX", "CANcoder", "Pigeon2", "CANrange", "CANdi", "CANdle", "TalonSRX", "VictorSPX"), _CTRE),
     "SPARK": _REV,
-    "navX": "reads its simulated yaw on a thread of the wall clock",
+    "navX": "reads its simulated yaw in a thread that runs on the wall clock",
 }

@@ -57,7 +57,8 @@ def assembled(
         if found is None:
             wanted = " and ".join(f"{side}_{what}".lstrip("_") for side in sides)
             raise LogError(
-                f"{log.path.name}: which signals are {wanted}? Say it: --signal {wanted.split()[0]}=NAME; {_list(log)}"
+                f"{log.path.name}: which signals are {wanted}? Name them: --signal {wanted.split()[0]}=NAME; "
+                f"{_list(log)}"
             )
     assert volts is not None and ways is not None
     notes = list(log.notes)
@@ -88,15 +89,13 @@ def assembled(
                   origin=0.0 if is_speed else float(np.mean(first)))  # fmt: skip
         runs.append(thinned_run(run))
     if not runs:
-        raise LogError(
-            f"{log.path.name}: nothing is driven in it: no motor has more than {_ON:g} V for {_SHORTEST:g} s"
-        )
+        raise LogError(f"{log.path.name}: nothing moves in it: no motor gets more than {_ON:g} V for {_SHORTEST:g} s")
     seen = _speed_seen(runs, volts_per_speed)
     if seen < _STANDS and max(run.span for run in runs) < 10.0 * _STILL:
         most = max(float(np.abs(run.volts).max()) for run in runs)
         raise LogError(
-            f"{log.path.name}: the robot stands: with up to {most:.1f} V its wheels go "
-            f"{max(run.span for run in runs):.3f} m; log one that drives"
+            f"{log.path.name}: the robot stands still: with up to {most:.1f} V its wheels move "
+            f"{max(run.span for run in runs):.3f} m; log a run in which it drives"
         )
     unit = unit_of(ways[0][0], log.signals[ways[0][0]].unit)
     if others["yaw"] is not None and unit_of(str(others["yaw"]), log.signals[str(others["yaw"])].unit) == "deg":
@@ -111,7 +110,7 @@ def assembled(
 def _list(log: Log) -> str:
     names = sorted(log.signals)
     more = f" and {len(names) - 40} more" if len(names) > 40 else ""
-    return f"it has {', '.join(names[:40])}{more}" if names else "it has no numbers"
+    return f"it has {', '.join(names[:40])}{more}" if names else "it has no numeric signals"
 
 
 def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Sequence[str]) -> list[list[str]] | None:
@@ -209,23 +208,25 @@ def _in_si(
         if abs(ratio - 1.0) > 0.1:
             size = log.meters_per_turn
         elif abs(ratio - 1.0) > 0.005:
-            notes.append(f"a turn is {log.meters_per_turn:.4f} m by the log and {sizes['turns']:.4f} m by the robot's "
-                         "wheels: the wheels' is taken")  # fmt: skip
+            notes.append(f"a turn is {log.meters_per_turn:.4f} m by the log and {sizes['turns']:.4f} m by the "
+                         "robot's wheels: the wheels' value is used")  # fmt: skip
     off = {name: abs(math.log(max(one * seen, 1e-9) / _USUAL)) for name, one in sizes.items()}
     likely = min(off, key=lambda name: off[name])
     rotor = f"{unit} of the rotor"
     if size is not None and off.get(rotor, _ODD) < _ODD < abs(math.log(max(size * seen, 1e-9) / _USUAL)):
         size = sizes[rotor]
-        notes.append(f"{unit} are taken as the rotor's, by how fast the volts can turn it")
+        notes.append(f"{unit} are taken to be the rotor's, judging by how fast the voltage can turn it")
     if size is None or abs(math.log(max(size * seen, 1e-9) / _USUAL)) > _ODD:
         if size is not None or off[likely] > _ODD:
-            guess = f"; as {likely} it would fit" if off[likely] < _ODD else ""
+            guess = f" It would fit as {likely}" if off[likely] < _ODD else ""
             raise LogError(
-                f"{log.path.name}: taken in {unit or likely}, it moves {(size or sizes[likely]) * seen:.3g} times as "
-                "fast as its motors can turn it with the volts logged: is the unit another one, or gearing or wheel"
-                f"{guess}" + (": name the column so, or correct the robot" if guess else "")
+                f"{log.path.name}: if it is in {unit or likely}, it moves {(size or sizes[likely]) * seen:.3g} times "
+                "as fast as its motors can turn it at the logged voltage: is the unit, the gearing or the wheel "
+                f"wrong?{guess}" + (": name the column so, or correct the robot" if guess else "")
             )
-        notes.append(f"positions are taken in {likely}, by how fast the volts can turn it; the log names no unit")
+        notes.append(
+            f"positions are taken to be in {likely}, judging by how fast the voltage can turn it; the log names no unit"
+        )
         size = sizes[likely]
     return [replace(run, way=size * run.way, origin=size * run.origin) for run in runs], notes
 
@@ -252,7 +253,9 @@ def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
         ratios += (np.abs(speeds[fast]) * volts_per_speed / np.abs(level[fast])).tolist()
         signs += np.sign(speeds[fast] * level[fast]).tolist()
     if signs and np.mean(signs) < -0.5:
-        raise LogError("it goes backward with volts forward: turn the sign of volts or of ways in the log")
+        raise LogError(
+            "it moves backward at positive voltage: change the sign of either voltages or positions in the log"
+        )
     return float(np.quantile(ratios, 0.75)) if ratios else 0.0
 
 
@@ -272,7 +275,13 @@ def _require_sides(name: str, runs: Sequence[Run]) -> list[str]:
         if np.abs(more).max() > 1.0:
             apart.append(float(np.sum(more * speeds)))
     if apart and sum(apart) < 0.0:
-        raise LogError(f"{name}: the side with more volts goes less far: sides of volts and ways are swapped")
+        raise LogError(
+            f"{name}: the side with the higher voltage moves less far: left and right are swapped in either voltages "
+            "or positions"
+        )
     if turned and sum(turned) < 0.0:
-        return ["sides are swapped, or the gyro counts clockwise: it turns right where the right side goes farther"]
+        note = (
+            "left and right are swapped, or the gyro counts clockwise: it turns right when the right side moves farther"
+        )
+        return [note]
     return []

@@ -30,25 +30,31 @@ from simcore.telemetry.sinks import write_text
 __all__ = ["add_arguments", "run"]
 
 _VAGUE = 0.3  # largest half-width of an interval relative to the value for a line in simcore.toml
+_DELAY = "delay from voltage to reading"  # name of the estimate of `lag`
 _MASSES = (20.0, 75.0)  # [kg], range of masses in simcore.toml
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `simcore calibrate`."""
-    parser.add_argument("logs", nargs="*", type=Path, metavar="FILE", help="SysId's JSON, .wpilog, .csv; of one robot")
+    parser.add_argument(
+        "logs", nargs="*", type=Path, metavar="FILE", help="logs of one robot: SysId's JSON, .wpilog or .csv"
+    )
     parser.add_argument(
         "--project", type=Path, default=Path(), help="where robot.py and simcore.toml are (default: here)"
     )
-    parser.add_argument("--mechanism", metavar="NAME", help="a mechanism of simcore.toml, in place of the drivetrain")
+    parser.add_argument(
+        "--mechanism", metavar="NAME", help="fit this mechanism of simcore.toml instead of the drivetrain"
+    )
     parser.add_argument("--signal", action="append", default=[], metavar="ROLE=NAME", type=_signal,
-                        help=f"which signal is what: {', '.join(ROLES)}; of a side left_volts, right_way")  # fmt: skip
+                        help=f"name of a signal in the log, by role: {', '.join(ROLES)}; for one side, left_volts or "
+                            "right_way")  # fmt: skip
     parser.add_argument("--shot", action="append", default=[], metavar="WHAT", type=text_flag(Shot.parse),
-                        help="a shot of a robot that stands: distance=2.8,rps=38 and elevation_deg, hood_deg, time, "
-                        "result=hit|miss|short|long; several by several, or as a CSV with these columns")  # fmt: skip
+                        help="a shot from standstill: distance=2.8,rps=38 and elevation_deg, hood_deg, time, "
+                        "result=hit|miss|short|long; may be given again; or give a CSV with these columns")  # fmt: skip
     parser.add_argument(
         "--shooter", type=int, default=1, metavar="N", help="number of the shooter, in the file's order"
     )
-    parser.add_argument("--game", metavar="NAME", help="whose goal is shot at (default: as simcore.toml says)")
+    parser.add_argument("--game", metavar="NAME", help="game whose goal is shot at (default: as simcore.toml says)")
     parser.add_argument("--out", type=Path, default=Path("out/twin.html"), help="the page (default: %(default)s)")
 
 
@@ -122,10 +128,10 @@ def _logged(args: argparse.Namespace, robot: Described, logs: Sequence[Log]) -> 
     )
     names = (
         ("ks", "kS", "V", "drive_friction_volts"), ("mass", "mass", "kg", "mass"),
-        ("left_efficiency", "efficiency, left", "", "drive_efficiency"),
-        ("right_efficiency", "efficiency, right", "", "right_efficiency"),
-        ("free_speed_share", "free speed over the datasheet's", "", "free_speed_share"),
-        ("wheel_radius", "wheel radius", "m", ""), ("lag", "readings after volts", "s", ""),
+        ("left_efficiency", "left efficiency", "", "drive_efficiency"),
+        ("right_efficiency", "right efficiency", "", "right_efficiency"),
+        ("free_speed_share", "free speed relative to the datasheet", "", "free_speed_share"),
+        ("wheel_radius", "wheel radius", "m", ""), ("lag", _DELAY, "s", ""),
     )  # fmt: skip
     for name, words, unit, key in names:
         if name in of:
@@ -138,8 +144,8 @@ def _logged(args: argparse.Namespace, robot: Described, logs: Sequence[Log]) -> 
             )
     if "mass" in of and not _MASSES[0] < of["mass"].value < _MASSES[1]:
         finding.unknown.append(
-            f"mass: {of['mass'].value:.0f} kg is no robot's: are motors, gearing and wheels as described? "
-            f"(the robot is {robot.about})"
+            f"mass: {of['mass'].value:.0f} kg is not plausible for a robot: are motors, gearing and wheels as "
+            f"described? (the robot is {robot.about})"
         )
     battery = fit_battery(runs)
     if battery is None:
@@ -151,7 +157,7 @@ def _logged(args: argparse.Namespace, robot: Described, logs: Sequence[Log]) -> 
         wheel = of["wheel_radius"].mapped(lambda x: 2.0 * x)
         finding.lines += ["[drivetrain]", _line("wheel_diameter", wheel)]
     if is_swerve:
-        finding.notes.append("a swerve drive is taken to go straight, its modules alike")
+        finding.notes.append("a swerve drive is assumed to drive straight, with identical modules")
     return finding
 
 
@@ -173,8 +179,8 @@ def _mechanism(name: str | None, robot: Described, logs: Sequence[Log], said: Ma
         fitting = [one for one, config in known.items() if isinstance(config, wanted)]
         if len(fitting) != 1:
             raise ConfigError(
-                f"{logs[0].path.name} is of a mechanism ({logs[0].kind}): say which one, --mechanism NAME; {FILE_NAME} "
-                f"describes {', '.join(known) or 'none: motor and gearing must be known'}"
+                f"{logs[0].path.name} is of a mechanism ({logs[0].kind}): give --mechanism NAME; {FILE_NAME} describes "
+                f"{', '.join(known) or 'none, but motor and gearing must be known'}"
             )
         name = fitting[0]
     if name not in known:
@@ -196,7 +202,7 @@ def _mechanism(name: str | None, robot: Described, logs: Sequence[Log], said: Ma
         f"mechanism {name}", predictions=fitted.predictions, unknown=[*fitted.unknown], notes=notes, unit="rad"
     )
     units = {"friction_volts": ("kS", "V"), "inertia": ("inertia", "kg m^2"), "mass": ("mass", "kg"),
-             "weight_torque": ("torque of its weight, level", "N m"), "lag": ("readings after volts", "s")}  # fmt: skip
+             "weight_torque": ("weight torque when level", "N m"), "lag": (_DELAY, "s")}  # fmt: skip
     for key, estimate in fitted.estimates.items():
         _add(finding, units[key][0], estimate, units[key][1], "" if key in ("weight_torque", "lag") else key)
     finding.lines = [f'[[mechanism]]  # the one with name = "{name}"', *finding.lines] if finding.lines else []
@@ -212,9 +218,9 @@ def _shot(args: argparse.Namespace, robot: Described, shots: Sequence[Shot]) -> 
     most, value = 0.5 if len(task.shooter.wheels) == 1 else 1.0, fitted.estimates["exit_efficiency"].value
     if value > most:
         finding.unknown.append(
-            f"what the wheels really do: more than {most:g} is right "
+            f"whether this exit efficiency is right: above {most:g} is possible "
             f"{'only where wheels drive both sides of a piece' if most < 1.0 else 'nowhere'}; look at wheel_radius, "
-            "gearing, height and elevation, and whether the turns are the wheels' and not the motor's"
+            "gearing, height and elevation, and whether rps counts turns of the wheels, not of the motor"
         )
     finding.lines = ["[[shooter]]", *finding.lines] if finding.lines else []
     return finding
@@ -226,8 +232,8 @@ def _shot(args: argparse.Namespace, robot: Described, shots: Sequence[Shot]) -> 
 def _add(finding: _Finding, words: str, estimate: Estimate, unit: str, key: str) -> None:
     """Add an estimate to the table, and to the simcore.toml lines unless the interval is too wide."""
     finding.rows.append((words, estimate, unit))
-    if estimate.share > _VAGUE and words != "readings after volts":
-        finding.unknown.append(f"{words}: the log leaves {_interval(estimate)} {unit}".rstrip())
+    if estimate.share > _VAGUE and words != _DELAY:
+        finding.unknown.append(f"{words}: the log only narrows it to {_interval(estimate)} {unit}".rstrip())
     elif key:
         finding.lines.append(_line(key, estimate))
 
@@ -254,10 +260,13 @@ def _print(finding: _Finding, sources: str) -> None:
     for words, estimate, unit in finding.rows:
         print(f"  {words}: {estimate.value:.4g} {unit} (95 %: {_interval(estimate)})".replace("  (", " ("))
     for name, error, rms in _errors(finding):
-        print(f"  held out, {name}: predicted {error} of the way, {rms} rms")
+        print(f"  held out, {name}: prediction off by {error} of the distance, {rms} rms")
     for shot, beyond, seconds in finding.shots:
-        clock = "" if shot.time is None else f", {seconds - shot.time:+.2f} s of flight"
-        print(f"  held out, shot from {shot.distance:g} m: predicted {beyond:+.2f} m beyond the goal's middle{clock}")
+        clock = "" if shot.time is None else f", {seconds - shot.time:+.2f} s of flight time"
+        print(
+            f"  held out, shot from {shot.distance:g} m: prediction {beyond:+.2f} m beyond the center of the "
+            f"goal{clock}"
+        )
     for note in finding.notes:
         print(f"  note: {note}")
     for line in finding.unknown:
@@ -272,14 +281,18 @@ def _page(found: Sequence[_Finding], sources: str, robot: Described) -> str:
     for finding in found:
         blocks.append(headline(finding.title, f"from {sources}"))
         rows = [(words, estimate.value, estimate.low, estimate.high, unit) for words, estimate, unit in finding.rows]
-        blocks.append(table(("", "value", "from", "to", "unit"), rows, "Fitted, with intervals of 95 %"))
+        blocks.append(table(("", "value", "from", "to", "unit"), rows, "Fitted values, with 95 % intervals"))
         if finding.lines:
             blocks.append(paragraph("\n".join([f"For {FILE_NAME}:", *finding.lines])))
         if finding.unknown:
             blocks.append(table(("the data cannot tell",), [(line,) for line in finding.unknown]))
         if finding.predictions:
             blocks.append(
-                table(("held out", "error of the way", "rms"), _errors(finding), "Predicted by a fit without it")
+                table(
+                    ("held out", "error of the distance", "rms"),
+                    _errors(finding),
+                    "Prediction of each run by a fit without it",
+                )
             )
         for one in finding.predictions:
             times = one.run.times
@@ -287,12 +300,17 @@ def _page(found: Sequence[_Finding], sources: str, robot: Described) -> str:
             blocks.append(chart(f"{one.run.name}: way", ways, x_label="s", y_label=finding.unit))
             off = series("", times, one.way - one.real)
             blocks.append(
-                chart(f"{one.run.name}: simulated less real", [off], x_label="s", y_label=finding.unit, from_zero=True)
+                chart(f"{one.run.name}: simulated minus real", [off], x_label="s", y_label=finding.unit, from_zero=True)
             )
         if finding.shots:
             distances = [shot.distance for shot, _, _ in finding.shots]
             beyond = series("", distances, [beyond for _, beyond, _ in finding.shots], kind="dots")
             blocks.append(
-                chart("Shots held out, beyond the goal's middle", [beyond], x_label="distance [m]", y_label="m")
+                chart(
+                    "Shots held out: distance beyond the center of the goal",
+                    [beyond],
+                    x_label="distance [m]",
+                    y_label="m",
+                )
             )
-    return report_page("Real beside simulated", blocks, subtitle=f"{robot.about}; {sources}")
+    return report_page("Real and simulated", blocks, subtitle=f"{robot.about}; {sources}")

@@ -43,7 +43,8 @@ class Described:
         """
         if self.problem:
             raise ConfigError(
-                f"{self.problem}; for a log drive_motor, drive_gearing and wheel_diameter beside kind are enough"
+                f"{self.problem}; to fit a log, simcore.toml needs only kind, drive_motor, drive_gearing and "
+                "wheel_diameter under [drivetrain]"
             )
         return self.config.drivetrain
 
@@ -59,7 +60,7 @@ def described(folder: Path) -> Described:
     about = (
         f"as {FILE_NAME} says"
         if (folder / FILE_NAME).is_file()
-        else "the kit chassis, for want of robot.py and simcore.toml"
+        else "the kit chassis, because there is no robot.py or simcore.toml"
     )
     if (folder / "robot.py").is_file() and not said.kind:
         found: dict[str, Any] = survey(folder / "robot.py", "described").get("drivetrain", {})

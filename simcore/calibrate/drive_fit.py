@@ -190,8 +190,8 @@ def _result(
         found["mass"] = raw["mass"].mapped(lambda x: config.mass * math.exp(x))
     else:
         unknown.append(
-            f"mass: its volts only ramp, and on a ramp a heavier robot is one with more kS ({config.mass:g} kg is "
-            "taken); log a step of 4 V and more"
+            f"mass: the voltage only ramps, and on a ramp a heavier robot looks like one with more kS ({config.mass:g} "
+            "kg is assumed); log a step of 4 V or more"
         )
     if "sides" in raw:
         found["left_efficiency"] = raw["sides"].mapped(lambda x: min(1.0, efficiency * math.exp(-0.5 * x)))
@@ -201,13 +201,19 @@ def _result(
     if has_ground:
         found["wheel_radius"] = raw["radius"].mapped(lambda x: config.wheel_radius * math.exp(x))
     else:
-        unknown.append("wheel radius: the wheels measure the way themselves; log a way over ground as well")
+        unknown.append(
+            "wheel radius: the distance is measured by the wheels themselves; log the distance over ground as well"
+        )
     if "lag" in raw:
         found["lag"] = raw["lag"]
-    unknown.append("grip of the treads: a wheel that slips rolls on, and its encoder with it")
+    unknown.append("grip of the treads: a slipping wheel keeps turning, and its encoder with it")
     unknown.append(
-        "efficiency of the gears: it shows as mass, of which the log has "
-        + (f"{found['mass'].value / efficiency:.3g} kg over it; weigh the robot" if has_mass else "nothing")
+        "efficiency of the gears: it acts like mass; the log tells "
+        + (
+            f"only mass / efficiency, {found['mass'].value / efficiency:.3g} kg; weigh the robot"
+            if has_mass
+            else "neither"
+        )
     )
     return DriveFit(found, best, predictions, unknown)
 

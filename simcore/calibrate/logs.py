@@ -68,11 +68,13 @@ _SECONDS = {"ms": 1e-3, "us": 1e-6}
 def _csv(path: Path, text: str) -> Log:
     rows = [row for row in csv.reader(text.splitlines()) if row and not row[0].startswith("#")]
     if len(rows) < 3:
-        raise LogError(f"{path.name}: no table: the first line names the columns, each further one has their values")
+        raise LogError(
+            f"{path.name}: no table: the first line must name the columns, and each further line have their values"
+        )
     head = [name.strip() for name in rows[0]]
     times = next(((k, found) for k, name in enumerate(head) if (found := _TIME.match(name))), None)
     if times is None:
-        raise LogError(f"{path.name}: no column of time: name one t_s; it has {', '.join(head)}")
+        raise LogError(f"{path.name}: no time column: name one t_s; it has {', '.join(head)}")
     label = next((k for k, name in enumerate(head) if name.lower() in ("test", "run")), None)
     numbers = []
     for line, row in enumerate(rows[1:], 2):
@@ -117,13 +119,13 @@ def _sysid_json(path: Path, text: str) -> Log:
     try:
         data = json.loads(text)
     except ValueError as error:
-        raise LogError(f"{path.name} is no valid JSON: {error}") from error
+        raise LogError(f"{path.name} is not valid JSON: {error}") from error
     found = [name for name in _TESTS if isinstance(data.get(name), list) and len(data[name]) > 2]
     if not found:
-        raise LogError(f"{path.name} is no file of SysId: it has none of {', '.join(_TESTS)} with rows")
+        raise LogError(f"{path.name} is not a SysId file: it has none of {', '.join(_TESTS)} with rows")
     widths = {len(row) for name in found for row in data[name]}
     if len(widths) != 1 or (width := widths.pop()) not in _COLUMNS:
-        raise LogError(f"{path.name}: rows of SysId have 4, 9 or 10 numbers, got {sorted(widths) or width}")
+        raise LogError(f"{path.name}: rows of SysId files have 4, 9 or 10 numbers, got {sorted(widths) or width}")
     tests: list[tuple[str, float, float]] = []
     tables = []
     for name in found:

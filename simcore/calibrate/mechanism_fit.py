@@ -106,8 +106,8 @@ def fit_mechanism(config: FittedMechanism, runs: Sequence[Run]) -> MechanismFit:
         found["mass"] = factor.mapped(lambda x: config.carriage_mass * math.exp(x))
     else:
         found["inertia"] = factor.mapped(lambda x: config.inertia * math.exp(x))
-    unknown = ["gearing and kind of the motor: they are taken as described"]
+    unknown = ["gearing and type of the motor: they are assumed to be as described"]
     if isinstance(config, ArmConfig) and (lever := GRAVITY * config.center_of_mass * (1.0 - config.spring_share)):
         found["mass"] = found.pop("weight_torque").mapped(lambda x: x / lever)
-        unknown.append("an arm's mass apart from its center of mass: the motor feels their product")
+        unknown.append("an arm's mass and center of mass separately: the motor only feels their product")
     return MechanismFit(found, predictions_of(runs, predictor), unknown)

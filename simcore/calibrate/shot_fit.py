@@ -134,7 +134,7 @@ def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
     useful = [shot for shot in shots if shot.time is not None or shot.result != "miss"]
     if not useful:
         raise ConfigError(
-            "shots: a miss says nothing unless it is short or long: give hits, times of flight, short or long"
+            "shots: a miss says nothing unless it is short or long: give hits, flight times, short or long"
         )
     angles = {shot: _elevation(task, shot) for shot in useful}
     start = task.shooter.exit_efficiency
@@ -165,16 +165,14 @@ def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
         wanted, has_lift = [efficiency], False
         raw = fitted(useful, wanted)[1]
     if not 0.98 * efficiency.lower < raw["exit_efficiency"].value < 0.98 * efficiency.upper:
-        raise ConfigError(
-            "shots: no exit efficiency brings them there: look at distance, elevation and turns of the wheels"
-        )
+        raise ConfigError("shots: no exit efficiency explains them: check distance, elevation and wheel speed")
     if not has_lift:
-        unknown.append("spin: speed and spin carry a shot alike as far as these go (that of the wheels is taken)")
-    unknown.append("drag: times of flight hardly change with it")
+        unknown.append("spin: speed and spin have the same effect on these shots (the spin of the wheels is assumed)")
+    unknown.append("drag: flight times hardly change with it")
     found = {"exit_efficiency": raw["exit_efficiency"].mapped(lambda x: start * math.exp(x))}
     found |= {"spin": raw["spin"]} if has_lift else {}
     if len(useful) == 1:
-        unknown.append("how well this predicts: one shot leaves none to predict")
+        unknown.append("how well this predicts: with one shot, none is left to predict")
     rows = []
     for shot in useful if len(useful) > 1 else ():
         others = [other for other in useful if other is not shot]
@@ -194,7 +192,7 @@ def _elevation(task: ShotTask, shot: Shot) -> float:
         return task.shooter.elevation + task.shooter.elevation_per_hood * math.radians(shot.hood_deg)
     low, high = task.elevations
     if low != high:
-        raise ConfigError("shot: the shooter has a hood: add elevation_deg=<of the shot> or hood_deg=<its own>")
+        raise ConfigError("shot: the shooter has a hood: add elevation_deg=<of the shot> or hood_deg=<of the hood>")
     return low
 
 

@@ -250,7 +250,7 @@ class FieldControl:
         slots = pieces.spare(kind, len(places))
         pieces.put_down(slots, places)
         x, y, _ = pieces.state.pos[slots[0]].tolist()
-        where = f"at ({x:.2f}, {y:.2f}) m" if len(slots) == 1 else f"from ({x:.2f}, {y:.2f}) m on"
+        where = f"at ({x:.2f}, {y:.2f}) m" if len(slots) == 1 else f"starting at ({x:.2f}, {y:.2f}) m"
         return f"{len(slots)} {kind} put down {where}"
 
     def _spawn_ahead(self, kind: str, robot: int) -> str:
@@ -303,11 +303,11 @@ class FieldControl:
         action = actions[name]
         why = action.refusal(match.timer, whose)
         if not action.lasts and name in match.persons.get(whose, ()):
-            why = why or f"the one before is still to come, one takes {action.period:g} s"
+            why = why or f"the previous one is still to come, and each takes {action.period:g} s"
         if why:
             raise ConfigError(f"{whose}'s human player cannot {action.summary}: {why}")
         match.persons.setdefault(whose, {})[name] = match.time + action.lasts
-        return f"{whose}'s human player: {action.summary}, {action.feeders[whose].stock} stood ready"
+        return f"{whose}'s human player: {action.summary}, {action.feeders[whose].stock} were ready"
 
     def _take_over(self, alliance: str, by_person: bool) -> str:
         whose, _ = self._human_player(alliance)
@@ -323,7 +323,7 @@ class FieldControl:
         """Return an alliance by its name, and the actions of its human player."""
         actions = {action.name: action for action in self._match.rules.human_actions()}
         if not actions:
-            raise ConfigError(f"this run of {self._match.game.name} has no human players; whole matches may have")
+            raise ConfigError(f"this run of {self._match.game.name} has no human players; whole matches may have them")
         if alliance not in _ALLIANCES:
             raise UnknownNameError("alliance", alliance, _ALLIANCES)
         return _ALLIANCES[alliance], actions
@@ -436,14 +436,16 @@ class Action:
 
 ACTIONS: Mapping[str, Action] = {
     "reset": Action("reset the field", FieldControl._reset, {}),
-    "spawn": Action("put a {kind} before robot {robot}", FieldControl._spawn_ahead, {"kind": _text, "robot": _whole}),
+    "spawn": Action(
+        "put a {kind} in front of robot {robot}", FieldControl._spawn_ahead, {"kind": _text, "robot": _whole}
+    ),
     "put_down": Action("spawn {places.shape[0]} {kind}", FieldControl._put_down, {"kind": _text, "places": _places}),
     "place": Action("place robot {robot}", FieldControl._place, {"pose": _pose, "robot": _whole}),
     "start": Action("place robot {robot} at its start", FieldControl._place_at_start, {"robot": _whole}),
     "auto": Action("start auto {name!r}", FieldControl._start_auto, {"name": _text, "robot": _whole}),
-    "human": Action("have {name!r} done for {alliance}", FieldControl._ask, {"alliance": _text, "name": _text}),
+    "human": Action("do {name!r} for {alliance}", FieldControl._ask, {"alliance": _text, "name": _text}),
     "take_over": Action(
-        "let somebody else play {alliance}'s human player",
+        "change who plays {alliance}'s human player",
         FieldControl._take_over,
         {"alliance": _text, "by_person": _switch},
     ),

@@ -99,9 +99,7 @@ class FieldDefinition:
         if (self.mesh is None) == (not self.elements):
             raise ConfigError("FieldDefinition: give either a mesh or elements")
         if unknown := {rung.mount for rung in self.rungs} - {body.name for body in self.hanging} - {""}:
-            raise ConfigError(
-                f"FieldDefinition: no body hangs there of the name of the rungs' mounts {sorted(unknown)}"
-            )
+            raise ConfigError(f"FieldDefinition: rungs mount on {sorted(unknown)}, but no hanging body has that name")
 
     def load(self, mesh: Path | None = None) -> FieldGeometry:
         """Load the field geometry, with a surface for each element.

@@ -467,7 +467,7 @@ class Match:
             place = free_place(self.world, robot, pose, self.game.field.size, others=self.robots)
             if place is not None and place != pose:
                 where = pose_text(place)
-                _log.warning("robot %d finds its start taken and stands beside it, at %s", robot.number, where)
+                _log.warning("robot %d: its start is occupied, so it stands next to it, at %s", robot.number, where)
                 self._carry(robot.number, place, by_people=False)
 
     def _read(self) -> None:
@@ -690,8 +690,8 @@ class Match:
             before = [other.alliance for other in self.entries[:number]].count(entry.alliance)
             if before >= len(game.starts):
                 raise ConfigError(
-                    f"{game.name} has {len(game.starts)} starts an alliance; "
-                    f"give the RobotEntry of robot {number} a start"
+                    f"{game.name} has {len(game.starts)} starts per alliance; give the RobotEntry of robot {number} a "
+                    "start"
                 )
             pose = game.starts[before]
         return game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose

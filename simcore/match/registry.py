@@ -98,11 +98,11 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
         if name in game.autos:
             raise ConfigError(f"no game named {name!r}: it is an auto of {game.name}, as in `--auto {name}`")
         if name == str(game.year):
-            raise ConfigError(f"no game named {name!r}: that of {game.year} is {game.name}")
+            raise ConfigError(f"no game named {name!r}: the game of {game.year} is {game.name}")
     if name is not None and points:
         raise UnknownNameError("game", name, points)
     if not games:
-        raise ConfigError(f"no game is installed (entry points {GROUP}); {install_command()} brings one")
+        raise ConfigError(f"no game is installed (entry points {GROUP}); {install_command()} installs one")
     newest, *others = games.values()
     if others:
         also = ", ".join(other.name for other in others)
@@ -141,7 +141,7 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
     point = points[0]
     if len(points) > 1 and _package(point) != _OWN:
         packages = " and ".join(f"{_package(point)} ({point.value})" for point in points)
-        raise ConfigError(f"game {name}: {packages} bring games of that name: uninstall or rename one")
+        raise ConfigError(f"game {name}: {packages} all provide a game of that name: uninstall or rename one")
     try:
         game = _imported(point)
     except (Exception, SystemExit) as error:  # any failure of another package's import
@@ -153,7 +153,7 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
             f"game {name} of the package {_package(point)}: {point.value} must be a Game, got {game!r:.80}"
         )
     if game.name != name:
-        raise ConfigError(f"entry point {name!r} of {GROUP} is the game {game.name!r}: name it so")
+        raise ConfigError(f"entry point {name!r} of {GROUP} is the game {game.name!r}: give it that name")
     return game
 
 

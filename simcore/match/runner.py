@@ -203,7 +203,7 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row("fell short", escape(shortfall))
     if report.taken_in:
         run.add_row("pieces taken in", str(report.taken_in))
-    run.add_row("way driven", f"{report.distance_m:.1f} m")
+    run.add_row("distance driven", f"{report.distance_m:.1f} m")
     off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
     off += f", {report.resets} resets of the roboRIO" if report.resets else ""
     run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")

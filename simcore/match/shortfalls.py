@@ -81,13 +81,13 @@ class Shortfalls:
                 yield f"shooter {number} had nothing to throw: its storage was empty as it opened, at {time:.2f} s"
         for name, count in self._coasting.items():
             yield (
-                f"{count} of {self._shots} shots left while {name!r} was let go and coasted: brake it, or bring the "
-                "wheels to speed before it feeds"
+                f"{count} of {self._shots} shots left while {name!r} had no output and coasted: brake it, or bring the "
+                "wheels up to speed before it feeds"
             )
         estimated, (x, y, _) = self._robot.estimated_pose, self._robot.chassis.pose
         if estimated is not None and math.dist(estimated[:2], (x, y)) > _ELSEWHERE:
             yield (
-                f"the program believes to be at ({estimated[0]:.2f}, {estimated[1]:.2f}) m, and the robot is at "
+                f"the program believes that it is at ({estimated[0]:.2f}, {estimated[1]:.2f}) m, but the robot is at "
                 f"({x:.2f}, {y:.2f}) m"
             )
 
@@ -157,7 +157,7 @@ def _too_slow(whose: str, name: str, best: float, other: float, least: float) ->
         least: Required speed [rad/s].
     """
     reached = max(0.0, best) / math.tau
-    text = f"{whose}: {name!r} reached {reached:.1f} of the {least / math.tau:.1f} turns/s from which it works"
+    text = f"{whose}: {name!r} reached {reached:.1f} of the {least / math.tau:.1f} turns/s that it needs"
     if other > least:
         text += f", but {other / math.tau:.1f} backward: does your code count the other way? reversed = true"
     return text

@@ -57,7 +57,7 @@ def require_playable(
         UnknownNameError: If the game does not have one of the options.
     """
     if not hasattr(game, "robots"):
-        raise ConfigError(f"want a Game, as find_game(name) gives it, got {shown(game)}")
+        raise ConfigError(f"the game must be a Game, as find_game(name) returns it, got {shown(game)}")
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise ConfigError(f"seed must be a whole number >= 0, got {seed!r}")
     if len(entries) > game.robots:
@@ -227,7 +227,7 @@ class BeliefCheck:
         is_elsewhere = apart > _APART[0] or turned > _APART[1] or bool(reason)
         if is_elsewhere:
             _log.warning(
-                "as its auto begins robot %d believes to be at %s, but stands at %s: %.2f m and %.0f deg apart%s",
+                "as its auto begins, robot %d believes it is at %s, but it is at %s: %.2f m and %.0f deg apart%s",
                 *(robot.number, pose_text(believed), pose_text(true), apart, math.degrees(turned)),
                 f"; {reason}" if reason else "",
             )

@@ -48,10 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
     parser.add_argument("--match", action="store_true", help="a whole match of scripted players, with --red and --blue")
-    players = f"up to three of ROLE[:LEVEL] with commas between, levels 1 to {len(SKILLS)}"
-    parser.add_argument("--red", metavar="PLAYERS", default="", help=f"{players}; 'me' plays --auto")
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    players = f"up to three ROLE[:LEVEL] separated by commas, levels 1 to {len(SKILLS)}; 'me' plays --auto"
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=f"the red alliance: {players}")
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the blue alliance, likewise")
+    parser.add_argument(
+        "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
+    )
     parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of everything left to chance")
     parser.add_argument(
         "--scatter",
@@ -59,11 +61,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=Scatter(),
         metavar="SPREADS",
-        help="let robot, pieces and shots differ from seed to seed: by the default spreads, by a factor of them (0.5), "
-        "with single ones by name (1,exit_speed=0.03; 0,elevation=0.01: that one alone)",
+        help="vary robot, pieces and shots from seed to seed: by the default spreads, by a factor of them (0.5), or "
+        "with some set by name (1,exit_speed=0.03; 0,elevation=0.01 varies that one alone)",
     )
     parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
-    parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the game's own")
+    parser.add_argument("--field", type=Path, metavar="FILE.obj", help="field mesh to use in place of the game's own")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument(
         "--page", type=Path, metavar="FILE.html", help="a page that plays the run; default: out/NAME.html"
@@ -71,10 +73,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     parser.add_argument(
-        "--verbose", action="store_true", help="print engine, times of ticks and digest of the run, too"
+        "--verbose", action="store_true", help="also print the engine, tick times and a digest of the run"
     )
     add_options(parser)
-    parser.epilog = "`simcore play GAME --help` lists the options that a game has besides."
+    parser.epilog = "`simcore play GAME --help` also lists the options of that game."
 
 
 def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
@@ -180,7 +182,9 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     seats = lineup(game, red=options.red, blue=options.blue) if options.match else ()
     me = any(seat.role == ME for seat in seats)
     if options.match and options.auto is not None and not me:
-        raise ConfigError(f"--auto {options.auto} is what {ME!r} plays in a match, and {ME!r} is in no line-up")
+        raise ConfigError(
+            f"--auto {options.auto} is what {ME!r} plays in a match, but neither --red nor --blue has {ME!r}"
+        )
     driving = None
     if options.view and _can_be_driven(game):
         actions = tuple((game.driving or DriverControls()).actions)
@@ -218,7 +222,7 @@ def _auto(options: argparse.Namespace, game: Game) -> Auto:
     if not options.view:
         raise ConfigError("--auto drive is for a person at the page: give --view, too")
     if not _can_be_driven(game):
-        raise ConfigError(f"--auto drive: a person drives robots with swerve, and that of {game.name} has none")
+        raise ConfigError(f"--auto drive: a person can only drive robots with swerve, and that of {game.name} has none")
     return Auto(name=_DRIVE, summary="", controller=_freely, start=game.starts[0])
 
 

@@ -16,9 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "log", type=Path, metavar="FILE.wpilog", help="a log of simcore, DataLogManager or AdvantageKit"
     )
-    parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: beside the log")
+    parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: next to the log")
     parser.add_argument("--models", type=Path, metavar="FOLDER", help="folder with Field3d_... and Robot_... folders")
-    parser.add_argument("--game", metavar="NAME", help="whose field and models (default: as the log says)")
+    parser.add_argument("--game", metavar="NAME", help="game whose field and models to show (default: as the log says)")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
 
 

@@ -35,13 +35,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("watching, in real time")
     group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
-    group.add_argument("--host", default="127.0.0.1", help="where the view listens (default: this computer only)")
-    group.add_argument("--port", type=number_flag(PORT), default=0, help="of the view (default: a free one)")
+    group.add_argument(
+        "--host", default="127.0.0.1", help="address on which the view listens (default: this computer only)"
+    )
+    group.add_argument("--port", type=number_flag(PORT), default=0, help="port of the view (default: a free one)")
     group.add_argument(
         "--nt-port",
         type=number_flag(replace(PORT, least=1)),
         default=5810,
-        help="of --live (default: 5810, as AdvantageScope expects)",
+        help="NetworkTables port of --live (default: 5810, as AdvantageScope expects)",
     )
     group.add_argument("--no-browser", action="store_true", help="do not open a browser")
     group.add_argument(

@@ -21,7 +21,7 @@ def test_calibrate_takes_drivetrain_and_sides_from_the_program():
 def test_a_program_without_a_drivetrain_still_has_mechanisms():
     robot = described(ROBOTS / "sparked")
     assert robot.settings.mechanisms
-    with pytest.raises(ConfigError, match="drive_motor, drive_gearing and wheel_diameter beside kind are enough"):
+    with pytest.raises(ConfigError, match="needs only kind, drive_motor, drive_gearing and wheel_diameter"):
         _ = robot.drivetrain
 
 

@@ -158,7 +158,7 @@ def test_it(sim, caplog):
 def test_nothing_set(sim, caplog):
     sim.autonomous("none", seconds=1.0)
     (said,) = warnings(caplog)  # the estimate starts at the origin
-    assert "believes to be at (0." in said and "stands at (2." in said and "m and" in said, said
+    assert "believes it is at (0." in said and "but it is at (2." in said and "m and" in said, said
 
 
 def test_the_last_reset_counts_and_teleop_moves_no_robot(sim, caplog):
@@ -179,7 +179,7 @@ def test_a_given_place_stays_with_one_warning(sim, caplog):
     sim.place(6.0, 1.0, 0.5)
     sim.autonomous("right", seconds=1.0)
     (said,) = warnings(caplog)
-    assert "believes to be at (3." in said and "stands at (6." in said, said
+    assert "believes it is at (3." in said and "but it is at (6." in said, said
 """
     )
     assert code == 0, said
@@ -222,7 +222,7 @@ def test_it(sim, caplog):
     sim.disable(seconds=0.1)
     sim.autonomous(seconds=0.7)
     (said,) = warnings(caplog)
-    assert "believes to be at (4.00, 6.00) m, 57 deg" in said and "1.00 m and 0 deg apart" in said, said
+    assert "believes it is at (4.00, 6.00) m, 57 deg" in said and "1.00 m and 0 deg apart" in said, said
 """
     )
     assert code == 0, said

@@ -367,7 +367,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "a tank that drives backward": (
         _with(TANK, ("getRotation2d(), left, right)", "getRotation2d(), -left, -right)")),
         "",
-        "goes the other way",
+        "the opposite way",
     ),
     "a heading that is half of it": (
         _with(SWERVE, ("return self.gyro.getRotation2d()", "return self.gyro.getRotation2d() * 0.5")),
@@ -443,7 +443,7 @@ def check_legs(name: str, facts: dict[str, Any]) -> None:
         assert true > 0.8 and told == pytest.approx(true, rel=0.05) and abs(turned) < 0.2, (leg, legs)
     assert legs["turn"][2] > (0.0 if "places" in name else 0.5), "counter-clockwise, on the spot"
     assert "curve" not in legs or legs["curve"][2] > 0.3
-    assert not [text for text in facts["warnings"] if "does not hold" in text]
+    assert not [text for text in facts["warnings"] if "odometry is off" in text]
 
 
 @pytest.mark.parametrize("name", CLEAN)
@@ -473,7 +473,7 @@ def test_wrong_odometry_is_reported_with_its_cause(name, own, request):
     source, keys, cause = FAULTS[name]
     run = own({"robot.py": source, "simcore.toml": f"[drivetrain]\n{keys}\n" if keys else ""})
     said = drive(run, "TANK" if "tank" in name else "HOLONOMIC")["warnings"]
-    told = [text for text in said if "does not hold" in text]
+    told = [text for text in said if "odometry is off" in text]
     assert len(told) == 1 and cause in told[0], said
 
 

@@ -97,7 +97,7 @@ import pytest
 
 def test_fails(sim):
     sim.autonomous("preload", seconds=0.2)
-    logging.getLogger("simcore.any").warning("the odometry does not hold, says this test")
+    logging.getLogger("simcore.any").warning("the odometry is off, says this test")
     sim.physics.robot_sim.estimated_pose = (1.0, 1.0, 0.0)
     assert sim.score.blue >= 99
 
@@ -154,10 +154,10 @@ def test_robot_raises(sim):
     assert "_manager.py" not in said, "no line of pytest's own"
     assert "- alliance('red') after the robot was enabled changes its color and leaves it where it stands" in said
     assert "ConfigError: a score has points of red and of blue, got 8: did you mean score.blue or score.red?" in said
-    for why in ("- the odometry does not hold, says this test", "- the program believes to be at "):
+    for why in ("- the odometry is off, says this test", "- the program believes that it is at "):
         assert said.count(why) == 1, said
     notes = PageReader(project.folder / "test_output" / "test_fails" / "run.html").words
-    assert "says this test" in notes and "the program believes to be at " in notes
+    assert "says this test" in notes and "the program believes that it is at " in notes
     left = {
         file for file in files(project.folder / "test_output") if not file.startswith(("test_nothing", "test_late"))
     }

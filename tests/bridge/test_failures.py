@@ -77,7 +77,7 @@ def test_a_program_that_ends_is_reported_in_one_sentence(what, tmp_path):
 
 def test_a_program_whose_loop_waits_is_ended(tmp_path):
     mark = f"--mark={tmp_path}"
-    with pytest.raises(ProgramError, match=r"not come to the end of its loop in 1 s .* at [23]\.\d\d s of its own"):
+    with pytest.raises(ProgramError, match=r"not finished its loop within 1 s .* at [23]\.\d\d s of its clock"):
         _play([sys.executable, str(PROGRAMS / "mishaps.py"), "waits", mark], hang=1.0)
     assert _left(mark) == []
 
@@ -88,7 +88,7 @@ def test_a_program_that_never_connects_is_ended_with_its_children(tmp_path):
     script = (
         "import subprocess, sys; subprocess.run([sys.executable, '-c', 'import time; time.sleep(99)', sys.argv[1]])"
     )
-    with pytest.raises(ProgramError, match=r"no robot program has connected in 1 s: .*--wait gives it longer"):
+    with pytest.raises(ProgramError, match=r"no robot program has connected within 1 s: .*--wait gives it longer"):
         _play([sys.executable, "-c", script, mark], patience=1.0)
     assert _left(mark) == []
 
@@ -109,7 +109,7 @@ def test_a_flood_of_printed_text_does_not_stop_a_run(tmp_path, capsys):
             process.exchange(20_000, [])
     assert 10_000_000 <= file.stat().st_size < 10_010_000
     assert len(capsys.readouterr().err.splitlines()) == 2000
-    assert said == ["the program prints a lot: after 2000 lines it is not passed on"]
+    assert said == ["the program prints a lot: no output is shown after 2000 lines"]
 
 
 def test_simcore_refuses_an_extension_of_another_version(tmp_path):
@@ -117,7 +117,7 @@ def test_simcore_refuses_an_extension_of_another_version(tmp_path):
         "import os, socket, struct; s = socket.create_connection(('127.0.0.1', int(os.environ['SIMCORE_PORT'])));"
         "s.sendall(struct.pack('<4sIQ', b'SCB9', 0, 0)); print(s.recv(1000))"
     )
-    with pytest.raises(VersionError, match="extension of version 9, this simcore is of version 1"):
+    with pytest.raises(VersionError, match="extension is version 9, but this simcore needs version 1"):
         _play([sys.executable, "-c", script])
 
 

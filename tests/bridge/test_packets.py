@@ -18,7 +18,7 @@ def test_packed_records_can_be_unpacked():
 
 
 def test_a_frame_of_another_version_is_named():
-    with pytest.raises(VersionError, match="version 2, this simcore is of version 1"):
+    with pytest.raises(VersionError, match="version 2, but this simcore needs version 1"):
         frame_size(b"SCB2" + frame(0, [])[4:HEADER_SIZE])
-    with pytest.raises(VersionError, match="no extension of simcore"):
+    with pytest.raises(VersionError, match="does not have simcore's extension"):
         frame_size(b"GET / HTTP/1.1\r\n")

@@ -70,9 +70,9 @@ def test_a_program_without_ports_is_refused_with_the_missing_port(serve):
 
 
 REFUSED = {
-    'kind = "tank"\ncontroller = "TalonFX"\nleft = [1]\nright = [2]': "TalonFX of CTRE lives on the wall clock",
-    'kind = "tank"\ncontroller = "SPARK MAX"\nleft = [1]\nright = [2]': "SPARK MAX of REV computes .* SparkSim.iterate",
-    'kind = "tank"\ncontroller = "PWM"\nleft = [1]\nright = [2]\ngyro = "Pigeon2 9"': "Pigeon2 9 of CTRE",
+    'kind = "tank"\ncontroller = "TalonFX"\nleft = [1]\nright = [2]': "TalonFX .CTRE. runs on the wall clock",
+    'kind = "tank"\ncontroller = "SPARK MAX"\nleft = [1]\nright = [2]': "SPARK MAX .REV. computes .* SparkSim.iterate",
+    'kind = "tank"\ncontroller = "PWM"\nleft = [1]\nright = [2]\ngyro = "Pigeon2 9"': "Pigeon2 9 .CTRE.",
 }
 
 

@@ -82,7 +82,9 @@ def test_a_distance_over_ground_gives_the_wheel_radius():
 
 def test_ramps_alone_leave_the_mass_unknown():
     found = fit_drive(TANK, driven(TANK, tests=TESTS[:2]))
-    assert "mass" not in found.estimates and any(line.startswith("mass: its volts only ramp") for line in found.unknown)
+    assert "mass" not in found.estimates and any(
+        line.startswith("mass: the voltage only ramp") for line in found.unknown
+    )
     assert found.estimates["ks"].value == pytest.approx(TANK.friction_volts, abs=0.01)
 
 
@@ -106,11 +108,11 @@ def test_the_command_fits_a_kit_chassis(tmp_path, capsys, monkeypatch):
     said = capsys.readouterr().out
     ks = float(said.split("drive_friction_volts = ")[1].split()[0])
     assert ks == pytest.approx(0.78, abs=0.05)
-    errors = [float(line.split("predicted ")[1].split()[0]) for line in said.splitlines() if "held out" in line]
+    errors = [float(line.split("prediction off by ")[1].split()[0]) for line in said.splitlines() if "held out" in line]
     assert len(errors) == 2 and max(map(abs, errors)) < 4.0
-    assert "the data cannot tell mass: its volts only ramp" in said
+    assert "the data cannot tell mass: the voltage only ramp" in said
     page = (tmp_path / "out" / "twin.html").read_text()
-    assert "Real beside simulated" in page
+    assert "Real and simulated" in page
 
 
 def test_the_command_fits_the_robot_of_team_114(tmp_path, capsys):
@@ -122,7 +124,7 @@ def test_the_command_fits_the_robot_of_team_114(tmp_path, capsys):
     assert float(low) < 0.22 < float(high)
     low, high = (said.split("\nmass = ")[1].split()[k] for k in (2, 4))
     assert float(low) < 48.3 < float(high)
-    errors = [float(line.split("predicted ")[1].split()[0]) for line in said.splitlines() if "held out" in line]
+    errors = [float(line.split("prediction off by ")[1].split()[0]) for line in said.splitlines() if "held out" in line]
     assert len(errors) == 4 and max(map(abs, errors)) < 2.0
 
 

@@ -79,4 +79,4 @@ def test_the_command_prints_the_keys_of_a_mechanism(tmp_path, capsys):
     assert "no mechanism with a motor named 'arm'" in capsys.readouterr().err
     (tmp_path / "simcore.toml").write_text("")
     assert main(args) == 1
-    assert "is of a mechanism (Simple): say which one, --mechanism NAME" in capsys.readouterr().err
+    assert "is of a mechanism (Simple): give --mechanism NAME" in capsys.readouterr().err

@@ -74,7 +74,7 @@ def test_sparks_are_assigned_to_sides_by_their_ids(runs, tmp_path):
     path = tmp_path / "log.wpilog"
     urcl_log(path, runs, (7, 9), turn=TURN / TANK.gearing)
     with pytest.raises(
-        LogError, match=r"which signals are left_volts and right_volts\? Say it: --signal left_volts=NAME"
+        LogError, match=r"which signals are left_volts and right_volts\? Name them: --signal left_volts=NAME"
     ):
         runs_of(path)
     found, notes = runs_of(path, devices={"Spark-7": "left", "Spark-9": "right"})
@@ -123,17 +123,19 @@ def test_units_are_guessed_if_the_log_names_none(runs, tmp_path):
     path.write_text(csv_text(inches, head="test,t,left volts,right volts,left position,right position,x"))
     found, notes = runs_of(path)
     assert found[2].way[-1] == pytest.approx(runs[2].way[-1], abs=1e-4)
-    assert notes == ["positions are taken in in, by how fast the volts can turn it; the log names no unit"]
+    assert notes == [
+        "positions are taken to be in in, judging by how fast the voltage can turn it; the log names no unit"
+    ]
     path.write_text(csv_text(inches))
-    with pytest.raises(LogError, match=r"taken in m, it moves .* times as fast .* as in it would fit"):
+    with pytest.raises(LogError, match=r"if it is in m, it moves .* times as fast .* It would fit as in"):
         runs_of(path)
 
 
 BROKEN = {
-    "standing": (lambda t: t, "the robot stands: with up to 5.0 V its wheels go 0.000 m"),
-    "swapped": (None, "the side with more volts goes less far: sides of volts and ways are swapped"),
-    "backward": (None, "it goes backward with volts forward"),
-    "no time": (None, "no column of time: name one t_s; it has test, when"),
+    "standing": (lambda t: t, "the robot stands still: with up to 5.0 V its wheels move 0.000 m"),
+    "swapped": (None, "the side with the higher voltage moves less far: left and right are swapped"),
+    "backward": (None, "it moves backward at positive voltage"),
+    "no time": (None, "no time column: name one t_s; it has test, when"),
     "no way": (None, r"which signals are left_way and right_way\? .* it has left_V, left_x, right_V"),
     "word": (None, "line 3: could not convert string to float: 'a lot'"),
 }
@@ -164,8 +166,8 @@ def test_an_implausible_log_is_refused_in_one_sentence(case, runs, tmp_path):
 @each(
     ("name", "text", "said"),
     [
-        ("log.json", "{}", "is no file of SysId: it has none of slow-forward"),
-        ("log.json", "{", "is no valid JSON"),
+        ("log.json", "{}", "is not a SysId file: it has none of slow-forward"),
+        ("log.json", "{", "is not valid JSON"),
         ("log.csv", "t_s\n", "no table"),
         ("log.hoot", "", "convert it to WPILOG first"),
         ("log.wpilog", "text", "not a .wpilog file"),
@@ -183,4 +185,4 @@ def test_a_clockwise_gyro_is_noted(runs, tmp_path):
     turning = [type(r)(r.name, r.times, r.volts * [0.8, 1.0], r.way * [0.8, 1.0], yaw=-r.way[:, 1]) for r in runs]
     path = tmp_path / "log.csv"
     path.write_text(csv_text(turning))
-    assert "sides are swapped, or the gyro counts clockwise" in runs_of(path)[1][0]
+    assert "left and right are swapped, or the gyro counts clockwise" in runs_of(path)[1][0]

@@ -71,7 +71,7 @@ def test_shots_that_determine_no_efficiency_are_refused():
         fit_shots(TASK, [Shot(distance=3.0, rps=40.0, result="miss")])
     with pytest.raises(ConfigError, match=r"the shooter has a hood: add elevation_deg=<of the shot> or hood_deg="):
         fit_shots(ShotTask(REBUILT), [Shot(distance=3.0, rps=40.0)])
-    with pytest.raises(ConfigError, match="no exit efficiency brings them there"):
+    with pytest.raises(ConfigError, match="no exit efficiency explains them"):
         fit_shots(TASK, [Shot(distance=3.0, rps=40.0, elevation_deg=5.0)])
 
 
@@ -81,7 +81,7 @@ def test_the_command_prints_the_key_and_accepts_a_table(tmp_path, capsys):
     assert main([*args, "--shot", "distance=2.8,rps=38", "--shot", "distance=4,rps=43,time=1.2"]) == 0
     said = capsys.readouterr().out
     assert "[[shooter]]\nexit_efficiency = 0." in said and "held out, shot from 4 m" in said
-    assert "more than 0.5 is right only where wheels drive both sides of a piece" in said
+    assert "above 0.5 is possible only where wheels drive both sides of a piece" in said
     table = tmp_path / "shots.csv"
     table.write_text("distance,rpm,hit,time\n2.8,2280,1,\n4,2580,,1.2\n")
     assert read_shots(table)[0].rps == pytest.approx(38.0)

@@ -151,7 +151,7 @@ def test_every_output_has_the_same_shots_and_pieces(told):
 
 def test_every_output_has_the_same_figures_of_each_robot(told):
     data, page, end = told.data, told.page, told.end
-    assert page.facts["driven, robot 0"] == f"{data['distance_m']:.1f} m" == cells(told.console, "way driven")[0]
+    assert page.facts["driven, robot 0"] == f"{data['distance_m']:.1f} m" == cells(told.console, "distance driven")[0]
     lowest = f"{data['min_battery_v']:.2f} V"
     assert page.facts["lowest battery voltage, robot 0"] == lowest
     assert cells(told.console, "lowest battery")[0].partition(";")[0] == lowest

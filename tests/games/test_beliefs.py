@@ -28,4 +28,4 @@ def test_a_single_warning_names_the_believed_and_the_true_place(caplog, believed
         said = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING]
         assert len(said) == bool(words), said
         if words:
-            assert words in said[0] and "robot 0 believes to be at" in said[0] and "stands at" in said[0]
+            assert words in said[0] and "robot 0 believes it is at" in said[0] and "but it is at" in said[0]

@@ -58,7 +58,7 @@ def of_game(game):
         (robots(RobotEntry(preload=game.preload + 1)), ConfigError, f"preload must be 0..{game.preload}"),
     )
     if len(game.starts) < game.robots:
-        yield robots(*alike), ConfigError, f"{len(game.starts)} starts an alliance"
+        yield robots(*alike), ConfigError, f"{len(game.starts)} starts per alliance"
     if game.preload > 1:
         yield robots(RobotEntry(preload=2, config=small)), ConfigError, "holds 1 pieces, got a preload of 2"
     for name in [option.name for option in game.options]:

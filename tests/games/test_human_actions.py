@@ -78,7 +78,7 @@ def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_waiting_robots():
 def test_a_person_at_an_outpost_can_open_the_door_throw_and_push_fuel_out():
     with outposts(seed=6) as match:
         (text,) = said(match, ("blue", "OpenDoor"))
-        assert text == "blue's human player: open the chute's door, 24 stood ready"
+        assert text == "blue's human player: open the chute's door, 24 were ready"
         match.play(2.0)
         assert match.rules.human_players.stock["blue"] == 15, "nine fuel in a second, and then it is closed"
         rolled = match.pieces.state.pos[match.pieces.on_field()]

@@ -142,7 +142,7 @@ def test_a_robot_that_changes_sides_stands_next_to_a_robot_at_its_start(engine, 
         assert match.robots[1].chassis.pose == pytest.approx(taken, abs=2e-3)
         assert math.dist(match.robots[0].chassis.pose[:2], taken[:2]) == pytest.approx(0.8, abs=0.05)
         assert max(robot.chassis.speed for robot in match.robots) < 0.05
-    assert "finds its start taken" in caplog.text
+    assert "its start is occupied" in caplog.text
 
 
 @PUT_ENGINES

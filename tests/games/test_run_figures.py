@@ -170,7 +170,7 @@ def of_report(report) -> dict[str, Figures]:
         shots=number(r"\d+ of (\d+) shots", text),
         hits=number(r"(\d+) of \d+ shots", text),
         taken=number(r"taken in\D+(\d+)", text),
-        driven=re.search(r"way driven\D+([\d.]+) m", text)[1],
+        driven=re.search(r"distance driven\D+([\d.]+) m", text)[1],
         volts=re.search(r"lowest battery\D+([\d.]+) V", text)[1],
         brownouts=number(r"(\d+) brown-outs", text),
     )

@@ -31,20 +31,20 @@ CASES = {
     ),
     "a roller that turns the other way": (
         *({"intake_deploy": 6.0, "intake_roller": -8.0}, {}),
-        r"intake 1: 'intake_roller' reached 0\.0 of the 1\.0 turns/s from which it works, but .* backward: does your "
+        r"intake 1: 'intake_roller' reached 0\.0 of the 1\.0 turns/s that it needs, but .* backward: does your "
         r"code count the other way\? reversed = true",
     ),
     "wheels that are never fast enough": (
         *({"shooter": 0.4, "feeder": 8.0}, {"preload": 8}),
-        r"shooter 1: 'shooter' reached .* of the 5\.0 turns/s from which it works.*",
+        r"shooter 1: 'shooter' reached .* of the 5\.0 turns/s that it needs.*",
     ),
     "a feeder that never feeds": (
         *({"shooter": 8.0}, {"preload": 8}),
-        r"shooter 1: 'feeder' reached 0\.0 of the 0\.5 turns/s from which it works",
+        r"shooter 1: 'feeder' reached 0\.0 of the 0\.5 turns/s that it needs",
     ),
     "a feeder that should turn backward": (
         *({"shooter": 8.0, "feeder": 8.0}, {"preload": 8, "config": BACKWARD}),
-        r"shooter 1: 'feeder' reached 0\.0 of the 0\.5 turns/s from which it works, but .*",
+        r"shooter 1: 'feeder' reached 0\.0 of the 0\.5 turns/s that it needs, but .*",
     ),
     "a hopper that is empty at the shot": (
         *({"shooter": 8.0, "feeder": 8.0}, {}),
@@ -52,7 +52,7 @@ CASES = {
     ),
     "a program that believes to be elsewhere": (
         *({}, {"believed": (5.8, 3.0, 0.0)}),
-        r"the program believes to be at \(5\.80, 3\.00\) m, and the robot is at \(5\.80, 1\.00\) m",
+        r"the program believes that it is at \(5\.80, 3\.00\) m, but the robot is at \(5\.80, 1\.00\) m",
     ),
 }
 """Voltages of mechanisms, further settings and the expected message."""
@@ -82,7 +82,7 @@ def test_shots_from_a_coasting_feeder_are_reported():
         (line,) = match.record.shortfalls
         shots = len(match.record.shots)
     assert shots >= 2
-    assert line.startswith(f"{shots} of {shots} shots left while 'feeder' was let go and coasted: brake it")
+    assert line.startswith(f"{shots} of {shots} shots left while 'feeder' had no output and coasted: brake it")
 
 
 def test_a_successful_run_reports_no_shortfall():

@@ -129,7 +129,7 @@ def test_a_thrown_ball_transfers_its_momentum_to_a_hanging_body():
 
 def test_a_rung_on_an_unknown_hanging_body_is_refused():
     rung = Rung(name="bar", start=(4.0, 3.9, 0.7), end=(4.0, 4.1, 0.7), mount="wait")
-    with pytest.raises(ConfigError, match=r"no body hangs there.*\['wait'\]"):
+    with pytest.raises(ConfigError, match=r"mount on \['wait'\].*no hanging body"):
         field_with((rung,))
     with pytest.raises(ConfigError, match="drop"):
         replace(HEAVY, drop=0.0)

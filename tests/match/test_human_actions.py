@@ -120,7 +120,7 @@ def test_an_early_request_waits_once_and_is_dropped_when_it_becomes_impossible(m
     assert match.persons == {"blue": {"Roll": pytest.approx(0.02)}}
     match.control.human_action("blue", "Roll")
     match.play(0.02)
-    said = "blue's human player cannot roll a ball: the one before is still to come, one takes 0.5 s"
+    said = "blue's human player cannot roll a ball: the previous one is still to come, and each takes 0.5 s"
     assert match.control.results[-1].text == said
     match.timer.set_enabled(False)
     match.play(1.0)

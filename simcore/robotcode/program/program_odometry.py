@@ -141,10 +141,10 @@ def why_still() -> str:
     if main is None or _is_updated(main):
         return ""
     if not asked:
-        return "Nothing updates it: the program calls update of its odometry in no loop"
+        return "Nothing updates it: the program never calls update of its odometry"
     return (
         f"Nothing updates it in simulation: the program asks isReal or isSimulation ({asked}), and updates its "
-        "odometry on the robot alone; real = true under [robot] of simcore.toml answers that it is real"
+        "odometry only on the real robot; real = true under [robot] in simcore.toml makes isReal true"
     )
 
 
@@ -184,8 +184,8 @@ class _EveryLoop:
             return False
         if not is_logged:
             _log.warning(
-                "%s: the program sets its %s in every loop while it drives%s; in simulation that is left out from here "
-                "on, as sensors say where the robot is",
+                "%s: the program sets its %s in every loop while it drives%s; in simulation such calls are ignored "
+                "from now on, because sensors say where the robot is",
                 *(place, self._what, ", in code for simulation" if is_of_simulation else ""),
             )
         return True

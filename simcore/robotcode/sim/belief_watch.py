@@ -128,8 +128,8 @@ class BeliefWatch:
             return
         self._is_reported = True
         _log.warning(
-            "the program's odometry does not hold: robot %d believes to have gone %.2f m and turned %.0f deg, but went "
-            "%.2f m and turned %.0f deg; slip explains %.2f m of it. %s (docs/troubleshooting.md)",
+            "the program's odometry is off: it says that robot %d moved %.2f m and turned %.0f deg, but the robot "
+            "moved %.2f m and turned %.0f deg; slip explains %.2f m of the difference. %s (docs/troubleshooting.md)",
             *(self._robot.number, abs(gone), math.degrees(turns[0]), abs(truly), math.degrees(turns[2])),
             *(abs(by_wheels - truly), self._cause()),
         )
@@ -144,43 +144,49 @@ class BeliefWatch:
             share = self._share_of_turning()
             if share < -0.5:
                 return (
-                    "Its heading turns against the truth: if its gyro hangs upside down, say gyro_upside_down = true "
-                    "under [drivetrain] of simcore.toml (gyro_reversed = true: its yaw alone counts the other way) and "
-                    "leave the program as it is; else the gyro is not negated (navX, ADXRS450, AnalogGyro count "
+                    "Its heading turns the wrong way: if its gyro is mounted upside down, set gyro_upside_down = true "
+                    "under [drivetrain] in simcore.toml (gyro_reversed = true if only its yaw is reversed) and leave "
+                    "the program as it is; otherwise the gyro is not negated (navX, ADXRS450, AnalogGyro count "
                     "clockwise), or the frame is mirrored"
                 )
             if abs(share) < 0.2:
-                return "Its heading stays while the robot turns: the odometry does not read the gyro"
+                return "Its heading stays the same while the robot turns: the odometry does not read the gyro"
             if not 0.8 < share < 1.25:
-                return f"Its heading turns {share:.3g} times as far: degrees for radians, turns for degrees?"
+                return (
+                    f"Its heading turns {share:.3g} times as far as the robot: are degrees taken as radians, or turns "
+                    "as degrees?"
+                )
         if self._squares < _TRIVIAL * _TRIVIAL * 0.01:
-            return "It moves its pose while the wheels stand: something other than the encoders moves it"
+            return "Its pose moves while the wheels stand still: something other than the encoders moves it"
         size = self._alike / self._squares
         if self._program_squares < 0.01 * self._squares:
-            return self._why_still() or "It hardly moves: its encoders read nothing, or are written by something else"
+            return (
+                self._why_still()
+                or "Its pose hardly moves: its encoders read nothing, or something else writes to them"
+            )
         mirrored = abs(self._mirrored) / self._squares
         if mirrored > abs(size) + 0.1:
-            return "Left and right are swapped in it: y is positive to the left in WPILib's kinematics"
+            return "It has left and right swapped: y is positive to the left in WPILib's kinematics"
         angle = math.degrees(cmath.phase(size))
         fit = abs(self._alike) ** 2 / (self._squares * self._program_squares)
         if fit < 0.5:
             return (
-                "It goes another way than the wheels: something other than the encoders moves it, or the zeros of the "
-                "modules differ"
+                "Its pose moves in other directions than the wheels: something other than the encoders moves it, or "
+                "the modules' zeros do not match"
             )
         if abs(angle) < 20.0:
             return (
-                f"It takes a meter for {abs(size):.3g} m: wheel size, gearing or a conversion factor differs between "
-                "program and robot ([drivetrain] in simcore.toml)"
+                f"It counts {abs(size):.3g} m for each meter driven: wheel size, gearing or a conversion factor "
+                "differs between program and robot ([drivetrain] in simcore.toml)"
             )
         if abs(angle) > 160.0:
             return (
-                "It goes the other way: its encoders count down forward, or positive output drives this robot backward "
-                "([drivetrain] reversed = true, of a swerve drive reversed_drive)"
+                "Its pose moves the opposite way: its encoders count down when driving forward, or positive output "
+                "drives this robot backward ([drivetrain] reversed = true, or reversed_drive for a swerve drive)"
             )
         return (
-            f"It goes {angle:.0f} deg beside the way of the wheels: zeros or the sense of encoders on the azimuths "
-            "([drivetrain] zeros_deg, reversed_encoders, reversed_steer)"
+            f"Its pose moves {angle:.0f} deg away from the direction of the wheels: the zeros or directions of the "
+            "azimuth encoders are wrong ([drivetrain] zeros_deg, reversed_encoders, reversed_steer)"
         )
 
 

@@ -71,12 +71,12 @@ GOOD: dict[str, tuple[list[tuple[Pose, Pose]], bool]] = {
 }  # fmt: skip
 
 FAULTS: dict[str, tuple[Callable[[int, Pose], Pose], str]] = {
-    "it stays": (lambda k, p: BEGIN, "It hardly moves"),
+    "it stays": (lambda k, p: BEGIN, "Its pose hardly moves"),
     "its meters are long": (
-        lambda k, p: (2.0 + 1.5 * (p[0] - 2.0), 4.0 + 1.5 * (p[1] - 4.0), p[2]), "It takes a meter for 1.5"),
+        lambda k, p: (2.0 + 1.5 * (p[0] - 2.0), 4.0 + 1.5 * (p[1] - 4.0), p[2]), "It counts 1.5 m for each meter"),
     "its meters are long, and it is set beside once": (
         lambda k, p: (2.0 + 1.5 * (p[0] - 2.0), 4.0 + 1.5 * (p[1] - 4.0) + 0.35 * (k > 10), p[2]),
-        "It takes a meter for 1.5"),
+        "It counts 1.5 m for each meter"),
     "its heading turns too far": (lambda k, p: (*p[:2], 1.5 * p[2]), "Its heading turns 1.5 times as far"),
     "its heading turns against the truth": (
         lambda k, p: (p[0], 8.0 - p[1], -p[2]), "gyro_upside_down = true under [drivetrain]"),
@@ -98,9 +98,13 @@ def test_a_fault_is_reported_once_with_its_cause(name, sees, caplog):
 
 
 SIDEWAYS: dict[str, tuple[float, Callable[[int, Pose], Pose], str]] = {
-    "left is right": (8.0, lambda k, p: (p[0], 8.0 - p[1], 0.0), "Left and right are swapped"),
-    "it zigzags": (0.0, lambda k, p: (1.0 + 0.5 * p[0], p[1] + 0.1 * (-1) ** k, 0.0), "It goes another way than the"),
-    "aside": (0.0, lambda k, p: (p[0], p[1] + 0.7 * (p[0] - 2.0), 0.0), "It goes 35 deg beside the way"),
+    "left is right": (8.0, lambda k, p: (p[0], 8.0 - p[1], 0.0), "It has left and right swapped"),
+    "it zigzags": (
+        0.0,
+        lambda k, p: (1.0 + 0.5 * p[0], p[1] + 0.1 * (-1) ** k, 0.0),
+        "Its pose moves in other directions",
+    ),
+    "aside": (0.0, lambda k, p: (p[0], p[1] + 0.7 * (p[0] - 2.0), 0.0), "Its pose moves 35 deg away from"),
 }
 
 
@@ -118,7 +122,7 @@ def test_errors_while_disabled_after_a_reset_or_corrected_by_cameras_are_not_fau
     assert _watched(list(zip(elsewhere, TRUTH, strict=True)), caplog, reset=75) == []
     seen = [_seen_in_steps((7.0, 1.0, 2.5), p, 1 - 0.9**k) for k, p in enumerate(TRUTH)]
     (said,) = _watched([(seen[min(k, 75)], p) for k, p in enumerate(TRUTH)], caplog, sees=True)
-    assert "robot 0 believes to have gone" in said
+    assert "it says that robot 0 moved" in said
 
 
 def test_a_pose_without_updates_is_reported(caplog):
