@@ -48,7 +48,7 @@ def test_the_help_of_a_script_writes_no_file(name):
     assert {path: path.stat().st_mtime_ns for path in (ROOT / "models").rglob("*")} == models
 
 
-def test_every_script_has_a_help():
+def test_every_script_has_a_help_text():
     assert [path.name for path in SCRIPTS if "parse_args(" not in path.read_text(encoding="utf-8")] == []
 
 
@@ -93,7 +93,7 @@ def test_only_the_named_game_is_loaded():
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, timeout=60)
 
 
-def test_a_decimal_comma_is_explained(tmp_path):
+def test_the_error_explains_a_decimal_comma(tmp_path):
     (tmp_path / "simcore.toml").write_text("[robot]\nbumper_width = 52,5  # cm\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"decimals take a point: 52\.5"):
         read_toml(tmp_path / "simcore.toml")

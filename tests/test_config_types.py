@@ -125,7 +125,7 @@ CONFIGS = _configs()
 FIELDS = [(config, field.name) for config in CONFIGS for field in dataclasses.fields(config) if field.init]
 
 
-def test_every_config_is_among_the_examples():
+def test_the_examples_include_every_config_class():
     assert [config.__name__ for config in CONFIGS if config not in EXAMPLES] == []
     assert len(CONFIGS) > 80
 
@@ -173,7 +173,7 @@ def test_a_number_field_refuses_other_values_and_a_mass_must_be_positive():
     assert wrong == []
 
 
-def test_a_zone_of_another_kind_is_refused_in_one_sentence():
+def test_a_zone_of_another_class_raises_an_error_of_one_sentence():
     zone = BoxZone(low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0))
     with pytest.raises(ConfigError) as caught:
         PlacerConfig(joints=(), zone=zone, roller="claw")

@@ -116,7 +116,7 @@ def test_another_computer_installs_simcore_from_the_origin_of_this_clone(tmp_pat
     assert shared_requirement("rev", package=tmp_path / "simcore") == wanted
 
 
-def test_a_release_writes_the_repository_into_its_single_place(tmp_path):
+def test_the_release_script_replaces_the_only_repository_address(tmp_path):
     """The page on a package index must have no broken link."""
     told = [path for path in (*ROOT.glob("*.*"), *ROOT.glob("docs/*.md")) if path.is_file()]
     assert [path.name for path in told if "ADDRESS" in path.read_text(encoding="utf-8")] == ["pyproject.toml"]

@@ -69,12 +69,12 @@ def test_a_valid_value_is_accepted(quantity, value):
         ([POSE], ((1.0, 2.0, 0.0), (1.0, 2.0, None)), r"start\[1\]\[2\] must be a number from .* rad, got None"),
     ],
 )
-def test_a_bad_number_in_a_row_is_named_by_its_place(row: Row, values, said):
+def test_the_error_names_the_index_of_a_bad_number_in_a_row(row: Row, values, said):
     with pytest.raises(ConfigError, match=f"^Robot: {said}"):
         require_row("Robot", "start", values, row)
 
 
-def test_a_bad_point_is_named_by_row_and_axis():
+def test_the_error_names_the_row_and_the_axis_of_a_bad_point():
     require_points("Hull", "points", np.eye(3), FIELD_PLACE, least=3)
     with pytest.raises(ConfigError, match=r"Hull: points\[1, 2\] must be a number from -100 to 100 m, got inf"):
         require_points("Hull", "points", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, math.inf]]), FIELD_PLACE)
@@ -129,7 +129,7 @@ def test_numbers_of_other_types_become_plain_numbers(kind):
     assert Plate(1.0, np.zeros(3, dtype=np.float16)).place == (0.0, 0.0, 0.0)
 
 
-def test_a_tiny_number_is_refused_where_zero_is():
+def test_a_tiny_number_is_refused_if_zero_is_refused():
     with pytest.raises(ConfigError, match="mass must be a number above 0 and up to 1000 kg, got 5e-324"):
         Plate(5e-324, (0.0, 0.0, 0.0))
 

@@ -74,7 +74,7 @@ def test_again(sim):
 
 
 @pytest.mark.parametrize("robot", ["magic", "logged", "bare loop with the hooks"])
-def test_a_custom_loop_with_hooks_gets_physics_and_repeats(project_of, robot):
+def test_a_custom_loop_with_hooks_runs_physics_and_repeats_exactly(project_of, robot):
     if robot != "logged":
         pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     cured = BARE.format(hooks=HOOKS, begin="self._simulationInit()", loop="self._simulationPeriodic()")
@@ -85,7 +85,7 @@ def test_a_custom_loop_with_hooks_gets_physics_and_repeats(project_of, robot):
 
 
 @pytest.mark.parametrize("command", ["test", "sim"])
-def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
+def test_a_loop_without_hooks_raises_an_error_of_one_sentence(project_of, command):
     pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
     run = project_of(BARE.format(hooks="", begin="", loop=""))
     words = ("-m", "robotpy", *(("test",) if command == "test" else ("sim", "--simcore", "--nogui")))
@@ -108,7 +108,7 @@ def test_hooks_that_are_never_called_are_reported(project_of):
         assert code == 1 and words in said, said
 
 
-def test_a_robot_without_a_drivetrain_fails_only_for_that_reason(project_of):
+def test_the_only_error_of_a_robot_without_a_drivetrain_is_the_missing_drivetrain(project_of):
     pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     pytest.importorskip("pyfrc", reason="MagicBot of 2027 ends with an error of its own, which hides this one")
     run = project_of(

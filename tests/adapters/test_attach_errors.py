@@ -31,7 +31,7 @@ def said(scenario):
         ("file", ("simcore.toml [robot]: mass must be a number from 20 to 75 kg, got -1",)),
     ],
 )
-def test_each_mistake_gives_one_clear_error(said, mistake, words):
+def test_the_error_for_each_mistake_contains_the_expected_words(said, mistake, words):
     for text in words:
         assert text in said[mistake]
 
@@ -43,7 +43,7 @@ def test_one_id_on_two_buses_is_reported(said):
     assert said["one device"] == [True]
 
 
-def test_the_phoenix_of_another_year_is_refused_in_one_sentence(said):
+def test_a_phoenix_library_of_another_year_raises_an_error_of_one_sentence(said):
     old, new, missing, good = said["versions"]
     for text, got in ((old, "25.4.0"), (new, "27.0.0")):
         assert text.startswith("VendorError: simcore needs Phoenix 6 of 2026 (26.x, tested with 26.3.0), ")

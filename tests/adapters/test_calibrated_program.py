@@ -25,6 +25,6 @@ def test_a_program_without_a_drivetrain_still_has_mechanisms():
         _ = robot.drivetrain
 
 
-def test_a_folder_without_a_robot_program_gives_the_kit_chassis(tmp_path):
+def test_calibrate_assumes_the_kit_chassis_in_a_folder_without_a_robot_program(tmp_path):
     robot = described(tmp_path)
     assert isinstance(robot.drivetrain, TankConfig) and robot.devices == {}

@@ -141,7 +141,7 @@ def test_guessed_mechanisms_reach_their_setpoints(sim):
 """
 
 
-def test_undescribed_motors_turn_guessed_mechanisms_with_and_without_the_file_of_init(project_of):
+def test_undescribed_motors_turn_guessed_mechanisms_with_and_without_a_file_from_init(project_of):
     run = project_of(ROBOTS / "generated")
     (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
     code, said = run(GENERATED, "-rP")

@@ -106,7 +106,7 @@ def test_a_robot_follows_a_choreo_trajectory_on_the_field(project_of):
     assert code == 0, said
 
 
-def test_the_pathplanner_code_in_the_docs_is_that_of_the_example():
+def test_the_pathplanner_code_in_the_docs_equals_the_example():
     assert indent(block("autos.md", r"AutoBuilder\.configure"), "    ") in (
         ROOT / "examples" / "rebuilt_robot" / "path_autos.py"
     ).read_text(encoding="utf-8")

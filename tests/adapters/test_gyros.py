@@ -59,7 +59,7 @@ def test_a_navx_wraps_its_yaw_and_reports_tilt_according_to_its_manual(rows, nam
 
 
 @pytest.mark.parametrize("name", ADIS)
-def test_an_adis_reports_tilt_about_its_own_axes(rows, name):
+def test_an_adis_reports_roll_about_its_x_axis_and_pitch_about_its_y_axis(rows, name):
     shown = rows(name)["rows"]["1 s later"]
     assert shown["getXComplementaryAngle"] == pytest.approx(ROLL)
     assert shown["getYComplementaryAngle"] == pytest.approx(PITCH)

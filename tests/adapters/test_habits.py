@@ -55,7 +55,7 @@ class Robot(wpilib.TimedRobot):
 """Robot with a headset that faces left and is told its pose."""
 
 
-def test_a_headset_reset_in_the_first_loop_of_an_auto_gives_the_start(project_of):
+def test_a_headset_reset_in_the_first_loop_of_an_auto_sets_the_start_pose(project_of):
     """After the headset gets its pose, simcore carries the robot there, as if it had started there."""
     code, said = project_of(HEADSET.format(init=""))(
         HELPERS
@@ -134,7 +134,7 @@ class Robot(wpilib.TimedRobot):
 """Robot that sets its pose while disabled: in robotInit, on a chooser change, or never; its auto drives ahead."""
 
 
-def test_a_pose_set_while_disabled_is_the_start_of_the_auto(project_of):
+def test_a_pose_set_while_disabled_is_the_start_pose_of_the_auto(project_of):
     code, said = project_of(SEEDING)(
         HELPERS
         + """
@@ -185,7 +185,7 @@ def test_a_given_place_stays_with_one_warning(sim, caplog):
     assert code == 0, said
 
 
-def test_a_pose_set_in_robotinit_is_the_start_of_the_auto(project_of):
+def test_a_pose_set_in_robotinit_is_the_start_pose_of_the_auto(project_of):
     code, said = project_of(SEEDING)(
         HELPERS
         + """
@@ -264,7 +264,7 @@ def test_devices_built_at_import_exist_in_every_test(project_of, tmp_path):
 
 
 @pytest.mark.parametrize("environment", [{}, {"THREAD": "1"}])
-def test_robotpy_test_without_isolation_ends(project_of, tmp_path, environment):
+def test_robotpy_test_without_isolation_finishes(project_of, tmp_path, environment):
     code, said = project_of(ROBOTS / "early")(
         EARLY.split("def test_a_second")[0].replace("sim.digest", "'ended'"),
         command=("-m", "robotpy", "test", "--no-isolation"),
@@ -302,7 +302,7 @@ class Robot(wpilib.TimedRobot):
 """Robot that builds its drivetrain twice, in robot.py and in its container, whose copy drives."""
 
 
-def test_a_drivetrain_that_is_built_twice_counts_once(project_of):
+def test_a_drivetrain_that_is_built_twice_is_found_once(project_of):
     code, said = project_of(TWICE)(
         """
 import logging
@@ -383,7 +383,7 @@ class Robot(wpilib.TimedRobot):
 """Motors in attributes named after their mechanisms, in the ways in which teams write them."""
 
 
-def test_init_names_mechanisms_as_in_robot_code(project_of):
+def test_init_gives_mechanisms_the_names_in_robot_code(project_of):
     run = project_of(NAMED)
     code, said = run("", command=("-m", "simcore", "init", "."))
     assert code == 0, said

@@ -89,7 +89,7 @@ def test_cameras_are_found_with_the_mounting_that_the_program_uses(project, caps
     assert found["rear"]["place"] == pytest.approx((-0.25, -0.1, 0.5, 0.0, -10.0, 180.0))
 
 
-def test_the_survey_reports_why_a_program_cannot_start(project):
+def test_the_survey_reports_the_error_of_a_program_that_cannot_start(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
     assert survey(project / "robot.py")["error"] == "OSError: no gamepad"
     (project / "robot.py").write_text("import wpilib\n")

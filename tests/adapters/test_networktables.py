@@ -190,7 +190,7 @@ def test_bad_snapshots_and_writes_to_a_closed_sink_raise(instance: Any) -> None:
         NetworkTablesSink(instance, period=0.0)
 
 
-def test_dashboards_with_a_map_get_a_field(instance: Any) -> None:
+def test_a_field_is_published_for_dashboards_with_a_map(instance: Any) -> None:
     """Like WPILib's `Field2d`, it has x, y and degrees of each object, ten times a second."""
     instance.startLocal()
     turned = np.array([3.0, 4.0, 0.0, np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])

@@ -29,7 +29,7 @@ def test_op_modes(sim):
 """
 
 
-def test_each_op_mode_drives_and_repeats(project_of, tmp_path):
+def test_each_op_mode_drives_identically_in_two_runs(project_of, tmp_path):
     if not hasattr(pytest.importorskip("wpilib"), "OpModeRobot"):
         pytest.skip("WPILib of 2026 has no op modes")
     run = project_of(Path(__file__).parent / "robots" / "op_modes")

@@ -447,7 +447,7 @@ def check_legs(name: str, facts: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", CLEAN)
-def test_a_teams_own_drivetrain_has_true_odometry_with_and_without_the_file_of_init(name, own, request):
+def test_a_teams_own_drivetrain_has_true_odometry_with_and_without_a_file_from_init(name, own, request):
     sampled(name, request)
     run = own(CLEAN[name])
     facts = drive(run, legs_of(name))
@@ -477,7 +477,7 @@ def test_wrong_odometry_is_reported_with_its_cause(name, own, request):
     assert len(told) == 1 and cause in told[0], said
 
 
-def test_an_io_layer_builds_its_motors_if_the_file_sets_real(own):
+def test_an_io_layer_drives_only_if_the_file_sets_real_to_true(own):
     run = own(IO_LAYERS)
     code, said = run(COURSE.format(legs="HOLONOMIC"))
     assert code == 1 and "real = true" in said, said
@@ -606,7 +606,7 @@ def test_modules_of_an_installed_library_are_found(own, tmp_path):
     assert "swerve drive: 4 modules (Module)" in said, said
 
 
-def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path, python):
+def test_the_robots_page_names_the_device_models_of_every_maker(tmp_path, python):
     """`scripts/write_which_robots.py` updates the page."""
     for module in (*NEEDS, "navx"):
         pytest.importorskip(module)

@@ -61,7 +61,7 @@ def test_estimators_belong_to_cameras_in_the_order_of_construction(built, expect
     assert all(found.is_guess for found in mounts(program).values())
 
 
-def test_an_estimator_belongs_to_the_camera_with_which_it_is_used():
+def test_an_estimator_belongs_to_the_camera_that_supplies_its_results():
     """By the order of construction, b would get the first estimator."""
     program = program_of("a", "b", 0.2, 0.1)
     first, second = program.estimators
@@ -106,7 +106,7 @@ def properties(**settings):
     )
 
 
-def test_a_camera_has_the_lens_of_its_properties():
+def test_the_camera_model_has_the_values_of_the_simulated_camera_properties():
     program = program_of("a")
     assert lens_of(program, "a") is PHOTON_LENS
     program.simulated["a"] = SimpleNamespace(

@@ -118,7 +118,7 @@ def test_photonlibs_simulation_sees_the_same_tags_from_200_poses(theirs):
     assert both > 300
 
 
-def test_photonlibs_field_of_view_still_has_its_known_bug():
+def test_the_known_bug_in_photonlibs_field_of_view_still_exists():
     """PhotonLib computes atan(2 x) for 2 atan(x). If this test fails, the bug is fixed: update docs/cameras.md."""
     properties = SimCameraProperties()
     properties.setCalibrationFromFOV(1280, 800, Rotation2d.fromDegrees(90.0))

@@ -105,6 +105,6 @@ def test_every_port_follows_the_file(sim, caplog):
 
 
 @pytest.mark.slow
-def test_every_port_of_a_described_robot_follows_its_file(project_of):
+def test_every_port_of_a_described_robot_has_the_device_in_its_file(project_of):
     code, said = project_of(PORTS)(IN_SIMULATED_TIME, "-rP")
     assert code == 0, said

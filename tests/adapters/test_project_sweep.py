@@ -35,7 +35,7 @@ def check_match(match):
     return [match.seed, match.scatter.spin, robot.config.body.mass, match.pieces.types[0].mass, *robot.chassis.pose]
 
 
-def test_sweep_factors_reach_the_match_of_a_project(monkeypatch):
+def test_sweep_factors_change_the_match_of_a_project(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     experiment = Experiment(
         project=PROJECT, auto="depot", seconds=0.02, metrics=("score", "test_project_sweep:check_match")
@@ -58,7 +58,7 @@ def test_sweep_factors_reach_the_match_of_a_project(monkeypatch):
     assert row["robot.mass"] == 48.0 and row["score"] == 0 and len(row["digest"]) == 64
 
 
-def test_a_seed_of_a_project_has_one_digest(whole, tmp_path):
+def test_equal_seeds_of_a_project_give_equal_digests(whole, tmp_path):
     if not whole:
         pytest.skip("with --whole: 20 seeds, each twice")
     experiment = Experiment(

@@ -38,7 +38,7 @@ def test_an_auto_repeats_bit_for_bit_and_leaves_no_files(project):
     assert files(project.folder) - before == {"tests/test_robot.py"}
 
 
-def test_telemetry_has_one_clock_and_pyfrcs_fixtures_work(project):
+def test_the_match_clock_in_telemetry_stands_while_disabled_and_pyfrcs_fixtures_are_available(project):
     """The match clock stands while the driver station disables the robot."""
     code, said = project(
         """
@@ -87,7 +87,7 @@ def test_old(control, robot):
     assert code == 0 and "3 passed" in said, said
 
 
-def test_failures_and_misuse_are_reported_with_their_cause(project):
+def test_the_report_names_the_cause_of_a_failure_or_misuse(project):
     """Log and page of a failed test; unknown autos; conditions; exceptions in robot code; stick values."""
     code, said = project(
         """
@@ -164,7 +164,7 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
-def test_a_project_without_physics_py_attaches_and_a_failed_start_is_reported_in_one_sentence(project):
+def test_a_project_without_physics_py_runs_and_a_failed_start_is_reported_in_one_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)  # attached as with --simcore
@@ -180,7 +180,7 @@ def test_a_project_without_physics_py_attaches_and_a_failed_start_is_reported_in
     assert code != 0 and "must be simulated or real" in said, said
 
 
-def test_a_hanging_program_is_ended_with_its_line(project):
+def test_a_hanging_program_is_terminated_with_a_report_of_its_source_line(project):
     (project.folder / "pytest.ini").write_text("[pytest]\nsimcore_hang = 4\n")
     code, said = project(
         """
@@ -196,7 +196,7 @@ def test_hangs(sim):
     assert "no robot loop has finished in 4 s: the program is at test_robot.py:6 in <lambda>" in said, said[-3000:]
 
 
-def test_plain_pytest_names_the_command_for_robot_tests(project):
+def test_running_plain_pytest_prints_the_command_for_robot_tests(project):
     code, said = project(
         "def test_it(sim):\n    sim.start()\n\ndef test_other():\n    pass\n", command=("-m", "pytest")
     )

@@ -112,7 +112,7 @@ def test_questnavs_library_follows_a_robot(questnav):
 
 
 @pytest.mark.parametrize("kind", ["raw", "proto:questnav.protos.commands.ProtobufQuestNavCommand"])
-def test_a_command_is_answered_whatever_its_topic_type(kind, caplog):
+def test_a_command_is_answered_for_every_topic_type(kind, caplog):
     """Libraries publish raw bytes or protobuf. An unknown command and invalid bytes are answered with an error."""
     instance = ntcore.NetworkTableInstance.create()
     try:

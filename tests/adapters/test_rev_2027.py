@@ -18,7 +18,7 @@ def library():
     return rev
 
 
-def test_mechanisms_follow_closed_forms_and_read_in_turns(library, scenario):
+def test_mechanisms_follow_closed_forms_and_are_measured_in_turns(library, scenario):
     row = scenario("rev_2027")
     assert row["speed"] == pytest.approx(row["expected"], rel=1e-9)
     assert row["rpm"] == pytest.approx(row["speed"] * 2.0 * 60.0 / 6.283185307, rel=1e-6)  # rotor, with a gearing of 2
@@ -37,7 +37,7 @@ def test_mechanisms_follow_closed_forms_and_read_in_turns(library, scenario):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("drive", ["tank", "swerve"])
-def test_odometry_holds_and_repeats_in_two_processes(drive, library, project_of):
+def test_odometry_is_accurate_and_equal_in_two_processes(drive, library, project_of):
     run = project_of(ROBOTS / f"own_{drive}_rev_2027")
     legs = {"tank": "TANK", "swerve": "HOLONOMIC"}[drive]
     runs = []

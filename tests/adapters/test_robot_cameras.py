@@ -192,7 +192,7 @@ def test_a_photon_robot_localizes_despite_its_own_simulation(project_of):
     assert code == 0 and "1 passed" in said, said
 
 
-def test_a_robot_reads_limelights_and_questnav_by_topics(project_of):
+def test_a_robot_reads_limelights_and_questnav_from_networktables_topics(project_of):
     run = project_of(ROBOTS / "sighted")
     (run.folder / "simcore.toml").write_text(SIGHTED_TOML)
     code, said = run(SIGHTED, "-rP")

@@ -27,7 +27,7 @@ def test_the_example_auto_drives_takes_fuel_in_and_scores(scenario):
     assert 0.0 <= run["match_time"] <= 1.0
 
 
-def test_a_dashboard_and_robot_code_act_on_the_field(scenario):
+def test_a_dashboard_and_robot_code_control_the_field(scenario):
     """Robot code has its own chooser of autos, so simcore publishes none."""
     run = scenario("robot_sim", PLAIN, "control", "blue")
     assert "/Sim/Control/Piece/options" in run["topics"] and not any("Auto" in topic for topic in run["topics"])

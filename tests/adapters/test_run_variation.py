@@ -18,7 +18,7 @@ def test_run(sim):
 """
 
 
-def test_seed_and_scatter_reach_the_match_of_a_robot_program(project):
+def test_seed_and_scatter_change_the_match_of_a_robot_program(project):
     code, said = project(RUN, "-rP", "--sim-seed=3", "--sim-scatter=0,exit_speed=0.03")
     assert code == 0, said
     assert "RUN 3 0,exit_speed=0.03" in said

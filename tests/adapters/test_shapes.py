@@ -191,7 +191,7 @@ def error_lines(text: str) -> list[str]:
 
 @pytest.mark.realtime
 @pytest.mark.parametrize("name", IN_REAL_TIME)
-def test_each_shape_drives_the_course_in_real_time(name, project_of, scenario):
+def test_each_kind_of_program_drives_the_course_in_real_time(name, project_of, scenario):
     folder, shape = project(name, project_of).folder, SHAPES[name]
     flags = ("shape", "blue", "--simcore", "--game", "rebuilt")
     run = scenario("robot_sim", str(folder), *flags, path=(ROBOTS / "shared",), STICKS=shape.sticks)
@@ -216,7 +216,7 @@ def test_course(sim, caplog):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_each_shape_drives_the_course_in_simulated_time(name, project_of):
+def test_each_kind_of_program_drives_the_course_in_simulated_time(name, project_of):
     run, shape = project(name, project_of), SHAPES[name]
     code, said = run(COURSE.replace("FIELD", str(shape.sticks == "field")), "-rP")
     if name in REAL_ONLY:

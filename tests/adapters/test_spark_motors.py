@@ -56,7 +56,7 @@ def test_maxmotion_follows_its_trapezoid(sparks):
     assert sparks["loops"]["profile"][-1][0] == pytest.approx(20.0, abs=0.05)
 
 
-def test_a_steer_motor_takes_the_shorter_way_on_an_absolute_or_analog_encoder(sparks):
+def test_a_steer_motor_with_an_absolute_or_analog_encoder_turns_in_the_shorter_direction(sparks):
     """From 350 to 20 degrees by way of 380; the analog encoder gives 3.3 V per turn."""
     row = sparks["sensors"]
     for sensor in ("Absolute", "Analog"):

@@ -76,7 +76,7 @@ def path(distribution):
     return os.pathsep.join(map(str, (distribution, PACKAGES, rev)))
 
 
-def test_sparks_shoot_fuel_and_stop_when_undriven(project_of, path):
+def test_a_robot_with_sparks_shoots_fuel_and_its_undriven_motors_stop(project_of, path):
     run = project_of(ROBOTS / "sparked")
     shutil.copy(ROBOTS / "shared" / "measures.py", run.folder)
     code, said = run(TEST, "-rP", PYTHONPATH=path)

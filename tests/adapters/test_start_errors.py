@@ -58,7 +58,7 @@ STARTS = {
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_a_failed_start_ends_with_its_sentence_and_exits(name, project_of, python, install, tmp_path):
+def test_a_failed_start_prints_its_error_and_exits(name, project_of, python, install, tmp_path):
     pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
     start, project = STARTS[name], project_of(GENERATED).folder
     for file, text in start.files.items():

@@ -198,7 +198,7 @@ HABITS = {
 
 
 @pytest.mark.parametrize("habit", HABITS)
-def test_modules_of_a_teams_own_classes_follow_their_commands(habit, tmp_path, project_of):
+def test_swerve_modules_of_a_teams_own_classes_follow_their_commands(habit, tmp_path, project_of):
     text, choreo, sentences = HABITS[habit]
     source = tmp_path / "source"
     source.mkdir()

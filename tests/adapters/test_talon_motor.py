@@ -82,6 +82,6 @@ def test_a_cancoder_reads_the_shaft_whatever_its_direction_and_offset(signs):
         assert rate == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_pigeon_counts_turns_and_reports_rates_within_its_range(signs, is_real):
+def test_a_pigeon_yaw_continues_beyond_a_turn_and_its_rates_stay_within_range(signs, is_real):
     assert signs["gyro"] == pytest.approx([1000.0, 10.0, -5.0], abs=0.05)
     assert not is_real or signs["rate_dps"] == pytest.approx(2047.0, abs=1.0)

@@ -125,7 +125,7 @@ def test_a_swerve_on_a_canivore_drives_next_to_mechanisms_with_the_same_ids(proj
         ),
     ],
 )
-def test_a_device_on_another_bus_is_refused_by_name(told, sentence, project_of):
+def test_the_error_names_the_device_whose_bus_is_wrong(told, sentence, project_of):
     run = project_of(TWO_BUSES)
     (run.folder / "simcore.toml").write_text(DESCRIBED.format(**told))
     code, said = run(COURSE)

@@ -62,7 +62,7 @@ def test_the_game_flag_overrides_the_file(scenario, second_game):
     assert "game later (2999), as --game says; also installed: " in line_of(run)
 
 
-def test_every_command_works_and_names_its_game(second_game, tmp_path, monkeypatch, capsys):
+def test_every_command_runs_and_names_its_game(second_game, tmp_path, monkeypatch, capsys):
     monkeypatch.syspath_prepend(str(second_game))
     monkeypatch.chdir(tmp_path)
 
@@ -94,7 +94,7 @@ def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_f
     assert "game crates (1), as --game says" in line_of(run)
 
 
-def test_a_broken_game_does_not_affect_other_games(tmp_path_factory, install, project_of):
+def test_other_games_run_although_one_game_is_broken(tmp_path_factory, install, project_of):
     """Robot tests, play, check, sweep, compare and doctor work; the broken game, if named, reports where it failed."""
     site = tmp_path_factory.mktemp("broken")
     (site / "broken_game.py").write_text("from games.rebuilt import REBUILT\n\nGAME = replace(REBUILT)\n")

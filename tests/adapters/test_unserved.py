@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 
-def test_devices_without_simulation_are_named_with_their_attribute(scenario):
+def test_the_warning_names_each_device_without_simulation_and_its_attribute(scenario):
     names = scenario("unserved")["names"]
     expected = ["I2C (intake.bus)"]
     if find_spec("playingwithfusion"):

@@ -39,7 +39,7 @@ def test_only_physics_py_imports_the_simulation(project):
 
 
 @each("path", SUBSYSTEMS)
-def test_sim_only_accessors_are_below_the_line_and_only_return_an_attribute(path):
+def test_simulation_accessors_are_below_the_marker_and_only_return_an_attribute(path):
     text = path.read_text(encoding="utf-8")
     for node in ast.parse(text).body:
         if not isinstance(node, ast.ClassDef):

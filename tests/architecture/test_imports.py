@@ -197,7 +197,7 @@ def test_importing_simcore_alone_loads_no_heavy_module():
     assert all(name.split(".")[1] in BASE for name in ours), ours
 
 
-def test_every_everyday_name_comes_from_its_home_module():
+def test_every_top_level_name_comes_from_its_home_module():
     import simcore
 
     for name in simcore.__all__:
@@ -217,7 +217,7 @@ def test_every_everyday_name_comes_from_its_home_module():
 @pytest.mark.parametrize(
     ("package", "module"), [("pybullet", "simcore.world.bullet"), ("mujoco", "simcore.world.mujoco_engine")]
 )
-def test_a_single_module_imports_each_engine(package, module):
+def test_only_one_module_imports_each_engine(package, module):
     who = [module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == package]
     assert who == [module]
 
@@ -255,7 +255,7 @@ def test_only_the_view_imports_its_web_server():
     assert who == {"simcore.show.view_server"}
 
 
-def test_the_view_imports_no_vendor():
+def test_the_view_imports_no_vendor_library():
     wrong = [
         f"{module_name(path)}:{line} imports {name}"
         for path in SOURCES
@@ -392,7 +392,7 @@ def test_every_public_name_exists():
     assert missing == []
 
 
-def test_each_test_file_is_placed_like_its_module():
+def test_each_test_file_has_the_path_of_its_module():
     """`tests/x/test_y.py` tests `simcore/x/y`; a test file of several modules has a docstring."""
     folders = {"adapters", "architecture", "docs", "games", "laws", "shared", "view"}
     wrong = []

@@ -14,7 +14,7 @@ def has_test(path: str) -> bool:
     return (ROOT / file).is_file() and bool(re.search(pattern, (ROOT / file).read_text("utf-8"), re.MULTILINE))
 
 
-def test_every_mutant_has_its_source_text_and_its_test():
+def test_the_source_text_and_the_test_of_every_mutant_exist():
     gone = [one.name for one in mutants.MUTANTS if one.old not in (ROOT / one.file).read_text("utf-8")]
     assert not gone, f"the source text of these mutants is gone: {gone}"
     untested = {one.name: one.test for one in mutants.MUTANTS if not has_test(one.test)}

@@ -66,7 +66,7 @@ def found_in(path: Path) -> list[str]:
 
 
 @each("package", sorted({path.relative_to(ROOT).parts[1] for path in SOURCES}))
-def test_simcore_has_no_word_of_any_game(package: str) -> None:
+def test_simcore_contains_no_word_of_a_specific_game(package: str) -> None:
     found = [
         line
         for path in SOURCES

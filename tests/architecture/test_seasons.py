@@ -87,7 +87,7 @@ GONE_IN_2027 = {
 """Names of relays, gyros and the driver station that 2027 has removed or renamed."""
 
 
-def test_names_of_2026_are_in_one_module():
+def test_names_specific_to_2026_are_in_one_module():
     """Other modules use WPILib's names of 2027; a camel-case name would fail in 2027, where few tests run."""
     named = set()
     for module in sorted({*season.NAMES, "wpilib.drive", "wpimath.kinematics", "wpimath.estimator"}):

@@ -68,21 +68,21 @@ MISHAPS = {
 
 
 @pytest.mark.parametrize("what", MISHAPS)
-def test_a_program_that_ends_is_reported_in_one_sentence(what, tmp_path):
+def test_a_program_that_exits_is_reported_in_one_sentence(what, tmp_path):
     mark = f"--mark={tmp_path}"
     with pytest.raises(ProgramError, match=MISHAPS[what]):
         _play([sys.executable, str(PROGRAMS / "mishaps.py"), what, mark])
     assert _left(mark) == []
 
 
-def test_a_program_whose_loop_waits_is_ended(tmp_path):
+def test_a_program_whose_loop_blocks_is_terminated(tmp_path):
     mark = f"--mark={tmp_path}"
     with pytest.raises(ProgramError, match=r"not finished its loop within 1 s .* at [23]\.\d\d s of its clock"):
         _play([sys.executable, str(PROGRAMS / "mishaps.py"), "waits", mark], hang=1.0)
     assert _left(mark) == []
 
 
-def test_a_program_that_never_connects_is_ended_with_its_children(tmp_path):
+def test_a_program_that_never_connects_is_terminated_with_its_children(tmp_path):
     """The command starts another process, as gradlew does."""
     mark = f"--mark={tmp_path}"
     script = (
@@ -135,7 +135,7 @@ def test_the_extension_refuses_a_simcore_of_another_version():
     assert "simcore: this extension is of another version than `simcore serve`" in printed
 
 
-def test_the_program_ends_with_simcore():
+def test_the_program_exits_when_simcore_exits():
     with socket.create_server(("127.0.0.1", 0)) as server:
         program = subprocess.Popen(
             [sys.executable, str(PROGRAMS / "tank.py")], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -151,7 +151,7 @@ def test_only_this_computer_can_connect():
         assert process.address[0] == "127.0.0.1"
 
 
-def test_many_starts_leave_no_process(compiled, tmp_path):
+def test_many_starts_leave_no_process_running(compiled, tmp_path):
     """Half of them are abandoned during their start."""
     program, mark = str(compiled("tank")), f"--mark={tmp_path}"
     begin = time.monotonic()

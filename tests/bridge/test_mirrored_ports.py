@@ -20,7 +20,7 @@ TICK = 0.02
 
 
 @pytest.mark.parametrize("gyro", ["ADIS16448_IMU", "AnalogGyro"])
-def test_a_program_drives_and_reads_every_kind_of_port(gyro, tmp_path):
+def test_a_program_writes_and_reads_every_kind_of_port(gyro, tmp_path):
     file = tmp_path / "simcore.toml"
     file.write_text((FOLDER / "programs" / "ports.toml").read_text().replace("ADIS16448_IMU", gyro))
     done = subprocess.run(

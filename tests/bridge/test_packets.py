@@ -8,7 +8,7 @@ from simcore.bridge.packets import HEADER_SIZE, Record, VersionError, frame, fra
 from simcore.bridge.packets import records as read_records
 
 
-def test_packed_records_can_be_unpacked():
+def test_unpacking_a_packed_record_returns_its_values():
     sent = [Record(3, 1, -7, 0.1), Record(128, 0, 0, 0.0, "fünf\0sechs".encode()), Record(100, 0, 2**31 - 1, -1e300)]
     packed = frame(20_000, sent)
     size, time = frame_size(packed[:HEADER_SIZE])
@@ -17,7 +17,7 @@ def test_packed_records_can_be_unpacked():
     assert sent[1].parts == ["fünf", "sechs"]
 
 
-def test_a_frame_of_another_version_is_named():
+def test_the_error_names_the_version_of_an_incompatible_frame():
     with pytest.raises(VersionError, match="version 2, but this simcore needs version 1"):
         frame_size(b"SCB2" + frame(0, [])[4:HEADER_SIZE])
     with pytest.raises(VersionError, match="does not have simcore's extension"):

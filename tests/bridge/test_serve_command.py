@@ -47,13 +47,13 @@ def test_a_failed_expectation_gives_status_1(serve):
     assert "not as expected: distance_m > 50 (distance_m is " in out
 
 
-def test_an_unknown_auto_is_named(compiled, serve):
+def test_the_error_names_an_unknown_auto(compiled, serve):
     status, _, err = serve("shooter.toml", "--auto", "depott", command=[str(compiled("shooter"))])
     assert status == 1
     assert "no auto named 'depott'. Did you mean 'depot'?" in err
 
 
-def test_a_program_that_fails_still_leaves_page_and_log(serve, tmp_path):
+def test_a_program_that_fails_still_leaves_a_page_and_a_log(serve, tmp_path):
     command = [sys.executable, str(PROGRAMS / "mishaps.py"), "divides by zero"]
     status, _, err = serve("tank.toml", "--seconds", "5", command=command)
     assert status == 1
@@ -62,7 +62,7 @@ def test_a_program_that_fails_still_leaves_page_and_log(serve, tmp_path):
     assert b"the robot program has ended at" in (tmp_path / "out" / "auto.wpilog").read_bytes()
 
 
-def test_a_program_without_ports_is_refused_with_the_missing_port(serve):
+def test_the_error_names_the_port_that_a_program_does_not_build(serve):
     command = [sys.executable, str(PROGRAMS / "mishaps.py"), "opens nothing"]
     status, _, err = serve("tank.toml", "--seconds", "1", command=command)
     assert status == 1
@@ -77,7 +77,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("table", REFUSED)
-def test_devices_that_cannot_be_stepped_are_refused_by_name(table, tmp_path):
+def test_the_error_names_devices_that_cannot_be_stepped(table, tmp_path):
     """Before the program starts, with the devices that work."""
     from simcore.bridge.served_robot import require_ports
 

@@ -68,7 +68,7 @@ def test_a_slower_motor_is_distinguished_from_friction():
     assert found.estimates["ks"].value == pytest.approx(0.4, abs=0.02)
 
 
-def test_a_distance_over_ground_gives_the_wheel_radius():
+def test_the_wheel_radius_follows_from_a_distance_over_ground():
     """The log assumes wheels of 0.0762 m; the robot rolls on 0.073 m."""
     built = replace(varied(TANK, ks=0.5, mass=50.0), wheel_radius=0.073)
     runs = []
@@ -131,7 +131,7 @@ def test_the_command_fits_the_robot_of_team_114(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("path", "config", "most"), [(KIT, TANK, 0.06), (TEAM_114, swerve(), 0.04)], ids=["kit", "114"]
 )
-def test_defaults_are_near_both_real_robots_without_a_fit(path, config, most):
+def test_default_values_are_close_to_those_of_both_real_robots(path, config, most):
     for run in real_runs(path, config):
         ours, real = drive(config, run).way.mean(axis=1)[-1], run.way.mean(axis=1)[-1]
         assert ours == pytest.approx(real, rel=most), run.name

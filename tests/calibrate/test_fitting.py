@@ -16,7 +16,7 @@ def line(rng, runs=5, walk=0.0):
     return lambda v: [v[0] * X + v[1] - y for y in data]
 
 
-def test_white_noise_gives_at_least_the_textbook_interval():
+def test_with_white_noise_the_interval_is_at_least_as_wide_as_the_textbook_interval():
     """The variance of a slope is s^2 / sum (x - mean)^2."""
     found = fit(line(np.random.default_rng(1)), LINE)
     sxx = 5 * float(np.sum((X - X.mean()) ** 2))

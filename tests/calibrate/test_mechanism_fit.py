@@ -34,21 +34,21 @@ def made(config, truth, *, origin=0.0, volts=(1.0, 0.0), noise=1e-3):
     return runs
 
 
-def test_a_flywheel_fit_gives_friction_and_inertia():
+def test_a_flywheel_fit_recovers_friction_and_inertia():
     found = fit_mechanism(WHEEL, made(WHEEL, {"friction_volts": 0.3, "inertia": 0.4}))
     for key, want in (("friction_volts", 0.3), ("inertia", 0.004 * math.exp(0.4))):
         assert found.estimates[key].low <= want <= found.estimates[key].high and found.estimates[key].share < 0.05
     assert all(abs(one.error) < 0.01 for one in found.predictions)
 
 
-def test_an_arm_fit_gives_its_weight_torque_as_a_mass():
+def test_an_arm_fit_recovers_the_mass_from_the_weight_torque():
     truth = {"friction_volts": 0.35, "inertia": -0.3, "weight_torque": 12.0}
     found = fit_mechanism(ARM, made(ARM, truth, origin=0.2, volts=(0.5, 0.8)))
     mass = found.estimates["mass"]
     assert mass.low <= 12.0 / (9.80665 * 0.4) <= mass.high and mass.share < 0.3
 
 
-def test_an_elevator_fit_gives_the_lifted_mass():
+def test_an_elevator_fit_recovers_the_lifted_mass():
     found = fit_mechanism(LIFT, made(LIFT, {"friction_volts": 0.4, "inertia": 0.3}, origin=60.0, volts=(0.3, 0.9)))
     mass = found.estimates["mass"]
     assert mass.low <= 8.0 * math.exp(0.3) <= mass.high and mass.share < 0.3

@@ -65,7 +65,7 @@ def test_battery_voltage_and_total_current_are_read_from_the_log(runs, tmp_path)
     assert quantity_of("URCL/left/InputVoltage") == ("bus", "left") and quantity_of("SupplyCurrentAmps")[0] == "total"
 
 
-def test_a_swerve_log_gives_the_mean_of_its_modules(runs, tmp_path):
+def test_the_speed_in_a_swerve_log_is_the_mean_of_its_modules(runs, tmp_path):
     found, _ = runs_of(write(tmp_path, "csv", runs), sided=False)
     assert found[0].way.shape[1] == 1 and found[0].way[-1, 0] == pytest.approx(runs[0].way[-1].mean(), abs=1e-5)
 
@@ -142,7 +142,7 @@ BROKEN = {
 
 
 @each("case", [*BROKEN])
-def test_an_implausible_log_is_refused_in_one_sentence(case, runs, tmp_path):
+def test_an_implausible_log_raises_an_error_of_one_sentence(case, runs, tmp_path):
     path, some = tmp_path / "log.csv", runs[2:]
     if case == "standing":
         some = [type(run)(run.name, run.times, run.volts, 0.0 * run.way) for run in some]
@@ -174,14 +174,14 @@ def test_an_implausible_log_is_refused_in_one_sentence(case, runs, tmp_path):
         ("missing.csv", None, "cannot read the log"),
     ],
 )
-def test_a_file_that_is_not_a_log_is_named(name, text, said, tmp_path):
+def test_the_error_names_a_file_that_is_not_a_log(name, text, said, tmp_path):
     if text is not None:
         (tmp_path / name).write_text(text)
     with pytest.raises(LogError, match=said):
         open_log(tmp_path / name)
 
 
-def test_a_clockwise_gyro_is_noted(runs, tmp_path):
+def test_a_clockwise_gyro_is_reported(runs, tmp_path):
     turning = [type(r)(r.name, r.times, r.volts * [0.8, 1.0], r.way * [0.8, 1.0], yaw=-r.way[:, 1]) for r in runs]
     path = tmp_path / "log.csv"
     path.write_text(csv_text(turning))

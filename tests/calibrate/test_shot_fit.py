@@ -33,7 +33,7 @@ def parabola(distance: float, efficiency: float) -> Shot:
     return Shot(distance=distance, rps=rps, time=far / (speed * math.cos(angle)), result="hit")
 
 
-def test_shots_on_a_parabola_give_their_exit_efficiency():
+def test_the_fit_recovers_the_exit_efficiency_of_shots_on_a_parabola():
     """Flights have points every 5 ms with straight lines between: g (5 ms)^2 / 8 of height, far below 1 mm."""
     found = fit_shots(TASK, [parabola(d, 0.42) for d in (2.0, 3.0, 4.0, 5.0)])
     assert found.estimates["exit_efficiency"].value == pytest.approx(0.42, rel=2e-3)
@@ -43,7 +43,7 @@ def test_shots_on_a_parabola_give_their_exit_efficiency():
     assert any(line.startswith("spin") for line in found.unknown)
 
 
-def test_shots_that_fall_short_bound_the_efficiency_from_above():
+def test_shots_that_fall_short_give_an_upper_bound_of_the_efficiency():
     """At the wheel speed of a hit with 0.42, shots that all fall short bound it to at most 0.42."""
     short = [replace(parabola(d, 0.42), time=None, result="short") for d in (3.0, 4.0)]
     assert fit_shots(TASK, short).estimates["exit_efficiency"].value < 0.42 * 1.002

@@ -41,7 +41,7 @@ def says(page: str, *phrases: str) -> None:
     assert missing == [], page
 
 
-def test_the_pages_state_the_figures_of_battery_and_motors():
+def test_the_pages_state_the_simulated_figures_of_battery_and_motors():
     battery = BatteryConfig()
     levels = f"Below {battery.brownout_voltage} V"
     says(
@@ -64,7 +64,7 @@ def test_the_pages_state_the_figures_of_battery_and_motors():
     says("docs/troubleshooting.md", f"Mass counts too: {mass:g} kg, unless you say otherwise")
 
 
-def test_the_pages_state_the_figures_of_pieces():
+def test_the_pages_state_the_simulated_figures_of_pieces():
     says("docs/physics.md", f"slower than {balls._QUIET_SPEED} m/s for {piece_manager._SLEEPY} s")
     says("docs/physics.md", f"with up to {kinds._MOST_PARTS} parts", f"thinner than {1e3 * kinds._THINNEST:g} mm")
     says(
@@ -88,7 +88,7 @@ def default(config: type, name: str) -> float:
     return value
 
 
-def test_the_pages_state_the_figures_of_robot_tests_and_autos():
+def test_the_pages_state_the_simulated_figures_of_robot_tests_and_autos():
     says("docs/autos.md", f"more than {starts._APART[0]} m or {math.degrees(starts._APART[1]):g} degrees apart")
     pytest.importorskip("wpilib")
     from simcore.robotcode.sim import auto_start, pytest_plugin
@@ -106,12 +106,12 @@ def test_the_pages_state_the_figures_of_robot_tests_and_autos():
         says("docs/testing.md", f"`{name} = {seconds}`")
 
 
-def test_the_pages_state_the_figures_of_logs():
+def test_the_pages_state_the_measured_figures_of_logs():
     period = inspect.signature(WpilogSink).parameters["bulk_period"].default
     says("docs/telemetry.md", f"long arrays (over 64 poses) every {period:g} s")
 
 
-def test_the_page_of_whole_matches_states_the_skills_of_players():
+def test_the_whole_match_page_states_the_skills_of_players():
     for level, skill in enumerate(SKILLS, start=1):
         cells = (
             *(f"{level}", f"{skill.speed}", f"{skill.collecting_speed}", f"{math.degrees(skill.aim):.1f} deg"),
@@ -130,7 +130,7 @@ UNITS = {
 }
 
 
-def test_the_page_of_scatter_states_every_spread_and_its_default():
+def test_the_scatter_page_states_every_spread_and_its_default():
     rows = re.findall(
         r"^\| `(\w+)` \| (?:±|0-)?([\d.]+) ?([^ ,|]+)", (ROOT / "docs/scatter.md").read_text("utf-8"), re.M
     )
@@ -139,7 +139,7 @@ def test_the_page_of_scatter_states_every_spread_and_its_default():
     assert told == {name: pytest.approx(value) for name, value in spreads.items()}
 
 
-def test_the_page_of_reefscape_states_its_figures():
+def test_the_reefscape_page_states_the_simulated_figures():
     page = "docs/reefscape.md"
     coral, algae = (supply.kind for supply in REEFSCAPE.pieces)
     counts = [supply.count for supply in REEFSCAPE.pieces]
@@ -162,7 +162,7 @@ def test_the_page_of_reefscape_states_its_figures():
     says(page, f"AndyMark's, is {1e3 * narrower:.0f} mm narrower")
 
 
-def test_the_packages_for_2027_on_the_page_are_the_tested_packages():
+def test_the_page_lists_the_tested_packages_for_2027():
     """The workflow installs the packages named on the page from the 2027 releases."""
     section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
     workflow = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8").partition("  season_2027:")[2]

@@ -29,7 +29,7 @@ def test_the_first_run_prints_the_text_on_the_page_and_writes_its_files(engine, 
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(files)
 
 
-def test_the_keys_on_the_page_are_those_of_the_example():
+def test_the_keyboard_keys_on_the_page_match_the_example():
     keyboard = json.loads((ROOT / "examples/rebuilt_robot/simgui-ds.json").read_text())["keyboardJoysticks"][0]
     names = {44: "comma", 46: "period", 47: "slash"}
     axes = [axis[key] for axis in keyboard["axisConfig"] for key in ("decKey", "incKey") if key in axis]

@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_page_of_real_robots_and_its_figure_are_up_to_date():
+def test_the_real_robots_page_and_its_figure_are_up_to_date():
     """`scripts/write_real_robots.py` updates them."""
     script = runpy.run_path(str(ROOT / "scripts" / "write_real_robots.py"))
     found = script["rows"]()

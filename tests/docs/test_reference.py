@@ -77,7 +77,7 @@ def test_command_lines_can_be_pasted_on_windows():
         assert lines and [line for line in lines if " #" in line or "&&" in line] == [], page
 
 
-def test_extras_on_the_pages_are_those_of_the_package():
+def test_every_extra_on_the_pages_exists_in_the_package():
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     table = project.partition("[project.optional-dependencies]\n")[2].partition("\n[")[0]
     extras = set(re.findall(r"^(\w+) = \[", table, re.MULTILINE))
@@ -95,7 +95,7 @@ def test_extras_on_the_pages_are_those_of_the_package():
     assert {name for name in told if name.split(": ")[1] not in extras} == set()
 
 
-def test_the_rows_of_the_start_screen_are_those_of_the_code():
+def test_the_documented_rows_of_the_start_screen_match_the_code():
     block = TEXT["connect.md"].partition("    Robot is on the field of")[2].partition("\n\n")[0]
     rows = [row[:12].strip() for row in re.findall(r"^      (\S.*)$", block, re.MULTILINE)]
     summary = (ROOT / "simcore/robotcode/sim/startup_summary.py").read_text(encoding="utf-8")
@@ -129,7 +129,7 @@ def exists(dotted: str) -> bool:
     return False
 
 
-def test_modules_files_and_errors_on_the_pages_exist():
+def test_the_modules_files_and_errors_named_on_the_pages_exist():
     dotted = {name for text in TEXT.values() for name in DOTTED.findall(text)}
     for text in TEXT.values():
         for block in re.findall(r"^```py\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
@@ -232,7 +232,7 @@ def general(key: str) -> str:
     return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|InFlightIds|Held|HeldIds)/)Fuel$", r"\1<Type>", key)
 
 
-def test_the_page_describes_every_published_key_with_its_type_and_no_other(published):
+def test_the_page_describes_exactly_the_published_keys_and_their_types(published):
     page = TEXT["telemetry.md"].partition("## Keys of every game")[2]
     rows = re.findall(r"^\| `([^`]+)` \| ([\w\[\]]+) \|", page, re.MULTILINE)
     described = dict(rows)
@@ -243,7 +243,7 @@ def test_the_page_describes_every_published_key_with_its_type_and_no_other(publi
     assert described == {general(key): kind for key, kind in published.items() if not key.startswith("Sim/Robots/")}
 
 
-def test_the_tables_of_keys_are_generated_from_the_channels():
+def test_the_key_tables_are_generated_from_the_channels():
     """If this fails: python scripts/write_telemetry_keys.py."""
     spec = importlib.util.spec_from_file_location("page", ROOT / "scripts" / "write_telemetry_keys.py")
     page = importlib.util.module_from_spec(spec)

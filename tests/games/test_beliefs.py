@@ -19,7 +19,7 @@ from simcore import Match
         ((0.0, 0.0, -0.3), "0.00 m and 17 deg apart"),
     ],
 )
-def test_a_single_warning_names_the_believed_and_the_true_place(caplog, believed, words):
+def test_a_single_warning_names_the_estimated_and_the_true_pose(caplog, believed, words):
     with Match(REBUILT, seed=1) as match:
         robot = match.robots[0]
         if believed is not None:

@@ -119,7 +119,7 @@ def test_a_robot_in_front_hides_a_tag():
 
 
 @pytest.mark.parametrize(("aside", "expected"), [(0.0, False), (0.1, False), (0.2, True)])
-def test_fuel_in_the_line_of_sight_hides_a_tag(aside, expected):
+def test_a_tag_behind_fuel_is_not_visible(aside, expected):
     """A fuel of 0.075 m radius halfway to tag 26 leaves the tag free if it is more than 0.116 m to the side.
 
     Halfway, the tag's image is half as large: 0.041 m from its middle to its edge.
@@ -217,7 +217,7 @@ def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
     assert none[0] == first[0]
 
 
-def test_the_bias_follows_the_seed_and_all_cameras_see_the_same_tag_errors():
+def test_the_seed_determines_the_bias_and_all_cameras_share_the_tag_errors():
     """Tags are moved by 50 mm x N(0, 1) and there is no other error: both cameras report the same wrong place."""
     bias = replace(CameraBias.none(), tag_position=0.05)
     eyes = [replace(at_lens(0.5, pitch_deg=-15.0), name=name, bias=bias) for name in ("a", "b")]
@@ -263,7 +263,7 @@ def test_cameras_work_on_a_field_without_tags():
         assert late.last is not None and late.last.pipeline_kind == "pieces"
 
 
-def test_telemetry_has_the_view_and_the_detections_of_a_camera():
+def test_telemetry_contains_the_view_and_the_detections_of_a_camera():
     from simcore.telemetry.sinks import MemorySink
 
     sink = MemorySink()

@@ -136,7 +136,7 @@ def test_invalid_arguments_are_refused_and_leave_no_files(here, capsys, words, s
 @pytest.mark.parametrize(
     "content", [None, "", "this is no mesh\n", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n"]
 )
-def test_a_missing_or_broken_mesh_is_named(here, capsys, content):
+def test_the_error_names_a_missing_or_broken_mesh(here, capsys, content):
     if content is not None:
         (here / "broken.obj").write_text(content)
     assert "broken.obj" in refused(capsys, "--field", "broken.obj")
@@ -211,7 +211,7 @@ def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
 
 
 @pytest.mark.realtime
-def test_a_live_run_keeps_wall_clock_pace_and_obeys_a_dashboard(here, capsys):
+def test_a_live_run_runs_at_wall_clock_speed_and_obeys_a_dashboard(here, capsys):
     """A client that only subscribes sees the match time advance; its button resets the field."""
     from dashboard import free_port, start_client
 
@@ -258,7 +258,7 @@ def test_a_live_run_keeps_wall_clock_pace_and_obeys_a_dashboard(here, capsys):
 
 
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
-def test_a_port_in_use_is_reported_once_and_overwrites_nothing(here, capsys, option):
+def test_a_port_in_use_is_reported_once_and_no_file_is_overwritten(here, capsys, option):
     if "--view" in option:
         pytest.importorskip("websockets", reason="the extra 'view' is not installed")
     log = Path("before.wpilog")
@@ -271,7 +271,7 @@ def test_a_port_in_use_is_reported_once_and_overwrites_nothing(here, capsys, opt
     assert ": cannot serve" in line and log.read_bytes() == b"of the run before"
 
 
-def test_a_view_without_the_extra_is_refused_in_one_message(here, capsys, monkeypatch):
+def test_a_view_without_the_extra_prints_a_single_error(here, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main(["--view", "--seconds", "0.1", "--json"]) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()

@@ -31,7 +31,7 @@ def last(match: Match) -> tuple[bool, str]:
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_a_field_reset_restores_pieces_score_and_start_place(name):
+def test_a_field_reset_restores_pieces_score_and_start_pose(name):
     """Four seconds into an auto, a reset returns every piece to its seeded place and sets the score to zero."""
     game = GAMES[name]
     auto = next(iter(game.autos))
@@ -56,7 +56,7 @@ def test_a_field_reset_restores_pieces_score_and_start_place(name):
         assert match.count.is_conserved and match.pieces.recovered == 0
 
 
-def test_pieces_can_be_spawned_until_none_is_left():
+def test_pieces_can_be_spawned_until_the_supply_is_empty():
     with Match.bare(pieces=[PieceSupply(BALL, 6)]) as match:
         match.control.spawn("Ball", [(2.0, 2.0), (6.0, 4.0), (6.0, 4.0), (6.0, 4.0)])  # the first is below the robot
         match.tick()
@@ -189,7 +189,7 @@ def test_an_auto_for_the_games_own_robot_is_refused_for_another_robot(name):
         assert match.entries == (entry,) and match.field_resets == 0
 
 
-def test_an_auto_that_raises_ends_and_the_match_continues():
+def test_the_match_continues_after_an_auto_raises_an_error():
     """The match reports the error as the result of the auto."""
 
     def fail(robot, time):

@@ -142,12 +142,12 @@ def test_a_climber_lifts_the_robot_onto_a_rung_of_the_tower(played):
         ("[autos.a]\nstart = [2.0, -1.0, 0]", r"^simcore.toml \[autos.'a'\]: the robot starts outside of the field"),
     ],
 )
-def test_an_invalid_start_in_a_file_is_refused_with_table_and_key(played, text, said):
+def test_the_error_for_an_invalid_start_names_the_table_and_the_key(played, text, said):
     with pytest.raises(ConfigError, match=said):
         played(text)
 
 
-def test_a_storage_hands_over_a_piece_only_at_the_place_in_the_file(played):
+def test_a_storage_hands_over_a_piece_only_at_the_configured_arm_position(played):
     """The place is reached with the arm upright and the lift down; the arm starts 10 degrees below the horizontal."""
     match = played(CLAW + "handover = [0.2, 0.0, 0.5]")
     robot = match.robots[0]

@@ -15,7 +15,7 @@ def test_an_auto_conserves_pieces_at_every_tick(run):
     assert run.lost == []
 
 
-def test_an_auto_has_consistent_counts_of_pieces_shots_and_scores(run):
+def test_the_counts_of_pieces_shots_and_scores_in_an_auto_are_consistent(run):
     match, report = run.run.match, run.run.report
     assert report.pieces.scored == sum(match.tracker.pieces.values()) == len(match.tracker.events)
     assert report.score.blue == match.tracker.totals["blue"] > 0 or report.auto == "tour"
@@ -28,16 +28,16 @@ def test_an_auto_has_consistent_counts_of_pieces_shots_and_scores(run):
     assert report.ticks == round(report.sim_seconds / 0.02) == len(run.poses)
 
 
-def test_no_piece_of_an_auto_sinks_below_the_carpet(run):
+def test_no_piece_center_sinks_below_the_carpet_during_an_auto(run):
     rest = min(kind.rest_height for kind in run.run.match.pieces.types)
     assert run.sunk > -rest, "a robot that rolls over it squeezes it for a moment; its middle stays above the carpet"
 
 
-def test_no_piece_of_an_auto_leaves_the_field(run):
+def test_no_piece_leaves_the_field_during_an_auto(run):
     assert run.run.match.pieces.recovered == 0
 
 
-def test_a_sleeping_piece_lies_at_its_reported_place(run):
+def test_a_sleeping_piece_lies_at_its_reported_position(run):
     """A sleeping piece that the engine woke once fell through the floor unseen.
 
     Sleeping pieces are checked every 2 s, and a heap under pressure creeps by up to 4 mm/s.
@@ -97,7 +97,7 @@ def test_a_red_robot_drives_the_mirrored_path(runs):
     assert apart[-1] < 0.1, "both end at one place"
 
 
-def test_pieces_of_a_red_match_are_staged_at_the_mirrored_places(runs):
+def test_pieces_of_a_red_match_are_staged_at_the_mirrored_positions(runs):
     blue, red = (runs[alliance].run.pieces_at_start for alliance in ("blue", "red"))
     flipped = GAMES[runs.name].field.symmetry.flip_points(red)
     assert flipped == pytest.approx(blue, abs=1e-9)

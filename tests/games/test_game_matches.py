@@ -84,7 +84,7 @@ def test_no_piece_tunnels_through_an_element(name, speed):
 @pytest.mark.parametrize(
     ("name", "auto", "seconds"), [("rebuilt", "depot", 4.0), ("crates", "crate", 10.0), ("crates", "balls", 10.0)]
 )
-def test_an_auto_with_ticks_in_four_parts_scores_the_same(name, auto, seconds):
+def test_an_auto_scores_the_same_with_each_tick_split_into_four_parts(name, auto, seconds):
     scores = []
     chosen = GAMES[name].auto(auto)
     for parts in (1, 4):
@@ -99,7 +99,7 @@ def test_an_auto_with_ticks_in_four_parts_scores_the_same(name, auto, seconds):
 # --- robots ---------------------------------------------------------------------------------------------------------
 
 
-def test_two_robots_play_their_autos_together_like_each_robot_alone(game):
+def test_two_robots_play_the_same_autos_together_as_each_robot_alone(game):
     """Blue and red play at opposite ends, and each scores for its alliance as many points as a robot alone."""
     auto = game.auto()
     entries = [RobotEntry(alliance=a, start=auto.start, preload=auto.preload) for a in ("blue", "red")]

@@ -38,7 +38,7 @@ def test_the_committed_field_is_the_output_of_its_script(name):
 
 
 @both
-def test_every_group_is_a_closed_convex_body_and_faces_are_few(name):
+def test_every_group_is_a_closed_convex_body_with_few_faces(name):
     groups = read_obj(ROOT / "models" / name / "field_collision.obj")
     assert all(isinstance(element.shape, Box | Hull) for element in FIELDS[name].elements)
     assert len(FIELDS[name].elements) == len(groups)
@@ -99,7 +99,7 @@ PRINTED = {
 
 
 @both
-def test_elements_have_the_printed_sizes_and_places(name):
+def test_elements_have_the_sizes_and_positions_in_the_manual(name):
     wrong = []
     for element, corner, axis, printed, within in PRINTED[name]:
         low, high = span(FIELDS[name], element)
@@ -112,7 +112,7 @@ def test_elements_have_the_printed_sizes_and_places(name):
 # --- REBUILT ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_hub_funnel_has_the_printed_throat_rim_and_skirt():
+def test_the_hub_funnel_has_the_dimensions_in_the_manual():
     """Section of each wedge along its normal: distances and heights of throat, rim and skirt."""
     center, throat, outer = (
         np.array([*rebuilt.HUB_CENTER, 0.0]),
@@ -129,7 +129,7 @@ def test_the_hub_funnel_has_the_printed_throat_rim_and_skirt():
 
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
-def test_the_path_of_a_ball_through_a_hub_is_free(alliance):
+def test_nothing_blocks_the_path_of_a_ball_through_a_hub(alliance):
     """The inner square from above the hub down to the base, where the scoring zone is."""
     field, half = FIELDS["rebuilt"], rebuilt.HUB_THROAT_CIRCUMRADIUS / 2
     cx, cy = rebuilt.HUB_CENTER if alliance == "blue" else REBUILT.field.symmetry.flip_point(*rebuilt.HUB_CENTER)
@@ -139,7 +139,7 @@ def test_the_path_of_a_ball_through_a_hub_is_free(alliance):
 
 @pytest.mark.parametrize("y", [0.0, rebuilt.FIELD_WIDTH - rebuilt.TRENCH_CLEAR_WIDTH])
 @pytest.mark.parametrize("x", [rebuilt.TRENCH_X, rebuilt.FIELD_LENGTH - rebuilt.TRENCH_X])
-def test_the_portal_of_each_trench_is_free_but_no_larger(x, y):
+def test_each_trench_opening_is_free_and_no_larger_than_in_the_manual(x, y):
     field = FIELDS["rebuilt"]
     low, high = np.array([x - 1.0, y, 0.0]), np.array([x + 1.0, y + inches(50.34), inches(22.25)])
     assert is_free(field, low, np.subtract(high, (0.0, 2e-6, 2e-6)))
@@ -152,7 +152,7 @@ def test_the_portal_of_each_trench_is_free_but_no_larger(x, y):
 
 
 @pytest.mark.parametrize(("level", "height"), [(2, 0.7966), (3, 1.1967), (4, 1.8288)])
-def test_branch_tips_are_at_the_published_places(level, height):
+def test_branch_tips_are_at_the_published_positions(level, height):
     """Source: 6328's table, 30.738 in outward from the center and 6.469 in to both sides of the middle of each face."""
     ends = {number: np.array(branch_ends(number, level)) for number in range(12)}
     for number, yaw_deg in ((0, 180), (1, 180), (2, 240), (7, 0), (11, 120)):
@@ -166,7 +166,7 @@ def test_branch_tips_are_at_the_published_places(level, height):
     assert np.linalg.norm(ring - ends[0][1], axis=1) == pytest.approx(0.02222, abs=2e-5)  # same area as the round pipe
 
 
-def test_a_station_has_the_printed_opening():
+def test_a_coral_station_has_the_opening_in_the_manual():
     """Tag 12 is in the middle of the face; the opening is 76 x 7 in and begins at 37.5 in."""
     normal = np.array([math.cos(math.radians(54)), math.sin(math.radians(54)), 0.0])
     along, face = np.array([-normal[1], normal[0], 0.0]), np.array([0.851154, 0.65532, 0.0])
@@ -178,7 +178,7 @@ def test_a_station_has_the_printed_opening():
     assert roof[roof @ normal > -1e-5][:, 2].min() == pytest.approx(inches(44.5), abs=1e-5)
 
 
-def test_the_processor_opening_is_free_but_no_larger():
+def test_the_processor_opening_is_free_and_no_larger_than_in_the_manual():
     field = FIELDS["reefscape"]
     low = (reefscape.PROCESSOR_X - inches(14), -0.3, inches(7))
     high = (reefscape.PROCESSOR_X + inches(14), 0.1, inches(27))
@@ -189,7 +189,7 @@ def test_the_processor_opening_is_free_but_no_larger():
         assert not is_free(field, np.subtract(low, grow), high)
 
 
-def test_the_field_leaves_required_clearances_free():
+def test_the_field_has_the_required_clearances():
     """Staging marks, the passage under the barge between post and guardrail, and the insides of the nets."""
     field = FIELDS["reefscape"]
     assert is_free(field, (5.4, 0.0, 0.0), (12.1, 3.8, inches(62) - 1e-5))

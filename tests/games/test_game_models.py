@@ -36,7 +36,7 @@ def shapes(path):
 
 
 @both
-def test_committed_models_are_the_output_of_the_scripts_sound_and_small(game, tmp_path):
+def test_committed_models_are_small_valid_and_equal_the_output_of_the_scripts(game, tmp_path):
     command = f"make_{game.name}_models"
     script(command).write_all(tmp_path)
     layouts = script("make_layout")
@@ -70,7 +70,7 @@ def test_each_part_model_has_its_axle_at_the_origin(game):
 
 
 @both
-def test_red_robots_have_their_own_model(game):
+def test_red_robots_are_drawn_with_a_separate_model(game):
     blue, red = load_models(game.models).robots
     assert red.name == blue.name + " (red)" and len(red.parts) == len(blue.parts)
     for robot, channel in ((blue, 2), (red, 0)):

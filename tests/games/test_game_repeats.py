@@ -57,7 +57,7 @@ def test_sinks_do_not_change_the_match(game, tmp_path):
     assert digest(game, 0, sinks=sinks) == digest(game, 0)
 
 
-def test_queries_of_the_rules_change_nothing(game):
+def test_queries_to_the_rules_leave_the_match_unchanged(game):
     """Displays query piece values, the game message and counts; the match stays the same."""
     check_questions(game, next(iter(game.autos)), seconds=1.0)
 

@@ -96,7 +96,7 @@ def test_a_person_at_an_outpost_can_open_the_door_throw_and_push_fuel_out():
         assert match.breakdown()["Blue/humanPlayerPoints"] == match.score.blue, "no robot has shot"
 
 
-def test_a_policy_resumes_when_handed_back_and_at_every_new_run():
+def test_a_policy_resumes_when_control_is_handed_back_and_at_every_new_run():
     with outposts(seed=3) as match:
         match.play(1.0)
         first = match.digest.hexdigest()

@@ -168,7 +168,7 @@ def played(game: Any, robots: int, path: Path) -> tuple[Seen, Seen, Any]:
 
 @pytest.mark.parametrize(("file", "robots"), [("layout.json", 1), ("layout_six.json", 6)])
 @pytest.mark.parametrize("game", [REBUILT, REEFSCAPE], ids=lambda game: game.name)
-def test_every_layout_row_finds_its_value_and_nothing_is_drawn_twice(game, file, robots, tmp_path):
+def test_every_layout_row_has_a_published_value_and_nothing_is_drawn_twice(game, file, robots, tmp_path):
     logged, live, count = played(game, robots, tmp_path / "run.wpilog")
     shipped = json.loads((game.models / file).read_text())
     found = read_log(tmp_path / "run.wpilog")

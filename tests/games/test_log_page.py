@@ -31,7 +31,7 @@ def depot(tmp_path_factory):
     return scene_of(run.match), recording, log, run.match.record.shots
 
 
-def test_numbers_poses_and_pieces_of_a_log_are_read_back(depot):
+def test_the_reader_returns_the_numbers_poses_and_pieces_in_a_log(depot):
     _, live, log, _ = depot
     back = recording_of(read_log(log))
     assert back.times == pytest.approx(live.times)
@@ -58,7 +58,7 @@ def test_the_columns_of_a_log_agree_with_its_snapshots(depot):
                     assert getattr(snapshot, field)[key].tolist() == values.tolist(), key
 
 
-def test_shots_of_a_log_are_read_back_with_their_flights(depot):
+def test_the_reader_returns_the_shots_in_a_log_with_their_flights(depot):
     scene, live, log, truth = depot
     back = recording_of(read_log(log))
     again = scene_of_log(back)
@@ -74,7 +74,7 @@ def test_shots_of_a_log_are_read_back_with_their_flights(depot):
     assert again.goals == scene.goals
 
 
-def test_a_log_of_an_older_version_still_gives_a_page(depot, tmp_path):
+def test_a_page_can_be_made_from_a_log_of_an_older_version(depot, tmp_path):
     """Without ids, results of shots and the robot's pose estimate."""
     _, live, *_ = depot
     old = Recording()

@@ -89,7 +89,7 @@ ROBOTS = {"A": ROBOT_A, "C": ROBOT_C}
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_every_row_of_a_measured_table_scores_with_one_exit_efficiency(name: str):
+def test_every_shot_in_a_measured_table_scores_with_a_single_exit_efficiency(name: str):
     """From 1.2 m to 5.6 m, without contact with rim or net."""
     robot = ROBOTS[name]
     task = robot.task()

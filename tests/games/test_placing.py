@@ -99,7 +99,7 @@ def test_a_robot_placed_on_a_bump_stands_tilted_and_stays_there():
 
 
 @pytest.mark.parametrize("place", [(0.21, 2.2, 0.0), (2.0, 0.22, 0.0), (4.44, 7.03, 0.0)])
-def test_placing_a_robot_in_a_wall_is_refused_with_a_free_place(place):
+def test_the_error_for_a_robot_placed_in_a_wall_suggests_a_free_pose(place):
     with Match(find_game("rebuilt")) as match:
         before = match.robots[0].chassis.pose
         for way in (lambda pose: match.carry_to(0, pose), match.robots[0].reset, match.robots[0].carry_to):
@@ -120,7 +120,7 @@ def test_a_human_player_throws_only_algae_that_are_still_in_stock():
         assert match.rules.human_players.waiting_algae["red"] == 0
 
 
-def test_coral_put_down_by_people_comes_from_the_stations():
+def test_coral_placed_by_hand_is_taken_from_the_station_stock():
     with Match(find_game("reefscape")) as match:
         before = sum(match.rules.human_players.stock.values())
         match.pieces.put_down(match.pieces.spare("Coral", before), np.full((before, 2), 4.0))
@@ -159,7 +159,7 @@ def test_all_robots_can_change_sides_at_once(engine, caplog):
 
 
 @PUT_ENGINES
-def test_a_robot_is_refused_at_a_cage_and_stays_where_it_is_accepted(engine):
+def test_a_robot_cannot_be_placed_at_a_cage_and_stays_at_every_accepted_pose(engine):
     with Match(find_game("reefscape"), robots=[RobotEntry(start=(7.2, 2.0, 0.0), config=BARE)], engine=engine) as match:
         robot, taken = match.robots[0], 0
         for x in np.arange(8.0, 9.5, 0.25):
@@ -174,7 +174,7 @@ def test_a_robot_is_refused_at_a_cage_and_stays_where_it_is_accepted(engine):
         assert 3 < taken < 18
 
 
-def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
+def test_a_robot_cannot_be_placed_where_another_robot_will_be_in_the_next_tick():
     """The other robot drives at 4 m/s: 80 mm in 20 ms."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:
@@ -190,7 +190,7 @@ def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
         assert driven == pytest.approx(x - 2.0, abs=0.15) and put < 0.01, "to be put somewhere is not to drive there"
 
 
-def test_a_suggested_free_place_is_never_on_a_ramp():
+def test_a_suggested_free_pose_is_never_on_a_ramp():
     """Near the bump next to REBUILT's hub, where there is no obstacle, for a robot placed in the hub."""
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0)]) as match:
@@ -199,7 +199,7 @@ def test_a_suggested_free_place_is_never_on_a_ramp():
         assert math.dist(pose[:2], (x, y)) > 0.2 and match.world.is_flat(x, y, 0.5 * math.hypot(0.8, 0.8))
 
 
-def test_no_robot_is_placed_where_the_corner_of_a_turning_robot_will_be_in_the_next_tick():
+def test_a_robot_cannot_be_placed_where_a_turning_robots_corner_will_be_in_the_next_tick():
     """At 10 rad/s, 0.2 rad in 20 ms: a side at 0.4 m reaches 0.4 (cos a + sin a) = 0.47 m."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:

@@ -16,12 +16,12 @@ BROKE = {
 
 
 @pytest.mark.parametrize("seed", BROKE)
-def test_all_laws_hold_in_a_random_game_and_a_repeat_is_identical(seed, whole, engine_name):
+def test_a_random_game_satisfies_all_laws_and_repeats_identically(seed, whole, engine_name):
     first = random_games.play(seed, engine_name)
     if whole or seed == 7:
         assert random_games.play(seed, engine_name) == first
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_invalid_public_calls_raise_errors_and_never_break_a_tick(seed, whole, engine_name):
+def test_invalid_public_calls_raise_errors_and_the_next_tick_still_runs(seed, whole, engine_name):
     assert not random_calls.play(seed, calls=600 if whole else 100)

@@ -42,7 +42,7 @@ def test_a_hub_releases_fuel_through_one_opening_at_no_more_than_ten_a_second():
         assert left[-1] == 0 and max(a - b for a, b in zip(left, left[5:], strict=False)) <= 1
 
 
-def test_two_hundred_fuel_per_hub_are_counted_and_returned_with_red_as_blue_rotated():
+def test_each_hub_counts_and_returns_200_fuel_and_red_exits_are_blue_exits_rotated():
     """With equal random numbers in both hubs, red's exits are blue's rotated, within 1 mm after a tick."""
     empty = replace(REBUILT, staging=lambda rng, entries: [], preload=0)
     with Match(empty, options=["hub_exits"], robots=(RobotEntry(preload=0, start=(1.0, 1.0, 0.0)),)) as match:
@@ -70,7 +70,7 @@ def test_two_hundred_fuel_per_hub_are_counted_and_returned_with_red_as_blue_rota
         assert len(turned) == 200 and np.abs(turned - out["blue"]).max() < 1e-3
 
 
-def test_people_return_fuel_that_left_the_field_after_some_seconds():
+def test_fuel_that_leaves_the_field_is_returned_after_a_few_seconds():
     with RebuiltSim(options=["human_players"]) as match:
         slot = match.pieces.on_field()[:1]
         match.pieces.release(slot, np.array([[8.0, 7.9, 2.0]]))
@@ -122,7 +122,7 @@ def test_staging_counts_are_configurable_and_add_up(staging, preload, total, on_
         assert match.pieces.count(PieceStatus.FREE) == 0
 
 
-def test_game_data_follows_an_auto_started_by_a_driver_station():
+def test_game_data_depends_only_on_the_auto_started_by_the_driver_station():
     """Practice first, then a match: game data appears in teleop and depends on auto fuel of this match alone."""
     with RebuiltSim() as match:
         match.play(0.5)

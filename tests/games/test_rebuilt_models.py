@@ -42,7 +42,7 @@ def test_the_field_model_agrees_with_the_dimensions():
     assert ball.extents == pytest.approx([0.15] * 3, abs=8e-3)
 
 
-def test_the_field_model_has_tags_and_driver_stations_at_their_places():
+def test_the_field_model_has_tags_and_driver_stations_at_the_published_positions():
     """In the frame of the model: the origin is in the middle and the red wall at -x."""
     config = json.loads((FOLDER / "Field3d_SimcoreRebuilt" / "config.json").read_text())
     blue = [(8.28, -3.08), (8.28, -1.25), (8.28, 1.83)]

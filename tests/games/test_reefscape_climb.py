@@ -68,7 +68,7 @@ def test_climbs_on_deep_and_shallow_cages_hold_for_three_seconds_without_power(h
         assert abs(robot.mechanisms["climber"].velocity) < 1e-6, "friction of the gears holds it"
 
 
-def test_a_robot_that_lets_go_falls_and_does_not_count(hung):
+def test_a_robot_that_lets_go_of_its_cage_falls_and_does_not_count(hung):
     match, *_ = hung
     assert match.robots[3].climbers[0].rung is None
     assert match.robots[3].chassis.pos[2] < 0.05

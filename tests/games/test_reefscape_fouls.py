@@ -124,7 +124,7 @@ def test_g409_holding_more_than_one_coral_or_one_algae_is_a_foul(play):
     match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0 + 0.5 * n, 0.3] for n in range(3)]))
 
 
-def test_taking_a_coral_off_the_opponents_reef_grants_them_the_ranking_point(play):
+def test_taking_a_coral_off_the_opponents_reef_gives_the_opponents_the_ranking_point(play):
     """G410; a robot may take coral off its own reef."""
 
     def put_and_take(number):

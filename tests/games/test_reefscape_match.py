@@ -238,7 +238,7 @@ def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one(blu
             assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == given
 
 
-def test_leaving_requires_all_bumpers_off_the_starting_line():
+def test_a_robot_leaves_only_if_all_bumpers_are_off_the_starting_line():
     """Manual, leave points: the line is 2 in wide, up to 299.438 in; a robot may leave to either side."""
     near, far, half = inches(297.438), inches(299.438), 0.4
     with Match(REEFSCAPE, robots=FAR) as match:

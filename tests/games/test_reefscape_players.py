@@ -27,7 +27,7 @@ def _engine(engine_name, whole):
         pytest.skip("sampled: --whole plays on both engines")
 
 
-def test_six_robots_score_coral_lose_no_piece_and_repeat(whole):
+def test_six_robots_score_coral_without_losing_a_piece_and_repeat_exactly(whole):
     def look(match):
         count = match.count
         assert count.is_conserved and count.staged == 144, f"{match.time} s: {count}"
@@ -98,7 +98,7 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
 
 
 @pytest.mark.parametrize(("role", "points", "before"), [("parker:2", 2, 12.0), ("climber:3", 12, 20.0)])
-def test_parkers_and_climbers_are_in_place_as_the_match_ends(role, points, before):
+def test_parking_and_climbing_players_get_their_barge_points_at_the_end(role, points, before):
     with match_of(REEFSCAPE, {"blue": role}, at=MATCH.duration - before) as match:
         match.play(before + 3.0)
         assert match.rules.breakdown()["Blue/endGameBargePoints"] == points

@@ -51,7 +51,7 @@ def test_tags_face_outward_on_the_reef_the_stations_and_the_processor(name, off)
         assert symmetry.flip_vectors(layout.normals[rows[1:]])[0] == pytest.approx(layout.normals[rows[0]], abs=1e-3)
 
 
-def test_a_match_follows_the_welded_layout_by_default_and_another_by_name():
+def test_a_match_uses_the_welded_tag_layout_unless_another_layout_is_named():
     """The camera is between the alliance wall and the blue reef, which hides the tags on the far side."""
     assert REEFSCAPE.field.tags == "2025-welded"
     eye = CameraConfig(name="eye", type=limelight_type("LL4"), mount=CameraMount(x=0.2, z=0.4))

@@ -229,13 +229,13 @@ def played(tmp_path: Path, game: str, auto: Auto | str, *, seconds: float, allia
         ("reefscape", "three_l4", "blue", 8.0),
     ],
 )
-def test_all_outputs_of_an_auto_agree(tmp_path, game, auto, alliance, seconds):
+def test_all_outputs_of_an_auto_report_equal_figures(tmp_path, game, auto, alliance, seconds):
     told = played(tmp_path, game, auto, seconds=seconds, alliance=alliance)
     require_same(told)
     assert float(told["console"].driven) > 1.0 and (game == "reefscape" or told["console"].shots > 5)
 
 
-def test_carrying_a_robot_adds_nothing_to_its_distance(tmp_path):
+def test_moving_a_robot_by_hand_adds_nothing_to_its_driven_distance(tmp_path):
     """The battery is fresh afterwards; its lowest voltage before stays in the record."""
     depot = GAMES["rebuilt"].auto("depot")
 
@@ -296,7 +296,7 @@ def needs_robot_packages() -> None:
 
 
 @pytest.mark.slow
-def test_the_page_of_a_failed_test_agrees_with_test_and_networktables(tmp_path):
+def test_the_page_of_a_failed_test_states_the_values_seen_by_the_test_and_networktables(tmp_path):
     """Recorded ten times a second: shots begin and end between two rows, and so does the lowest battery voltage."""
     needs_robot_packages()
     project = tmp_path / "project"
@@ -321,7 +321,7 @@ def test_the_page_of_a_failed_test_agrees_with_test_and_networktables(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_sweep_row_has_consistent_figures():
+def test_the_figures_in_a_sweep_row_are_consistent():
     needs_robot_packages()
     from simcore.sweep.api import sweep
     from simcore.sweep.experiment import Experiment

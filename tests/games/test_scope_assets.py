@@ -14,7 +14,7 @@ from simcore.show.scope_layout import game_snapshot, scope_layout
 from simcore.show.view_models import load_models
 
 
-def test_a_game_without_models_gets_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
+def test_a_game_without_models_is_drawn_with_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
     """Models show the engine's elements at their places in the field frame."""
     folders = write_assets(game, tmp_path)
     assert [path.is_dir() for path in folders] == [True] * 3

@@ -92,7 +92,7 @@ def test_a_successful_run_reports_no_shortfall():
 
 
 @pytest.mark.parametrize("period", [0.02, 0.7])
-def test_log_and_page_report_the_shortfall(tmp_path, period):
+def test_the_log_and_the_page_report_the_shortfall(tmp_path, period):
     """The report comes even between two due rows; a closed sink accepts nothing more."""
     log, closed = tmp_path / "run.wpilog", MemorySink()
     sinks = [WpilogSink(log, period=period), closed]

@@ -83,7 +83,7 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul():
 
 
 @pytest.mark.parametrize("under", [[(0.0, 0.0)], [(0.3, -0.17)], [(0.02, 0.2), (0.0, -0.06), (0.3, 0.21)]], ids=str)
-def test_a_player_drives_off_the_fuel_under_its_robot(under):
+def test_a_player_frees_its_robot_from_the_fuel_underneath(under):
     """Placed on fuel, the player drives toward the robot's lower side until it stands on its wheels."""
     with played({"blue": "idle"}, at=MATCH.start("transition")) as match:
         robot, pieces = match.robots[0], match.pieces

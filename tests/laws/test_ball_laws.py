@@ -212,7 +212,7 @@ def test_a_ball_falling_on_a_turning_body_is_dragged_along_its_surface(rate):
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.07, 0.2])
-def test_a_ball_placed_inside_an_element_comes_out_without_gaining_energy(depth):
+def test_a_ball_placed_inside_an_element_leaves_the_element_without_gaining_energy(depth):
     """The ball comes out at 0.5 m/s, so after 2 s per meter of depth; one second later it rests on the element.
 
     A mass on a spring whose end moves at u is never faster than 2 u: v = u (1 - cos w t).
@@ -486,7 +486,7 @@ def test_no_ball_at_forty_meters_per_second_enters_a_field_element(game, whole):
         assert np.isfinite(balls.pos).all() and balls.is_touched.any()
 
 
-def test_foam_refuses_a_negative_stiffness():
+def test_a_negative_foam_stiffness_is_refused():
     from simcore.errors import ConfigError
 
     with pytest.raises(ConfigError, match="linear"):

@@ -259,7 +259,7 @@ def test_overlapping_robots_separate_without_gaining_energy(depth, speed):
         assert max(energies) < energies[0] + 0.01
 
 
-def test_a_robot_placed_inside_a_wall_comes_out():
+def test_a_robot_placed_inside_a_wall_leaves_the_wall():
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (0.5, 0.0, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())

@@ -34,7 +34,7 @@ def test_a_worn_wheel_reports_more_distance_than_the_robot_drives():
     assert worn.shaft_angles[0] > 0.1
 
 
-def test_onboard_loops_feed_forward_with_the_configured_constants():
+def test_onboard_loops_use_the_configured_feedforward_constants():
     """With motors 20 % stronger than the config, the same command draws less current."""
     strong = [replace(m, drive_motor=m.drive_motor.varied(kt=1.2, resistance=1.0)) for m in SQUARE.modules]
     drives = [SwerveDrive(SQUARE, built=built) for built in (None, replace(SQUARE, modules=tuple(strong)))]

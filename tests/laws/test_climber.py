@@ -59,7 +59,7 @@ def test_the_robot_stands_until_the_hook_comes_down_on_the_rung(hanging):
     assert robot.climbers[0].rung is RUNG
 
 
-def test_the_robot_lifts_itself_and_the_forces_balance(hanging):
+def test_a_climber_lifts_its_robot_and_the_forces_balance(hanging):
     """At rest the rung bears the whole weight, and the drum torque is weight times drum radius."""
     robot, world = hanging
     hook = robot.mechanisms["hook"]

@@ -31,7 +31,7 @@ def robot(slope: float = 0.0, **changes) -> DriveBench:
     return DriveBench(drive, slope=slope)
 
 
-def test_every_acceptance_figure_is_within_its_tolerance():
+def test_every_measured_drivetrain_figure_is_within_its_tolerance():
     path = Path(__file__).parents[2] / "scripts" / "drivetrain_figures.py"
     spec = importlib.util.spec_from_file_location("drivetrain_figures", path)
     assert spec is not None and spec.loader is not None

@@ -24,7 +24,7 @@ def test_a_robot_above_a_bump_is_airborne_by_the_gap_below_its_lowest_wheel() ->
     assert result.is_airborne
 
 
-def test_invalid_wheel_ground_is_refused() -> None:
+def test_ground_clearance_refuses_arrays_of_wrong_shape_and_non_finite_heights() -> None:
     with pytest.raises(ConfigError, match="shape"):
         ground_clearance(WHEELS, np.zeros(3))
     with pytest.raises(ConfigError, match="shape"):

@@ -147,6 +147,6 @@ def test_a_claw_that_takes_a_piece_out_of_a_hopper_ends_its_jam():
     assert jams[0] == 1 and jams[-1] == 0
 
 
-def test_an_unknown_belt_is_named():
+def test_the_error_names_an_unknown_belt():
     with pytest.raises(UnknownNameError, match="for a hopper"):
         robot(outlet_width=0.3, belt="spindxer")

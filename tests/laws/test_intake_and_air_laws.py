@@ -42,7 +42,7 @@ def test_aerodynamic_forces_never_add_energy(velocity, spin):
 
 @settings(max_examples=100)
 @given(rotations, vectors, vectors, vectors, st.floats(-3, 3), st.floats(0, 1.5))
-def test_a_piece_launched_at_the_muzzle_is_found_at_the_muzzle(q, pos, velocity, spin, turret, elevation):
+def test_the_launch_position_in_the_robot_frame_is_the_muzzle_offset(q, pos, velocity, spin, turret, elevation):
     """`launch_state` and `field_to_robot` use equal frames; the exit speed relative to the muzzle is as commanded."""
     rotation = q / np.linalg.norm(q)
     launch = LaunchParameters(height=0.5, forward=0.2, pivot_x=0.1, barrels=(0.08, -0.08))

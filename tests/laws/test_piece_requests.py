@@ -15,7 +15,7 @@ from simcore.world.world import PhysicsWorld
 pytestmark = pytest.mark.engines("bullet")
 
 
-def test_requests_for_pieces_are_checked_before_anything_changes():
+def test_an_invalid_request_for_pieces_changes_nothing():
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(FUEL, 4)], field_size=(16.0, 8.0))
         slots = pieces.spawn("Fuel", np.array([[2.0, 2.0, 0.075], [3.0, 2.0, 0.075]]))

@@ -151,7 +151,7 @@ def test_a_path_hardly_depends_on_the_step_length(name):
     assert turn < math.radians(1.4)
 
 
-def test_a_constant_force_moves_a_robot_by_half_a_t_squared():
+def test_a_constant_force_moves_a_robot_by_half_the_acceleration_times_time_squared():
     """x = F t^2 / 2m, yaw = M t^2 / 2I without tires. Steps of h add a h t / 2: 2 mm."""
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig())

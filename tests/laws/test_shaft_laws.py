@@ -49,7 +49,7 @@ shafts = shafts_with(LIMITS, FRICTIONS, STOPS)
 
 @settings(max_examples=200)
 @given(shafts, st.lists(st.tuples(volts, st.floats(0.0005, 0.1), st.floats(3.0, 13.0)), min_size=1, max_size=20))
-def test_energy_out_never_exceeds_energy_in_and_limits_hold(sim, orders):
+def test_a_shaft_gives_no_more_energy_than_it_takes_and_keeps_its_limits(sim, orders):
     energy_in = 0.0
     limit = sim.gearbox.stator_current_limit * sim.motors * (1.0 + 1e-9)
     for asked, dt, battery in orders:

@@ -234,7 +234,7 @@ def test_halves_that_are_split_into_different_faces_agree(quietly):
     quietly(one, two)
 
 
-def test_two_sides_of_a_wall_on_the_middle_line_are_each_others_image(quietly):
+def test_the_two_sides_of_a_wall_on_the_center_line_are_mirror_images(quietly):
     """Two back-to-back sheets on the field's middle line, each with separate vertices."""
     square = np.array([(8.0, 3, 0), (8, 5, 0), (8, 5, 1), (8, 3, 1)])
     quietly(ObjGroup("divider_a", square, ((0, 1, 2, 3),)), ObjGroup("divider_b", square, ((3, 2, 1, 0),)))

@@ -20,7 +20,7 @@ def seen(pieces: GamePieceManager, name: str) -> tuple[np.ndarray, np.ndarray]:
     return slots, np.hstack((pieces.state.pos[slots], pieces.attitudes(slots)))
 
 
-def test_published_pieces_are_those_on_the_field():
+def test_exactly_the_pieces_on_the_field_are_published():
     """At every tick of a fall, a chain of hits, and pieces that are taken and put back."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(BALL, 4), (CRATE, 2)], field_size=(16.0, 8.0))

@@ -224,7 +224,7 @@ def world():
 
 
 @pytest.mark.parametrize("dt", [0.0, -0.02, math.nan, math.inf])
-def test_a_step_that_is_not_positive_and_finite_is_refused(world, dt):
+def test_a_time_step_that_is_not_positive_and_finite_is_refused(world, dt):
     with pytest.raises(ConfigError, match="dt must be finite and > 0"):
         world.step(dt)
 

@@ -61,7 +61,7 @@ def test_an_impulse_changes_linear_and_angular_momentum(plain):
     assert not stands.vel.any() and stands.impulse[:3] == pytest.approx(impulse), "the engine moves it after the call"
 
 
-def test_a_body_moves_about_its_center_of_mass_and_a_kick_counts_from_the_start_of_a_step(plain):
+def test_a_body_turns_about_its_center_of_mass_and_an_impulse_acts_from_the_start_of_a_step(plain):
     body, _ = tumbling(plain)
     com, away = body.com.copy(), np.linalg.norm(body.pos - body.com)
     plain.drift(body, H)
@@ -100,7 +100,7 @@ def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
     assert press(0.0102, (0.0, 0.0, 0.0), key=8)[0] == pytest.approx(20.0)
 
 
-def test_a_contact_keeps_its_spring_and_a_new_contact_takes_the_oldest_place(plain):
+def test_a_contact_keeps_its_spring_and_a_new_contact_replaces_the_oldest_contact(plain):
     springs = np.zeros((1, SPRINGS), SPRING).view(np.recarray)
     for key in range(SPRINGS):
         assert plain.find_spring(springs, 0, 100 + key, 10 + key)[1]
@@ -111,7 +111,7 @@ def test_a_contact_keeps_its_spring_and_a_new_contact_takes_the_oldest_place(pla
     assert plain.find_spring(springs, 0, 105, 18)[1], "not touched in the step before"
 
 
-def test_each_touched_element_is_recorded_once_while_there_is_room(plain):
+def test_each_touched_element_is_recorded_once_until_the_list_is_full(plain):
     robot = record(ROBOT)
     for row in (3, 3, 4, *range(100)):
         plain.add_touch(robot, row)
@@ -120,7 +120,7 @@ def test_each_touched_element_is_recorded_once_while_there_is_room(plain):
     assert robot.press.tolist() == [1.0, 2.0, 3.0] and robot.twist.tolist() == [1.5, 0.0, -0.5]
 
 
-def test_the_shortest_way_out_of_a_box_is_through_its_nearest_face(plain):
+def test_the_shortest_path_out_of_a_box_is_through_its_nearest_face(plain):
     part = SimpleNamespace(bottom=0.0, top=0.2, half_length=0.4, half_width=0.3, x=0.1, y=0.0)
     third = 1.0 / math.sqrt(3.0)
     for place, wanted in (
@@ -144,7 +144,7 @@ def test_an_edge_is_clipped_at_the_faces_of_a_box(plain):
     assert plain._clip(-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, ends, 23) == 23, "no room for both ends"
 
 
-def test_several_contacts_of_a_point_get_the_load_weighted_mean_place_and_direction(plain):
+def test_several_contacts_of_a_point_have_the_load_weighted_mean_position_and_direction(plain):
     point = SimpleNamespace(load=0.0, normal=np.zeros(3), arm=np.zeros(3))
     plain._add_load(point, 30.0, 0.0, 0.0, 1.0, 0.2, 0.0, -0.1)
     plain._add_load(point, 10.0, 1.0, 0.0, 0.0, 0.4, 0.0, 0.1)

@@ -80,7 +80,7 @@ def test_a_prepared_read_only_folder_is_used(monkeypatch, tmp_path):
     assert compiled._choose_folder() == folder
 
 
-def test_a_slow_compilation_is_announced_and_timed(monkeypatch, capsys, tmp_path):
+def test_the_start_and_the_duration_of_a_slow_compilation_are_printed(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(compiled, "_said", set())
     monkeypatch.setattr(compiled, "cache_folder", tmp_path)
     with compiled.preparing("a.function_of_nobody"):
@@ -110,7 +110,7 @@ def small(folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 @pytest.mark.parametrize("content", [b"", b"half", b"\x80\x05garbage."])
-def test_a_damaged_cache_file_is_compiled_again_with_one_sentence(kind, content, tmp_path):
+def test_a_damaged_cache_file_is_compiled_again_with_a_one_sentence_message(kind, content, tmp_path):
     assert small(tmp_path).stdout == "6.0 \n"
     (file,) = tmp_path.rglob(f"*.{kind}")
     file.write_bytes(content)

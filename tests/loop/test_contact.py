@@ -26,7 +26,7 @@ INCH, POUND = 0.0254, 4.4482216
 
 
 @each(("inches", "pounds"), [(1.0, 20.6), (1.5, 42.0), (2.0, 77.0)])
-def test_foam_between_two_plates_gives_the_makers_force(inches, pounds):
+def test_foam_between_two_plates_exerts_the_force_in_the_makers_report(inches, pounds):
     """Each side of the fuel takes half of the compression; AndyMark's figures hold within 1 %."""
     assert foam_force(0.5 * inches * INCH, *FUEL.foam) == pytest.approx(pounds * POUND, rel=0.01)
 

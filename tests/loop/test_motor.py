@@ -30,7 +30,7 @@ class TestSolution:
     @each("volts", [-12.0, -3.0, 0.0, 0.05, 5.0])
     @each("a", [-80.0, -1.0, 0.0, 2.0, 60.0])
     @each("limit", [10.0, math.inf])
-    def test_the_solution_satisfies_its_own_equation(self, volts, a, limit):
+    def test_the_solved_speed_and_current_satisfy_the_shaft_equation(self, volts, a, limit):
         w, i, t0, t1 = self.solve(0.7, a, volts, limit)
         assert abs(i) <= limit
         if t1 == LOCKED:
@@ -97,7 +97,7 @@ class TestLaw:
         assert back > 4.0, "less braking torque, not more"
 
     @each(("wanted", "emf"), [(12.0, 2.0), (3.0, 6.0), (-12.0, 1.0), (6.0, -3.0), (12.0, 11.5)])
-    def test_the_torque_line_is_the_same_law_at_its_speed(self, wanted, emf):
+    def test_the_torque_line_agrees_with_the_motor_current_at_its_speed(self, wanted, emf):
         """The current of the line at the speed at which it was taken, times the torque per current."""
         w = emf / self.EMF
         *_, t0, t1 = torque_line(
@@ -127,7 +127,7 @@ class TestLaw:
 
 
 @each("z", [1e-6, 9.99e-4, 1.01e-3, 0.1, 1.0, 10.0, 500.0])
-def test_the_end_weight_makes_a_step_of_back_emf_exact(z):
+def test_the_end_weight_makes_a_step_with_back_emf_exact(z):
     """(w1 - w0) / h = -rate (w0 + weight (w1 - w0)) gives w1 = w0 exp(-rate h)."""
     weight = end_weight(0.001, z / 0.001)
     assert 0.5 <= weight < 1.0

@@ -198,7 +198,7 @@ def test_an_impulse_into_a_stop_does_not_hold_a_shaft_that_is_driven_away():
 
 
 @pytest.mark.parametrize("h", [STEP, 1e-4])
-def test_a_shaft_that_meets_its_stop_takes_the_right_charge(h):
+def test_the_charge_of_a_shaft_that_meets_its_stop_agrees_with_the_closed_form(h):
     """J w = (torque per current) x charge until it hits, then it stalls; the step of the hit counts as moving."""
     sim, box = ShaftSim(gearbox(), 0.05, upper_stop=0.3), gearbox()
     free, tau, stall = box.free_speed(12.0), sim.time_constant, box.motors * 12.0 / box.resistance

@@ -51,7 +51,7 @@ def stocks(match: Match) -> list[int]:
     return [feeder.stock for feeder in match.rules.feeders.values()]
 
 
-def test_policy_and_person_are_limited_by_the_period_of_an_action(match):
+def test_a_policy_and_a_person_act_at_most_once_per_action_period(match):
     match.control.human_action("red", "Roll")
     match.play(0.7)
     assert stocks(match) == [1, 2], "blue's policy at 0 and 0.5 s; red's person once"

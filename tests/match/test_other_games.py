@@ -24,7 +24,7 @@ from games.rebuilt import REBUILT
     [("games.py", ""), ("games/chess.py", ".chess"), ("games/__init__.py", "")],
     ids=["module", "folder", "package"],
 )
-def test_a_project_with_its_own_games_package_finds_both_packages(tmp_path, file, inside):
+def test_a_project_with_a_package_named_games_can_import_both_packages(tmp_path, file, inside):
     (tmp_path / file).parent.mkdir(exist_ok=True)
     (tmp_path / file).write_text("MINE = 7\n")
     done = subprocess.run(

@@ -128,7 +128,7 @@ def test_numpy_numbers_become_plain_numbers_in_json() -> None:
     assert (got["shots"], got["min_battery_v"], got["distance_m"]) == (5, 9.5, 0.5)
 
 
-def test_a_nan_in_the_report_is_refused_with_its_field() -> None:
+def test_the_error_names_the_report_field_that_is_nan() -> None:
     with pytest.raises(NonFiniteError, match=r"report\.tick_ms\.max"):
         report_of(tick_ms=TickTimes(median=1.0, p95=1.0, p99=1.0, max=float("nan"))).to_json()
 
@@ -177,7 +177,7 @@ def test_the_digest_of_a_known_state_is_fixed() -> None:
     assert digest(([1.0, 2.0],)) == "f2942cc692d15d574dc0dd7f6b46695441e9fedd690d3b7ce38ad1f5127d1924"
 
 
-def test_tick_times_have_percentiles() -> None:
+def test_tick_times_are_summarized_by_percentiles() -> None:
     assert TickTimes.of([k / 1000.0 for k in range(101)]) == TickTimes(
         median=pytest.approx(50.0), p95=pytest.approx(95.0), p99=pytest.approx(99.0), max=pytest.approx(100.0)
     )

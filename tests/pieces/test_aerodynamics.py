@@ -17,7 +17,7 @@ def lift_acceleration(velocity, spin, factors):
     return air_acceleration(*velocity, *spin, 0.0, factors.lift, factors.lift_saturation)
 
 
-def test_the_drag_of_fuel_over_its_weight_is_as_published():
+def test_the_drag_to_weight_ratio_of_fuel_equals_the_published_ratio():
     """0.15, 0.24 and 0.34 of the weight at 8, 10 and 12 m/s."""
     k = air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag
     speeds = np.array([8.0, 10.0, 12.0])

@@ -13,7 +13,7 @@ from simcore.world.contact_law import FoamStiffness
 from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere, centered, tube
 
 
-def test_a_shape_gives_a_piece_its_rest_height_and_its_bounding_radius():
+def test_the_shape_determines_the_rest_height_and_bounding_radius_of_a_piece():
     ball = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=1.0)
     can = GamePieceConfig(name="Can", shape=Cylinder(0.3, 0.8), mass=1.0)
     crate = GamePieceConfig(name="Crate", shape=Box((0.2, 0.4, 0.4)), mass=1.0)
@@ -34,12 +34,12 @@ def test_a_shape_gives_a_piece_its_rest_height_and_its_bounding_radius():
         ("rolling", -1.0),
     ],
 )
-def test_impossible_pieces_are_refused_with_the_field(field, value):
+def test_the_error_names_the_field_of_an_impossible_piece(field, value):
     with pytest.raises(ConfigError, match=field):
         GamePieceConfig(**{"name": "Fuel", "shape": Sphere(0.075), "mass": 0.2, field: value})
 
 
-def test_a_ball_too_stiff_for_its_mass_is_refused_with_a_valid_stiffness():
+def test_the_error_for_a_ball_too_stiff_for_its_mass_gives_a_valid_stiffness():
     """The limit is 2.5e6 N/m per kg: 1e5 N/m need 40 g, and a ping-pong ball of 2.7 g allows 6,750 N/m."""
     with pytest.raises(ConfigError, match=r"at most 6.75e\+03 N/m can be simulated, or at least 0.04 kg"):
         GamePieceConfig(name="Ping", shape=Sphere(0.02), mass=0.0027, stiffness=1e5)

@@ -75,7 +75,7 @@ def test_a_scoring_ball_clears_the_rim_at_the_front_and_back():
     assert not fly(shots([(0.0, 0.0, 5.0)])).goes_in.any()
 
 
-def test_clean_shots_are_judged_like_full_flights():
+def test_clean_shots_and_full_flights_have_equal_verdicts():
     """Shots that go in without touching the rim are the same whether or not other flights end early."""
     vel = [through(x, rise) for x in np.linspace(4.3, 5.7, 71) for rise in (2.0, 4.0)]
     all_of_them, some = fly(shots(vel), NET), fly(shots(vel), NET, clean=True)

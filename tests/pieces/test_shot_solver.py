@@ -52,7 +52,7 @@ def test_a_turning_robot_adds_the_velocity_of_its_muzzle():
         ({"speed": 200.0}, "steeper or flatter"),
     ],
 )
-def test_an_impossible_shot_raises_with_the_reason(arguments, reason):
+def test_the_error_for_an_impossible_shot_gives_the_reason(arguments, reason):
     with pytest.raises(NoShotError, match=reason) as caught:
         solve_shot((0, 0, 0.5), (4, 0, 2.5), drag=K, **arguments)
     assert (caught.value.distance, caught.value.height) == (4.0, 2.0)

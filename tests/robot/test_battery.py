@@ -69,7 +69,7 @@ def test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts():
 
 
 @each("h", [0.00125, 0.0025, 0.005])
-def test_motors_follow_a_brownout_at_heartbeats(h):
+def test_motors_stop_and_restart_at_the_heartbeat_after_a_brownout_changes(h):
     """A load that returns with the motors is on for half the time at any step.
 
     It is on until the next heartbeat and off until the following heartbeat. The tick of a brown-out reports it.
@@ -117,7 +117,7 @@ def test_a_roborio_below_4_5_volts_resets_and_boots(h):
 
 
 @each("load", [0.005, 0.02, 0.1])
-def test_currents_proportional_to_voltage_settle_as_with_a_resistor(load):
+def test_a_load_proportional_to_voltage_settles_at_the_voltage_of_a_resistor(load):
     """Currents computed from the previous voltage alone overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
     battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
     divided = 12.9 * load / (load + battery.config.resistance)

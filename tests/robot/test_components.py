@@ -28,7 +28,7 @@ def poses(rng: np.random.Generator, n: int) -> FloatArray:
     return rows
 
 
-def test_parts_follow_their_joints_and_keep_the_same_array_at_rest() -> None:
+def test_part_poses_follow_the_joints_and_stay_in_the_same_array_at_rest() -> None:
     rng = np.random.default_rng(1)
     robots = [RobotEntry(start=(2.0, y, 0.0), config=c) for y, c in ((2.0, reefscape_robot()), (5.0, rebuilt_robot()))]
     with Match(Game.bare(size=(16.0, 8.0)), robots=robots) as match:

@@ -41,7 +41,7 @@ def test_an_object_that_is_not_a_motor_is_refused():
     ("name", "torque", "amps", "rpm"),
     [("Kraken X60", 7.09, 366, 6000), ("Kraken X60 FOC", 9.37, 483, 5800), ("NEO Vortex", 3.6, 211, 6784)],
 )
-def test_the_figures_match_the_datasheet(name, torque, amps, rpm):
+def test_the_motor_constants_match_the_datasheet(name, torque, amps, rpm):
     m = motor(name)
     assert (m.stall_torque, m.stall_current) == (torque, amps)
     assert m.free_speed * 60 / math.tau == pytest.approx(rpm)
@@ -79,7 +79,7 @@ def test_a_falcon_at_4_volts_has_the_torque_of_its_dynamometer():
     limit=st.floats(5.0, 400.0),
     share=st.floats(0.0, 0.9),
 )
-def test_a_smaller_duty_never_draws_more_than_the_full_duty(volts, bus, emf, limit, share):
+def test_a_smaller_duty_cycle_never_draws_more_than_the_full_duty_cycle(volts, bus, emf, limit, share):
     """The least of (V - e) / R_winding, (V_bus - e) / R and the limit while it drives; the first while it brakes."""
     model = motor("Kraken X60")
     m = LimitedMotor.of(replace(model, supply_resistance=share * model.resistance), gearing=1.0)

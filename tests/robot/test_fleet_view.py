@@ -21,7 +21,7 @@ def settled(speed: float, angle: float) -> list[float]:
     return [round(speed, 3), round(math.remainder(angle, math.tau), 3)]
 
 
-def test_each_row_shows_the_values_that_its_robot_reports() -> None:
+def test_each_row_of_the_fleet_view_has_the_values_reported_by_its_robot() -> None:
     tank = RobotConfig(drivetrain=TankConfig())
     robots = [RobotEntry(start=(2.0, 2.0, 0.3)), RobotEntry(start=(2.0, 5.0, 0.0), config=tank)]
     robots.append(RobotEntry(start=(8.0, 4.0, 2.0)))

@@ -30,7 +30,7 @@ class TestGyro:
         ends = [math.degrees(self.run(config, seed, dt=dt)[0].yaw) for seed in range(200)]
         assert np.std(ends) == pytest.approx(2.0, rel=0.15)
 
-    def test_the_drift_is_a_constant_rate_and_no_random_walk(self):
+    def test_the_drift_is_a_constant_rate_and_not_a_random_walk(self):
         config = GyroConfig(drift_deg_per_minute=4.0)
         half, whole = (self.run(config, 3, seconds=s)[0].yaw for s in (15.0, 30.0))
         assert half != 0.0 and whole == pytest.approx(2.0 * half)

@@ -113,7 +113,7 @@ def test_a_hopper_fills_to_a_loose_packing_of_spheres(radius, least, most):
     assert np.median(np.abs(storage.hopper.vel)) < 0.01, "and they lie still"
 
 
-def test_two_intakes_share_the_places_at_an_inlet():
+def test_two_intakes_share_the_space_at_an_inlet():
     storage = Storage(StorageConfig(capacity=50, hopper=HopperConfig(outlet_width=0.4), **ROOM))
     assert storage.room_for(R) == 4
     storage.add([1, 2, 3])

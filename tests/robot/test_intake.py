@@ -19,7 +19,7 @@ def points(*rows):
     return np.array(rows, dtype=np.float64)
 
 
-def test_a_piece_counts_if_its_center_is_inside_the_box():
+def test_a_piece_is_in_the_intake_zone_if_its_center_is_inside_the_box():
     pos = points([-0.4, 0, 0.075], [-0.34, 0, 0.075], [-0.4, 0.26, 0.075], [-0.4, 0, 0.21], [-0.5, 0.25, 0.2])
     assert ZONE.contains(pos).tolist() == [True, False, False, False, True]
 

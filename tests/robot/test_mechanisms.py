@@ -47,7 +47,7 @@ def rack(**changes) -> RackSim:
     return RackSim(RackConfig(**{**dict(gearbox=BOX, mass=4.0, pinion_radius=0.012, travel=0.3), **changes}))
 
 
-def test_the_holding_volts_hold_an_arm_and_an_elevator():
+def test_the_holding_voltage_keeps_an_arm_and_an_elevator_at_rest():
     held_arm, held_elevator = arm(start_angle=0.4), elevator()
     held_arm.set_volts(held_arm.holding_volts)
     held_elevator.set_volts(held_elevator.holding_volts)
@@ -96,7 +96,7 @@ def test_an_arm_rests_on_its_stop():
     assert (resting.position, resting.velocity, resting.current) == (-1.5, 0.0, 0.0)
 
 
-def test_a_rack_goes_out_and_comes_back_between_its_stops():
+def test_a_rack_extends_and_retracts_between_its_stops():
     deploy = rack()
     deploy.set_volts(8.0)
     seen = []
@@ -143,7 +143,7 @@ def test_a_flywheel_and_a_roller_refuse_invalid_values():
         RollerConfig(gearbox=BOX, inertia=0.1, radius=0.0)
 
 
-def test_springs_carry_their_share_of_a_weight():
+def test_a_spring_carries_the_configured_fraction_of_the_weight():
     """A carriage balanced by springs stays in place; an arm balanced by half needs half the volts."""
     box = GearboxConfig(motor=motor("NEO"), motors=1, gearing=10.0)
     carriage = {"gearbox": box, "carriage_mass": 5.0, "drum_radius": 0.02, "max_height": 1.0, "start_height": 0.5}
@@ -265,7 +265,7 @@ def test_without_power_a_single_valve_returns_by_its_spring_and_a_double_valve_s
     assert after_power_loss(is_double=True) == STROKE
 
 
-def test_a_piston_stays_where_it_starts():
+def test_a_double_piston_stays_at_its_start_position():
     for start, where in ((False, 0.0), (True, STROKE)):
         piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME, is_double=True, starts_extended=start))
         piston.step(1.0)
@@ -323,7 +323,7 @@ def test_invalid_piston_and_servo_values_are_refused(build, words):
         build()
 
 
-def test_a_stalled_mechanism_has_the_torque_of_its_motor_at_part_duty():
+def test_a_stalled_falcon_at_4_volts_has_the_torque_measured_by_its_vendor():
     """A Falcon at 4 V has 2.15 N m on its vendor's dynamometer."""
     falcon = GearboxConfig(motor=motor("Falcon 500"), gearing=1.0)
     shaft = ShaftSim(falcon, inertia=1000.0)

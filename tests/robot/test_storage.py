@@ -17,7 +17,7 @@ LOW, HIGH = (-0.33, -0.30, 0.20), (0.20, 0.30, 0.50)
 
 
 @given(st.floats(0.04, 0.14), st.integers(1, 60))
-def test_places_are_inside_the_storage_and_do_not_overlap_while_there_is_room(radius, count):
+def test_positions_are_inside_the_storage_and_do_not_overlap_while_there_is_room(radius, count):
     """Balls touch at most until the storage is full; more balls overlap, and no ball is above the storage."""
     config = StorageConfig(capacity=count, low=LOW, high=HIGH)
     places = np.array([config.position(number, radius) for number in range(count)])

@@ -36,7 +36,7 @@ def test_unusual_values_give_one_warning_each_and_are_accepted(caplog):
         {"coupling_ratio": 30.0},
     ],
 )
-def test_impossible_modules_are_refused_with_the_name_of_the_value(wrong):
+def test_the_error_names_the_impossible_value_of_a_module(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         SwerveModuleConfig(**{"x": 0.2, "y": 0.2, "name": "front left", **wrong})
 

@@ -49,7 +49,7 @@ def test_a_stalled_steer_motor_keeps_its_supply_limit():
 
 
 @pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
-def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_wheel(speed, turns):
+def test_scrub_holds_the_steer_angle_of_a_wheel_at_rest_but_not_of_a_rolling_wheel(speed, turns):
     """The volts are halfway between the friction in the air and that on the carpet while nothing rolls.
 
     At 2 m/s, a patch slips by s = .01 v, and a module that steers at omega rubs it by r omega: the carpet takes r omega
@@ -75,7 +75,7 @@ def test_a_command_beyond_top_speed_is_scaled_down_and_keeps_its_direction():
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
 
 
-def test_the_stated_top_speeds_and_accelerations_match_the_motion():
+def test_the_drive_reaches_its_stated_top_speed_and_acceleration():
     for changes in ({}, {"drive_stator_limit": 60.0}, {"drive_stator_limit": 40.0}):
         drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes), height=0.0))
         robot = DriveBench(drive)
@@ -143,7 +143,7 @@ def test_a_brownout_disables_the_outputs_and_its_end_enables_them():
     assert not drive.browned_out
 
 
-def test_a_battery_at_zero_volts_is_handled_safely():
+def test_a_drive_on_a_battery_at_zero_volts_does_not_accelerate_and_draws_no_current():
     drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0)))
     drive.set_chassis_speeds(3.0, 0.0, 1.0)
     robot = DriveBench(drive)
@@ -163,7 +163,7 @@ def test_a_disabled_drive_is_neutral():
 
 
 @each("bad", [math.nan, math.inf, None, "12"])
-def test_invalid_commands_are_refused_with_the_name_of_the_module_and_change_nothing(bad):
+def test_an_invalid_command_changes_nothing_and_the_error_names_the_module(bad):
     drive = drive_of()
     drive.set_volts([6.0] * 4, [0.0] * 4)
     twin = drive_of()
@@ -228,7 +228,7 @@ def test_shorted_motors_let_a_robot_roll_down_a_ramp_slowly():
     assert -robot.vx == pytest.approx(w * 0.0508, rel=0.02, abs=0.002)
 
 
-def test_a_coupled_azimuth_turns_the_rotor_and_not_the_wheel():
+def test_a_coupled_steer_axis_turns_the_drive_rotor_and_not_the_wheel():
     drive = drive_of(coupling_ratio=3.57)
     drive.stop()
     drive.set_volts([0.0] * 4, [2.0] * 4)
@@ -343,7 +343,7 @@ def test_a_drive_can_start_with_rolling_wheels():
     assert max(map(abs, hold(drive, 0.001, (2.0, -1.0, 1.5)))) < 0.01
 
 
-def test_a_rolling_start_along_given_azimuths_has_the_speed_along_them():
+def test_a_rolling_start_with_given_steer_angles_has_wheel_speeds_along_these_angles():
     drive = drive_of()
     drive.reset(angles=[math.pi / 3] * 4, vx=2.0)
     assert drive.wheel_speeds() == pytest.approx([1.0] * 4)
@@ -378,7 +378,7 @@ def test_readings_are_the_same_for_swerve_and_tank_drives():
 # --- kinematics of the on-board loops ---------------------------------------------------------------------------------
 
 
-def test_optimize_turns_a_module_by_at_most_a_quarter():
+def test_optimize_turns_a_module_by_at_most_a_quarter_turn():
     assert optimize(2.0, 3.0, 0.0) == pytest.approx((-2.0 * math.cos(3.0 - math.pi), 3.0 - math.pi))
     assert optimize(2.0, 0.3, 4 * math.pi) == pytest.approx((2.0 * math.cos(0.3), 0.3))
 

@@ -14,7 +14,7 @@ PHOTON = f'[[camera]]\nmaker = "photonvision"\nname = "front"\n{PLACE}'
 QUEST = f'[[camera]]\nmaker = "questnav"\n{PLACE}'
 
 
-def test_one_camera_of_each_maker_is_read(read):
+def test_the_reader_accepts_a_camera_of_each_maker(read):
     robot = read(LIMELIGHT + PHOTON + "pitch_deg = -20\n" + QUEST + "yaw_deg = 180\nfps = 120\n")
     limelight, photon = robot.cameras
     assert (limelight.maker, limelight.type) == ("limelight", limelight_type("LL3G"))
@@ -25,7 +25,7 @@ def test_one_camera_of_each_maker_is_read(read):
     assert robot.headset.frame_rate == 120.0 and robot.headset.mount.yaw_deg == 180.0
 
 
-def test_a_lens_can_be_given_by_its_diagonal_field_of_view(read):
+def test_a_camera_can_be_given_by_its_diagonal_field_of_view(read):
     """f = hypot(w, h) / 2 / tan(d / 2) in pixels, equal across and down."""
     text = PHOTON + "resolution = [640, 480]\ndiagonal_fov_deg = 75.0\nfps = 20\nlatency_ms = 45\nnoise_px = 0.5\n"
     (camera,) = read(text).cameras
@@ -47,7 +47,7 @@ def test_a_limelight_can_have_another_resolution_and_rate(read):
     assert camera.pipelines[0].json
 
 
-def test_modes_are_read_as_pipelines(read):
+def test_camera_modes_are_read_as_pipelines(read):
     (camera,) = read(PHOTON + 'mode = ["pieces", "tags", "tags"]').cameras
     assert [pipeline.kind for pipeline in camera.pipelines] == ["pieces", "tags", "tags"]
 
@@ -75,7 +75,7 @@ def test_modes_are_read_as_pipelines(read):
         ("[[camera]]\nmaker = 'questnav'\nx = 0\ny = 0", "z is missing; it must be a number from 0 to 3 m"),
     ],
 )
-def test_each_mistake_in_a_camera_is_named(read, text, said):
+def test_the_error_names_each_mistake_in_a_camera(read, text, said):
     with pytest.raises(ConfigError) as error:
         read(text)
     assert said in str(error.value)

@@ -31,7 +31,7 @@ def test_the_sides_of_a_tank_drive_are_read():
     assert settings.drive == tuple(tuple(map(DeviceAddress, side)) for side in ((0, 2), (1, 3)))
 
 
-def test_dimensions_alone_describe_no_devices():
+def test_a_drivetrain_table_with_only_dimensions_describes_no_devices():
     settings = read({"drive_gearing": 5.9})
     assert not settings.has_devices and settings.measures == {"drive_gearing": 5.9}
     assert read_drivetrain(None).measures == {}
@@ -56,7 +56,7 @@ def test_the_written_table_is_read_back_unchanged():
         ({"wheels": 4}, "no key 'wheels'"),
     ],
 )
-def test_each_mistake_in_a_drivetrain_is_named(changed, words):
+def test_the_error_names_each_mistake_in_a_drivetrain(changed, words):
     data = {key: value for key, value in {**SWERVE, **changed}.items() if value is not None}
     with pytest.raises(ConfigError, match=words):
         read(data)

@@ -47,14 +47,14 @@ def play(read, tmp_path):
         match.close()
 
 
-def test_an_empty_field_has_its_size_and_nothing_on_it(play):
+def test_an_empty_field_has_the_configured_size_and_no_elements(play):
     match = play(EMPTY, 0.1)
     assert match.game.field.size == (12.0, 6.0) and match.game.field.tags == ""
     assert match.piece_positions() == {} and match.score.total == 0
     assert play('game = "none"').game.field.size == practice_field().field.size
 
 
-def test_partners_and_opponents_stand_where_the_file_puts_them(play):
+def test_partners_and_opponents_stand_at_the_poses_in_the_file(play):
     """Places are written as for a blue robot: its opponent is at the other end, rotated by half a turn."""
     match = play(EMPTY + OPPONENT + '[[partner]]\nname = "friend"\nstart = [3.0, 4.5, 0.0]\n')
     assert match.alliances == ["blue", "blue", "red"]
@@ -82,7 +82,7 @@ def test_a_script_as_a_function_or_in_steps_drives_while_robots_are_enabled(play
     assert 3.9 < match.robots[1].chassis.pose[0] < 4.6
 
 
-def test_an_auto_of_the_game_gives_its_start_and_preload(play):
+def test_a_robot_with_an_auto_of_the_game_has_its_start_pose_and_preload(play):
     match = play('[[opponent]]\nname = "a"\nauto = "depot"\n', 0.1)
     auto = REBUILT.auto("depot")
     assert match.entries[1].start == auto.start and match.entries[1].preload == auto.preload
@@ -120,13 +120,13 @@ def test_a_robot_without_a_controller_stands_still(play):
         (EMPTY + OPPONENT + OPPONENT, "[[opponent]] 'other': name is used twice"),
     ],
 )
-def test_each_mistake_in_a_further_robot_is_named(play, text, said):
+def test_the_error_names_each_mistake_in_a_further_robot(play, text, said):
     with pytest.raises(ConfigError) as error:
         play(text)
     assert said in str(error.value)
 
 
-def test_a_named_match_has_its_players_and_rules(play):
+def test_a_match_in_the_file_has_the_listed_players_and_rules(play):
     match = play('game = "rebuilt"\nmatch = "practice-2v2"\n', seconds=0.1)
     assert match.alliances == ["blue", "blue", "red", "red"] and not match.practice
     assert match.options == {option.name for option in REBUILT.options if option.in_matches}

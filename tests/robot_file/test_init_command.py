@@ -43,7 +43,7 @@ def project(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [[], MOTORS])
-def test_the_written_file_means_the_defaults_and_the_motors_found(tmp_path, motors, every):
+def test_the_written_file_is_read_as_the_defaults_and_the_motors_found(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"motors": motors, "cameras": CAMERAS}, every=every))
     settings = read_settings(path)
@@ -58,13 +58,13 @@ def test_the_file_is_short_and_has_only_active_keys():
     assert len(template({"motors": NAMED, "cameras": CAMERAS}, every=True).splitlines()) > 250
 
 
-def test_found_cameras_and_ports_are_named():
+def test_the_written_file_names_found_cameras_and_ports():
     text = template({"cameras": CAMERAS, "ports": [{"model": "DIO", "channels": [0, 1], "made_by": "Encoder"}]})
     for line in ("camera limelight-front\n", "camera rear: placed by its estimator\n", "DIO 0 1: Encoder\n"):
         assert f"# {line}" in text
 
 
-def test_the_page_of_keys_is_generated_from_the_tables():
+def test_the_keys_page_is_generated_from_the_tables():
     """If this fails, run python scripts/write_key_reference.py."""
     root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location("page", root / "scripts" / "write_key_reference.py")
@@ -95,7 +95,7 @@ NAMED = [
 ]  # fmt: skip
 
 
-def test_the_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
+def test_attribute_names_determine_the_names_and_kinds_of_mechanisms(tmp_path):
     text = template({"motors": NAMED})
     path = tmp_path / "simcore.toml"
     path.write_text(text)
@@ -120,7 +120,7 @@ def test_gitignore_covers_all_files_that_runs_leave_behind(project, capsys):
 
 
 @pytest.mark.parametrize(("code", "is_own"), [("", False), ("self.motor.sim_state.x()", True), ("rev.SparkSim", True)])
-def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, monkeypatch, code, is_own):
+def test_init_omits_motors_that_the_program_simulates_itself(project, capsys, monkeypatch, code, is_own):
     (project / "robot.py").write_text(code)
     rows = [["kind", "tank", ""], ["left", [1], ""]]
     found = {"motors": [dict(NAMED[0])], "drivetrain": {"rows": rows}}
@@ -133,7 +133,7 @@ def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, 
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
-def test_a_slow_start_of_the_program_keeps_the_findings(project, capsys, monkeypatch):
+def test_a_timeout_of_the_program_keeps_the_written_drivetrain_table(project, capsys, monkeypatch):
     """The program loaded without the file, so a timeout on a busy computer is no evidence against its table."""
     found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
     answers = iter([found, {"error": "it did not start within 180 s"}])
@@ -144,7 +144,7 @@ def test_a_slow_start_of_the_program_keeps_the_findings(project, capsys, monkeyp
 
 
 @pytest.mark.parametrize(("keys", "shown"), [([], 0), (["real", "serial_number"], 2)])
-def test_keys_that_answer_the_programs_questions_are_written_as_comments(tmp_path, keys, shown):
+def test_keys_that_satisfy_a_check_in_the_program_are_written_as_comments(tmp_path, keys, shown):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"answering_keys": keys}))
     assert len(re.findall(r"^# (?:real = false|serial_number = ).*", path.read_text(), re.MULTILINE)) == shown
@@ -196,7 +196,7 @@ def test_init_reports_why_it_could_not_write_the_file(project, capsys, monkeypat
     assert "simcore init: cannot write" in capsys.readouterr().err
 
 
-def test_a_program_that_does_not_load_gets_no_file(project, capsys):
+def test_init_writes_no_file_for_a_program_that_does_not_load(project, capsys):
     pytest.importorskip("phoenix6")
     (project / "robot.py").write_text("import no_such_package")
     assert main(["init"]) == 1
@@ -220,7 +220,7 @@ def test_a_game_that_is_installed_later_does_not_change_the_game_of_a_project(pr
     assert main(["init", "--no-look", "--force"]) == 0 and read_settings(project / "simcore.toml").game is None
 
 
-def test_every_subcommand_of_the_table_explains_itself(capsys):
+def test_every_subcommand_in_the_table_has_a_help_text(capsys):
     for name in COMMANDS:
         with pytest.raises(SystemExit) as end:
             main([name, "--help"])

@@ -134,7 +134,7 @@ def values(form, now):
     return [value for value in found if value != now]
 
 
-def test_every_key_changes_the_settings_or_is_refused_by_its_name(read):
+def test_every_key_changes_the_settings_or_is_named_in_an_error(read):
     whole = read(text(FILE))
     tried = list(cases())
     assert len(tried) > 300
@@ -176,7 +176,7 @@ def changed(tree, place, name, value):
 
 
 @each("kind", [RobotSettings, MechanismSettings, DrivetrainSettings, SensorSettings, PieceView, FurtherRobot])
-def test_every_setting_is_used_by_some_code(kind):
+def test_every_setting_is_read_by_the_code(kind):
     """Each field of the settings is read somewhere in the code."""
     package = Path(simcore.__file__).parent
     code = "\n".join(path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py")))

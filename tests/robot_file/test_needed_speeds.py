@@ -16,7 +16,7 @@ ROBOT = REBUILT.robot()
 FIXED = replace(SHOOTER, hood=None, elevation=math.radians(65.0))
 
 
-def test_the_needed_speed_is_that_of_the_parabola_without_air():
+def test_the_needed_speed_without_air_is_that_of_the_parabola():
     """At 65 degrees, v^2 = g d^2 / (2 cos^2 (d tan - h))."""
     supplies = tuple(replace(one, kind=replace(one.kind, aerodynamics=None)) for one in REBUILT.pieces)
     airless = replace(REBUILT, pieces=supplies)
@@ -45,7 +45,7 @@ def test_check_reports_the_wheel_speeds_that_the_goal_needs(tmp_path, capsys):
     assert "no [[intake]] is described: pieces are pushed, not taken in" in said
 
 
-def test_an_arm_with_limits_in_radians_is_noted(tmp_path, capsys):
+def test_check_notes_an_arm_with_limits_in_radians(tmp_path, capsys):
     arm = '[[mechanism]]\nname = "pivot"\nkind = "arm"\nleader = 3\ngearing = 50\ninertia = 0.2\n'
     (tmp_path / "simcore.toml").write_text(f"{arm}min_deg = -1.57\nmax_deg = 1.57\n")
     assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.html")]) == 0

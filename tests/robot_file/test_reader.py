@@ -77,7 +77,7 @@ def test_the_bumpers_follow_the_wheels_unless_they_are_given(read):
     assert open_behind.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0))).body.bay == (0.5, 0.3)
 
 
-def test_a_robot_has_its_number_and_its_own_model(read, tmp_path):
+def test_a_robot_has_the_number_and_the_model_in_the_file(read, tmp_path):
     with pytest.raises(
         ConfigError, match=r"\[robot\]: models must be a folder with a Robot_\.\.\. in it, but .*assets"
     ):
@@ -136,7 +136,7 @@ max_deg = 180
 """
 
 
-def test_a_robot_from_a_file_is_an_ordinary_robot(read):
+def test_the_robot_config_has_the_values_in_the_file(read):
     robot = read(WHEELS + ROLLER + INTAKE + "[robot]\ncapacity = 7\n" + SHOOTER + 'wheels = "wheels"\n')
     built = robot.robot_config(
         SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3, order="lifo")
@@ -266,7 +266,7 @@ def test_a_robot_from_a_file_is_an_ordinary_robot(read):
         ("[[camera]]\nname = 'a'\nx=0\ny=0\nz=0", "[[camera]] 'a': type is missing; it must be one of LL3, LL3A, LL3G"),
     ],
 )
-def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
+def test_the_error_names_the_table_and_the_key_of_a_mistake(read, text, said):
     with pytest.raises(ConfigError) as error:
         read(text)
     assert said in str(error.value)
@@ -283,7 +283,7 @@ def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
         ("rack", {"gearing": 1.0, "mass": 3.0, "pinion_radius": 0.02, "travel": 0.3}),
     ],
 )
-def test_a_mechanism_with_only_kind_and_motor_lists_all_its_guesses(read, kind, guessed):
+def test_a_mechanism_with_only_kind_and_motor_lists_every_assumed_value(read, kind, guessed):
     one = read(f'[[mechanism]]\nname = "one"\nkind = "{kind}"\nleader = 3\n').mechanism("one")
     assert one.guessed == pytest.approx(guessed, rel=0.05)
     assert one.guesses.startswith("gearing = 1") and one.guesses.count("=") == len(guessed)
@@ -296,7 +296,7 @@ def test_a_mechanism_with_only_kind_and_motor_lists_all_its_guesses(read, kind, 
     assert "gearing" not in said.guessed and said.with_program(5.0, 0.02).config.gearbox.gearing == 2.0
 
 
-def test_servos_and_pistons_also_list_their_guesses(read):
+def test_servos_and_pistons_list_every_assumed_value(read):
     servo = read('[[mechanism]]\nname = "one"\nkind = "servo"\npwm = 1\n').mechanism("one")
     assert servo.guesses == "min_deg = 0, max_deg = 180, deg_per_second = 400" and servo.with_program(5.0, 1.0) == servo
     assert read('[[mechanism]]\nname = "a"\nkind = "piston"\nsolenoid = 1\n').mechanism("a").guessed == {
@@ -533,7 +533,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
     assert read_settings(path).mass == 48.0
 
 
-def test_frictions_in_the_file_apply_to_any_drivetrain(read):
+def test_friction_values_in_the_file_apply_to_any_drivetrain(read):
     """They apply even to a drivetrain from CTRE's constants, in which frictions are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"

@@ -75,7 +75,7 @@ def test_each_mistake_in_a_robot_is_found(robot, said):
     assert any(said in text for text in found(robot)), found(robot)
 
 
-def test_the_current_limit_in_the_program_counts():
+def test_the_findings_use_the_current_limit_in_the_program():
     (text,) = found(hood=CodeView(stator_limit=0.5))
     assert text.startswith("hood cannot hold itself: its weight needs ") and text.endswith("at their limit of 0.5 A")
 
@@ -128,7 +128,7 @@ def test_a_wheel_reaches_95_percent_of_its_free_speed_after_three_time_constants
     assert speed_text(run.mechanism, run.speed) == f"{box.free_speed(12.0) / math.tau:.1f} turns/s"
 
 
-def test_the_reading_in_robot_code_follows_its_ratio_and_reversal():
+def test_the_reading_in_robot_code_has_the_configured_ratio_and_sign():
     """A ratio of half the gearing counts two turns per turn; reversed, the wheel turns back as the count goes up."""
     code = CodeView(ratio=1.0, reading=3.0)
     run = run_mechanism("wheel", WHEEL, code=code, reversed=True)
@@ -177,7 +177,7 @@ def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
     assert back.travel == 0.0 and back.soft_limit is None and back.stop is not None
 
 
-def test_opposite_signs_of_code_and_mechanism_are_reported():
+def test_a_reading_that_counts_against_the_motion_of_its_mechanism_is_reported():
     """An arm starts at its upper stop, and the code counts up as it goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi

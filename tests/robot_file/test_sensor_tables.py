@@ -65,7 +65,7 @@ SWITCH = '[[sensor]]\nname = "s"\nkind = "limit switch"\ndio = 3\n'
 BEAM = '[[sensor]]\nname = "b"\nkind = "beam break"\n'
 
 
-def test_a_piston_and_a_servo_are_read(read):
+def test_the_reader_accepts_a_piston_and_a_servo(read):
     robot = read(PISTON + SERVO)
     piston, servo = (build_mechanism(m.config) for m in robot.mechanisms)
     assert isinstance(piston, PistonSim) and piston.stops == (0.0, 0.2) and piston.extension == 0.2
@@ -82,7 +82,7 @@ def test_a_piston_on_a_reversed_single_solenoid_springs_out(read):
     assert piston.position == 0.2
 
 
-def test_sensors_of_several_kinds_are_read(read):
+def test_the_reader_accepts_sensors_of_several_kinds(read):
     robot = read(
         HOOD
         + LIFT
@@ -160,6 +160,6 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_travel
         ),
     ],
 )
-def test_each_mistake_in_a_sensor_or_mechanism_gives_a_clear_error(read, text, said):
+def test_the_error_names_each_mistake_in_a_sensor_or_mechanism(read, text, said):
     with pytest.raises(ConfigError, match=re.escape(said)):
         read(text)

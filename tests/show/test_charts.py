@@ -25,7 +25,7 @@ def test_curves_that_were_not_published_are_left_out() -> None:
     }
 
 
-def test_a_set_point_is_drawn_beside_the_measured_value() -> None:
+def test_a_set_point_is_drawn_with_the_measured_value() -> None:
     recording = Recording()
     for tick in range(3):
         doubles = {"ArmPositionRot": 0.1 * tick, "ArmPositionRotSetpoint": 0.5, "ArmCurrentA": 7.0}

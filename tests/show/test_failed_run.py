@@ -13,7 +13,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink
 
 
-def test_a_log_and_a_page_are_kept_and_named(tmp_path: Path) -> None:
+def test_a_failed_run_keeps_a_log_and_a_page_and_prints_their_paths(tmp_path: Path) -> None:
     left = save_failed_run(recorded(), tmp_path / "new", name="test_auto[red/3]", scene=SCENE, note="assert 3 >= 20")
     assert left.problems == ()
     assert {left.log, left.page} == set((tmp_path / "new").iterdir())
@@ -23,7 +23,7 @@ def test_a_log_and_a_page_are_kept_and_named(tmp_path: Path) -> None:
     assert DataLogReader(str(left.log)).isValid()
 
 
-def test_the_log_is_the_same_as_a_log_written_during_the_run(tmp_path: Path) -> None:
+def test_the_log_equals_a_log_written_during_the_run(tmp_path: Path) -> None:
     with WpilogSink(tmp_path / "live.wpilog", bulk_period=0.04) as sink:
         for tick in range(100):
             sink.write(snapshot(tick))
@@ -49,12 +49,12 @@ def _records(path: Path) -> list[tuple[object, ...]]:
     return sorted(found, key=repr)
 
 
-def test_a_run_without_a_scene_gets_a_bare_field(tmp_path: Path) -> None:
+def test_a_run_without_a_scene_is_drawn_on_a_bare_field(tmp_path: Path) -> None:
     left = save_failed_run(recorded(), tmp_path, name="bare")
     assert left.problems == () and left.page is not None
 
 
-def test_an_end_before_the_first_tick_is_reported(tmp_path: Path) -> None:
+def test_a_run_that_ends_before_the_first_tick_is_reported(tmp_path: Path) -> None:
     left = save_failed_run(Recording(), tmp_path / "new", scene=SCENE)
     assert "no tick was recorded" in str(left)
     assert not (tmp_path / "new").exists()
@@ -67,7 +67,7 @@ def test_a_folder_that_cannot_be_written_is_reported_without_an_error(tmp_path: 
     assert len(left.problems) == 2 and str(left).startswith("nothing of the run could be kept; no log: ")
 
 
-def test_a_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_affects_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(path: Path, *_: object, **__: object) -> None:
         path.touch()  # the file that a full disk leaves behind
         raise RuntimeError("it broke")

@@ -79,7 +79,7 @@ def test_each_second_counts_toward_exactly_one_activity(recording):
     assert red.seconds["shooting"] == pytest.approx(1.0, abs=0.03) and red.seconds["driving"] == 0.0
 
 
-def test_the_score_sheet_is_that_of_the_game(recording):
+def test_the_score_sheet_has_the_rows_of_the_game(recording):
     kept = Recording()
     for snapshot in recording.snapshots():
         rows = {"Sim/Score/Blue/hub/autoPoints": 2, "Sim/Score/Blue/foulPoints": 0}

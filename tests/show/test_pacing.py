@@ -35,7 +35,7 @@ def test_simulated_seconds_take_as_long_as_they_should(wall: Wall, speed: float)
     assert wall.now - 100.0 == pytest.approx(1.0 / speed, abs=0.003)
 
 
-def test_a_stall_is_not_caught_up_with(wall: Wall) -> None:
+def test_a_long_stall_is_not_made_up_for(wall: Wall) -> None:
     pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
     pacer.wait(0.0)
     wall.now += 10.0
@@ -99,7 +99,7 @@ def test_a_new_run_starts_its_own_time(wall: Wall) -> None:
     assert wall.now - before == pytest.approx(0.02)
 
 
-def test_thirty_frames_a_second_are_taken_out_of_fifty_ticks(wall: Wall) -> None:
+def test_a_frame_rate_of_30_takes_three_of_five_ticks_on_average(wall: Wall) -> None:
     rate, frames = FrameRate(30.0, clock=wall.clock), 0
     for _ in range(500):
         if rate.due():

@@ -47,7 +47,7 @@ def test_a_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     assert "default-src 'none'" in text and "connect-src 'none'" in text and "connect-src 'self'" in page_html("live")
 
 
-def test_frames_hold_the_places_of_pieces_and_robots_and_the_believed_pose(tmp_path: Path) -> None:
+def test_frames_contain_the_positions_of_pieces_and_robots_and_the_estimated_pose(tmp_path: Path) -> None:
     run = page(tmp_path)
     assert run.meta["end"] == 1.0 and [kind["count"] for kind in run.meta["kinds"]] == [PIECES + 1]
     for time in run.group("robots")[0]:
@@ -78,7 +78,7 @@ def test_a_box_has_its_attitude_and_pieces_without_ids_are_distinguished_by_thei
     assert seen[:, 4:] / 32767 == pytest.approx(rows[:, 3:], abs=1e-4)
 
 
-def test_a_page_holds_facts_shots_events_boards_and_charts(tmp_path: Path) -> None:
+def test_a_page_contains_facts_shots_events_boards_and_charts(tmp_path: Path) -> None:
     run = page(tmp_path, title="my run", subtitle="a note")
     assert run.meta["title"] == "my run" and run.meta["notes"] == ["a note"]
     assert run.facts["score blue"] == "4" and ["hits", "1 (50 %)"] in run.table("Shots (2)")
@@ -105,7 +105,7 @@ def test_a_name_is_shown_as_text_and_cannot_break_the_page(tmp_path: Path) -> No
     assert not [path.name for path in player.glob("*.js") if "innerHTML" in path.read_text(encoding="utf-8")]
 
 
-def test_levels_have_their_places_and_the_counts_in_each_place(tmp_path: Path) -> None:
+def test_levels_contain_their_places_and_the_counts_of_pieces_in_each_place(tmp_path: Path) -> None:
     game = Game.bare(size=SCENE.field_size, places=PLACES, robot=lambda: pytest.fail("no robot is asked for"))
     recording = Recording()
     for tick, (time, levels) in enumerate(COUNTS):
@@ -132,7 +132,7 @@ def test_levels_named_only_like_an_alliance_belong_to_no_alliance() -> None:
     assert [split_level(name) for name in ("RedL1", "Red", "Reef")] == [("red", "L1"), ("", "Red"), ("", "Reef")]
 
 
-def test_a_run_without_ticks_or_with_infinities_gets_a_page(tmp_path: Path) -> None:
+def test_a_page_is_written_for_a_run_without_ticks_or_with_infinities(tmp_path: Path) -> None:
     assert page(tmp_path, Recording()).group("robots")[1].shape == (0, 11)
     strange = recorded(3)
     numbers = {"Sim/Debug/BatteryVoltage": float("inf"), "Sim/Debug/BatteryCurrent": float("-inf")}
@@ -140,7 +140,7 @@ def test_a_run_without_ticks_or_with_infinities_gets_a_page(tmp_path: Path) -> N
     assert page(tmp_path, strange).meta["end"] == 9.0
 
 
-def test_models_that_cannot_be_read_cost_only_their_looks(tmp_path: Path) -> None:
+def test_objects_whose_models_cannot_be_read_are_drawn_as_plain_shapes(tmp_path: Path) -> None:
     folder = tmp_path / "models" / "Field3d_Broken"
     folder.mkdir(parents=True)
     (folder / "config.json").write_text('{"name": "Broken", "widthInches": 600, "heightInches": 300}')

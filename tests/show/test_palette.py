@@ -52,14 +52,14 @@ def lab(color: Color) -> Color:
     return np.array((116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])))
 
 
-def test_the_formulas_give_known_values() -> None:
+def test_the_color_formulas_give_published_values() -> None:
     assert contrast("#ffffff", "#000000") == pytest.approx(21.0)
     assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.005), "the gray that fails by a hair"
     assert lab(linear("#ff0000")) == pytest.approx((53.24, 80.09, 67.20), abs=0.05)
 
 
 @pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
-def test_texts_and_graphics_stand_out_from_their_background(theme: int) -> None:
+def test_texts_and_graphics_have_enough_contrast_with_their_background(theme: int) -> None:
     for pairs, least in ((TEXTS, 4.5), (GRAPHICS, 3.0)):
         found = {pair: contrast(*(COLORS[name][theme] for name in pair)) for pair in pairs}
         assert {pair: round(value, 2) for pair, value in found.items() if value < least} == {}

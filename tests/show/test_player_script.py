@@ -18,7 +18,7 @@ from simcore.show.run_data import run_data
 TESTS = Path(__file__).with_name("player") / "player.test.mjs"
 
 
-def test_the_reader_and_the_pure_functions_pass_their_tests_in_node(tmp_path: Path) -> None:
+def test_the_page_reader_and_pure_functions_pass_the_node_tests(tmp_path: Path) -> None:
     node = shutil.which("node")
     version = "" if node is None else subprocess.run([node, "--version"], capture_output=True, text=True).stdout
     if tuple(map(int, re.findall(r"\d+", version)[:2])) < (20, 19):

@@ -12,7 +12,7 @@ from simcore.errors import ConfigError
 from simcore.show.report import chart, headline, paragraph, report_page, series, table
 
 
-def test_a_page_holds_its_blocks_in_order_and_only_finite_numbers() -> None:
+def test_a_page_contains_its_blocks_in_order_and_only_finite_numbers() -> None:
     x = np.array([1.0, 2.0, math.inf])
     blocks = [
         headline("41 turns/s", "from 2 m"),

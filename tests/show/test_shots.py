@@ -35,7 +35,7 @@ def test_flights_and_results_are_found_by_their_ids() -> None:
         ((9.0, 3.0, 5.0), "short"),  # the flight is never so high
     ],
 )
-def test_the_side_on_which_a_miss_came_down_is_found(goal: tuple[float, float, float], side: str) -> None:
+def test_a_miss_has_the_side_of_the_goal_where_it_lands(goal: tuple[float, float, float], side: str) -> None:
     recording = Recording()
     results = {"Sim/NewestShots": np.array([1, 5, 0, 0])}
     for tick in range(60):

@@ -22,7 +22,7 @@ def corners(config, name):
     return np.concatenate([solid.vertices for found, solid in described_solids(config) if found == name])
 
 
-def test_an_intake_is_drawn_out_and_bumpers_have_their_size() -> None:
+def test_an_intake_is_drawn_extended_and_bumpers_have_the_configured_size() -> None:
     """Extended, the zone reaches 0.28 m, the rack's travel, farther to the back than stowed."""
     zone = corners(ROBOT, "intake, out")
     assert zone.min(axis=0) == pytest.approx((-0.78, -0.33, 0.0), abs=1e-6)
@@ -47,7 +47,7 @@ def test_a_robot_stands_on_its_wheels_and_its_rollers_are_in_their_zone() -> Non
     assert np.concatenate(own)[:, 0].min() == pytest.approx(zone[:, 0].min(), abs=1e-6), "out as far as the zone"
 
 
-def test_shapes_are_drawn_in_their_form() -> None:
+def test_shapes_are_drawn_with_their_dimensions() -> None:
     """A ring has its hole, a cone its two radii, a box its corners, each where it stands."""
     ring = np.concatenate([one.vertices for one in shape_solids(torus(ring_radius=0.15, tube_radius=0.025), "#fff")])
     away = np.hypot(ring[:, 0], ring[:, 1])

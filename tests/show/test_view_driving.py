@@ -32,7 +32,7 @@ def pad(x=0.0, y=0.0, turn=0.0, pressed=()):
         (("KeyS", "ShiftLeft"), -0.35, 0.0, 0.0),
     ],
 )
-def test_keys_ask_for_velocities(keys, ahead, left, turn):
+def test_pressed_keys_command_velocities(keys, ahead, left, turn):
     wants = asked(*keys)
     assert (wants.ahead, wants.left, wants.turn) == pytest.approx((ahead, left, turn))
     assert not wants.intake and wants.action is None and wants.device == "keyboard"

@@ -32,7 +32,7 @@ def importable(monkeypatch):
     monkeypatch.syspath_prepend(FOLDER)
 
 
-def test_a_row_has_the_plan_and_the_result_of_its_run():
+def test_a_row_contains_the_plan_and_the_result_of_its_run():
     plan = experiment(factors=(MASS,), seeds=(0, 1, 2), metrics=("score", "distance_m", "sweep_game:ticks"))
     found = sweep(plan, workers=0)
     assert found.columns == (
@@ -51,7 +51,7 @@ def test_a_row_has_the_plan_and_the_result_of_its_run():
     assert same(replace(found, rows=rows)) == same(found), "the order does not matter"
 
 
-def test_a_sweep_continues_where_it_stopped(tmp_path, monkeypatch):
+def test_an_interrupted_sweep_plays_only_the_missing_runs(tmp_path, monkeypatch):
     played = []
     real = workers.play_run
 

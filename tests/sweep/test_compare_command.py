@@ -35,7 +35,7 @@ def here(monkeypatch, tmp_path):
 # --- arguments --------------------------------------------------------------------------------------------------------
 
 
-def test_two_autos_of_a_game_are_compared_on_a_page_with_both(capsys):
+def test_two_autos_of_a_game_are_compared_on_a_common_page(capsys):
     """`fail` raises an error with seed 2 and is `drive` otherwise: two pairs show no clear difference."""
     assert cli.main(["compare", "drive", "fail", *SMALL, "--metric", "distance_m", "--seeds", "3"]) == 1
     said = capsys.readouterr().out
@@ -99,7 +99,7 @@ def test_the_rows_of_a_project_are_identified_by_its_content():
 # --- a page with both -------------------------------------------------------------------------------------------------
 
 
-def test_both_runs_are_in_one_recording():
+def test_a_single_recording_contains_both_runs():
     old, new = recorded(50), recorded(30)
     both = merged(old, new)
     assert both.times == pytest.approx(old.times), "as long as the longer one"

@@ -22,7 +22,7 @@ def own_metric(run):
     return 1
 
 
-def test_a_grid_combines_all_values_and_the_first_seed_comes_first():
+def test_a_grid_combines_all_values_and_plays_the_first_seed_first():
     runs = Experiment(factors=(MASS, CHARGE), seeds=(4, 9)).runs()
     assert [run.number for run in runs] == list(range(12))
     assert [run.seed for run in runs] == [4] * 6 + [9] * 6
@@ -39,7 +39,7 @@ def test_random_points_are_reproducible():
     assert all(45.0 < mass < 65.0 for mass, _ in points)
 
 
-def test_an_experiment_stays_equal_through_json():
+def test_an_experiment_read_back_from_json_is_equal():
     experiment = Experiment(
         auto="depot",
         factors=(DRAWN, CHARGE),
@@ -53,7 +53,7 @@ def test_an_experiment_stays_equal_through_json():
     assert again == experiment and again.run_keys(again.runs()) == experiment.run_keys(experiment.runs())
 
 
-def test_a_run_keeps_its_key_in_a_larger_experiment():
+def test_a_run_has_the_same_key_in_a_larger_experiment():
     few = Experiment(factors=(MASS,), seeds=(0, 1))
     more = Experiment(factors=(parse_factor("robot.mass=45,50,60"),), seeds=(0, 1, 2), timeout=9.0)
     assert set(few.run_keys(few.runs())) < set(more.run_keys(more.runs()))
@@ -64,7 +64,7 @@ def test_a_run_keeps_its_key_in_a_larger_experiment():
     assert named.run_keys(named.runs()) == few.run_keys(few.runs()), "whether or not the engine is named"
 
 
-def test_a_run_has_another_key_with_another_mesh_or_engine_package(tmp_path, monkeypatch):
+def test_the_key_of_a_run_changes_with_the_mesh_or_the_engine_package(tmp_path, monkeypatch):
     (tmp_path / "meshed_game.py").write_text("""
 from dataclasses import replace
 from pathlib import Path
@@ -87,7 +87,7 @@ GAME = replace(GAME, field=replace(GAME.field, mesh=Path(__file__).parent / "fie
     assert len({first, second, third}) == 3
 
 
-def test_a_run_has_another_key_when_the_code_of_its_project_changes(tmp_path):
+def test_the_key_of_a_run_changes_with_the_code_of_its_project(tmp_path):
     robot = tmp_path / "robot.py"
     robot.write_text("speed = 1\n")
     before = project_digest(tmp_path)

@@ -28,7 +28,7 @@ def test_lists_and_ranges_include_their_last_value(text, values):
     assert parse_factor(text).values == values
 
 
-def test_distributions_give_quantiles():
+def test_at_returns_the_quantile_of_a_distribution():
     uniform, normal = parse_factor("e=uniform(0.4,0.5)"), parse_factor("m=normal(55,2)")
     assert uniform.at(0.5) == pytest.approx(0.45) and normal.at(0.5) == pytest.approx(55.0)
     assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # one standard deviation above the mean
@@ -42,7 +42,7 @@ def test_an_unreadable_factor_is_refused(text):
         parse_factor(text)
 
 
-def test_a_factor_stays_equal_through_json():
+def test_a_factor_read_back_from_json_is_equal():
     for factor in (parse_factor("a=1,b"), Factor("m", distribution=Distribution("normal", 55.0, 2.0))):
         assert Factor.from_json(json.loads(json.dumps(asdict(factor)))) == factor
 
@@ -53,7 +53,7 @@ def test_a_factor_stays_equal_through_json():
 SETUP = RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot())
 
 
-def test_the_names_of_factors_reach_the_fields_of_the_robot():
+def test_factor_names_select_the_fields_of_the_robot():
     robot = vary(
         SETUP,
         {
@@ -88,7 +88,7 @@ def test_a_heavier_robot_keeps_its_size():
     assert vary(told, {"robot.mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
 
 
-def test_the_names_of_factors_reach_the_settings_of_a_run():
+def test_factor_names_select_the_settings_of_a_run():
     varied = vary(
         SETUP,
         {"start.y": 6.1, "auto": "neutral", "preload": 4.0, "seconds": 5.0, "alliance": "red", "scatter": 0.5,

@@ -21,7 +21,7 @@ def tired_battery():
     return made_sweep.tired_battery()
 
 
-def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
+def test_the_success_rate_is_the_fraction_of_runs_that_meet_the_condition(tired_battery):
     share = tired_battery.success("score >= 25")
     held = [row["score"] >= 25 for row in tired_battery.rows]
     assert (share.k, share.n) == (sum(held), 120) and share.lower < share.value < share.upper
@@ -32,7 +32,7 @@ def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
     assert both.k == by[0.3].k
 
 
-def test_a_run_with_an_error_is_not_a_success_and_not_in_percentiles(tired_battery):
+def test_a_run_with_an_error_is_not_a_success_and_is_excluded_from_percentiles(tired_battery):
     rows = [dict(row) for row in tired_battery.rows]
     rows[0] |= {"score": None, "error": "EngineError: no contact"}
     rows[1]["error"] = "TimeoutError"  # whatever its score is
@@ -42,7 +42,7 @@ def test_a_run_with_an_error_is_not_a_success_and_not_in_percentiles(tired_batte
     assert hurt.percentiles("score")[2] == np.median([row["score"] for row in rows[2:]])
 
 
-def test_pairing_removes_the_scatter_of_seeds(tired_battery):
+def test_pairing_removes_the_variation_between_seeds(tired_battery):
     """From a charge of 0.3 to 1.0, the score rises by 5 or 6 for each seed and mass, although luck is from -4 to 4."""
     found = tired_battery.paired("battery.charge", 0.3, 1.0, "score")
     assert found.n == 20 and found.less == 0 and 5.0 <= found.lower <= found.upper <= 6.0
@@ -57,7 +57,7 @@ def test_an_incomplete_pair_is_left_out(tired_battery):
     assert replace(tired_battery, rows=rows).paired("battery.charge", 0.3, 1.0, "score").n == 19
 
 
-def test_the_pairs_of_a_seed_count_as_their_mean():
+def test_all_pairs_of_a_seed_count_as_one_mean_difference():
     """From 0 to 1, the score rises by 1 at one value of the other factor and by 3 at the other: by 2 in each seed."""
     points = {"x": np.array([0.0, 1.0, 0.0, 1.0]), "y": np.array([0.0, 0.0, 1.0, 1.0])}
     rows = made_sweep.runs_of(points, lambda v, seed: {"score": seed + v["x"] * (1.0 + 2.0 * v["y"])}, seeds=3)
@@ -65,14 +65,14 @@ def test_the_pairs_of_a_seed_count_as_their_mean():
     assert (found.n, found.mean, found.lower, found.upper) == (3, 2.0, 2.0, 2.0)
 
 
-def test_a_run_without_the_metric_is_in_no_pair(tired_battery):
+def test_a_run_without_the_metric_is_excluded_from_pairs(tired_battery):
     rows = [{**row, "hits": None if row["seed"] == 3 or row["run"] == 0 else row["hits"]} for row in tired_battery.rows]
     hurt = replace(tired_battery, rows=rows)
     assert hurt.paired("battery.charge", 0.3, 1.0, "hits").n == 19
     assert hurt.success("hits >= 0").k == 120 - 7 and hurt.success("hits <= shots").k == 120 - 7
 
 
-def test_a_clear_difference_comes_first_despite_large_scatter_of_seeds():
+def test_a_clear_difference_is_listed_first_despite_large_variation_between_seeds():
     """One more point in each of ten pairs; another factor moves more, but up in some seeds and down in others."""
     grid = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
 
@@ -95,7 +95,7 @@ def test_the_order_of_rows_changes_nothing(tired_battery):
     assert replace(tired_battery, rows=tired_battery.rows[::-1]).rows == tired_battery.rows
 
 
-def test_unknown_names_are_refused_with_the_known_names(tired_battery):
+def test_the_error_for_an_unknown_name_lists_the_known_names(tired_battery):
     with pytest.raises(UnknownNameError, match=r"no column named 'scroe'\. Did you mean 'score'"):
         tired_battery.success("scroe >= 30")
     with pytest.raises(UnknownNameError, match=r"no factor named 'battery'\. Did you mean 'battery.charge'"):
@@ -125,7 +125,7 @@ def test_an_invalid_condition_is_refused(text):
 
 
 @given(low=st.integers(-5, 40), high=st.integers(-5, 40))
-def test_a_condition_agrees_with_python(low, high):
+def test_a_condition_has_the_truth_value_of_the_python_expression(low, high):
     condition = Condition(f"score>={low} and score < {high} and breakdown.hub shots != hits")
     assert condition.names == ("score", "breakdown.hub shots", "hits")
     for score in range(30):

@@ -15,7 +15,7 @@ from simcore.world.ball_dynamics import make_memory
 from simcore.world.rotation import from_yaw
 
 
-def test_shots_leave_as_from_the_robots_shooter() -> None:
+def test_sampled_shots_leave_with_the_velocity_and_spin_of_the_robots_shooter() -> None:
     """Place, velocity and spin equal those from `Shooter.released`, for both barrels."""
     task = ShotTask(REBUILT)
     stand = Stand(3.0, 0.4)
@@ -38,7 +38,7 @@ def test_shots_leave_as_from_the_robots_shooter() -> None:
     assert x * rows.vel[:, 1] - y * rows.vel[:, 0] == pytest.approx(0.0, abs=1e-3), "from the middle of the muzzles"
 
 
-def test_draws_have_the_spreads_of_the_scatter() -> None:
+def test_draws_have_the_standard_deviations_in_the_scatter() -> None:
     """Standard deviations of 20,000 draws are within 3 % of the configured values; their standard error is 0.5 %."""
     scatter = Scatter()
     draws = ShotDraws.of(scatter, np.random.default_rng(1), 20_000)

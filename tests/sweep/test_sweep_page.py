@@ -22,7 +22,7 @@ def results():
     return replace(results, rows=rows)
 
 
-def test_the_page_shows_the_share_of_successes_first_and_then_factors_and_metrics(results, tmp_path):
+def test_the_page_shows_the_success_rate_before_factors_and_metrics(results, tmp_path):
     page = sweep_page(results, CONDITION, tmp_path / "two words")
     head, bar, *blocks = made_sweep.blocks_of(page)
     share = results.success(CONDITION)
@@ -61,7 +61,7 @@ def test_two_variants_share_an_axis(results, tmp_path):
         assert [curve["name"] for curve in one["series"]] == ["old", "new"]
 
 
-def test_the_summary_has_differences_shares_and_percentiles(results):
+def test_the_summary_contains_differences_success_rates_and_percentiles(results):
     said = summary_text(results, CONDITION).splitlines()
     assert said[0] == "120 runs at 6 points of battery.charge, robot.mass, 20 seeds; 1 ended with an error"
     assert re.match(r"score >= 25: \d+ of 120 = \d+ % \(95 % interval \d+ to \d+ %\)$", said[2])
@@ -72,7 +72,7 @@ def test_the_summary_has_differences_shares_and_percentiles(results):
     assert said[-1] == "  TimeoutError: <b>took more than 60 s</b> (1 run)"
 
 
-def test_the_page_of_a_sweep_without_successes_shows_a_share_of_zero(tmp_path):
+def test_the_page_of_a_sweep_without_successes_shows_a_success_rate_of_zero(tmp_path):
     results = made_sweep.tired_battery()
     names = ("run", "point", "seed", "battery.charge", "robot.mass", "cpu_seconds")
     rows = [{**{name: row[name] for name in names}, "error": "ConfigError: no auto"} for row in results.rows]
@@ -83,7 +83,7 @@ def test_the_page_of_a_sweep_without_successes_shows_a_share_of_zero(tmp_path):
     assert head["text"].startswith("120 runs at 6 points")
 
 
-def test_words_are_side_by_side_and_many_values_give_a_point_for_each_run(tmp_path):
+def test_word_values_are_drawn_side_by_side_and_many_numbers_as_one_point_per_run(tmp_path):
     points = {"robot.mass": np.linspace(40.0, 60.0, 40)}
     rows = made_sweep.runs_of(points, lambda values, seed: {"score": values["robot.mass"] // 1})
     many = made_sweep.Results(rows, made_sweep.described("robot.mass"))
@@ -96,7 +96,7 @@ def test_words_are_side_by_side_and_many_values_give_a_point_for_each_run(tmp_pa
     assert over["xNames"] == ["right", "left"] and over["series"][0]["x"] == [0, 1]
 
 
-def test_each_whole_number_has_a_bar_and_all_runs_are_in_bars():
+def test_each_whole_number_has_a_bar_and_the_bars_contain_all_runs():
     assert _bin_edges(np.array([3.0, 4.0, 4.0, 7.0])).tolist() == [2.5, 3.5, 4.5, 5.5, 6.5, 7.5]
     for values in (np.full(9, 12.25), np.linspace(0.0, 1.3, 50), np.arange(1000.0), np.array([])):
         assert np.histogram(values, _bin_edges(values))[0].sum() == len(values)

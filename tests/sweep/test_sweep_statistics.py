@@ -25,7 +25,7 @@ from simcore.sweep.sweep_statistics import paired_difference, wilson_share
         (38, 50, 0.6259, 0.8570),
     ],
 )
-def test_the_interval_of_wilson_agrees_with_published_tables(k, n, lower, upper):
+def test_the_wilson_interval_agrees_with_published_tables(k, n, lower, upper):
     share = wilson_share(k, n)
     assert (share.lower, share.upper) == pytest.approx((lower, upper), abs=5e-5)
 

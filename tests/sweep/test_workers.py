@@ -57,7 +57,7 @@ def cluster(request, tmp_path):
 
 
 @pytest.mark.parametrize("cluster", [2], indirect=True)
-def test_all_kinds_of_workers_give_equal_rows(cluster, whole):
+def test_all_kinds_of_workers_return_equal_rows(cluster, whole):
     plan = experiment(factors=(parse_factor("robot.mass=45,60"),), seeds=(0, 1), metrics=("score", "distance_m"))
     plain = same(sweep(plan, workers=0))
     assert same(sweep(plan, cluster=cluster[1])) == plain

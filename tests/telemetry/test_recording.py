@@ -91,7 +91,7 @@ def test_poses_of_long_arrays_keep_their_rotation() -> None:
     assert np.array_equal(recording.array_at("few", 1.0), turned[:3])
 
 
-def test_a_jump_back_in_time_starts_a_new_run() -> None:
+def test_a_snapshot_with_an_earlier_time_starts_a_new_run() -> None:
     recording = recorded(50)
     recording.write(replace(snapshot(0), doubles={"new": 1.0}))
     assert len(recording) == 1
@@ -112,7 +112,7 @@ def test_a_second_snapshot_of_one_time_replaces_the_first() -> None:
     assert len(list(recording.snapshots())) == 3
 
 
-def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
+def test_the_recording_of_an_endless_run_keeps_its_end_and_stays_small() -> None:
     recording = recorded(1000, seconds=2.0)
     times = recording.times
     assert times[-1] == pytest.approx(20.0)

@@ -47,7 +47,7 @@ def written(path: Path, snapshots: list[Snapshot], **options: Any) -> Path:
     return path
 
 
-def test_types_and_names_are_those_of_a_networktables_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_types_and_names_equal_those_of_a_networktables_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     types, _ = read(written(tmp_path / "run.wpilog", snapshots))
     assert types == {
         "NT:/.schema/struct:Translation3d": "structschema",
@@ -69,7 +69,7 @@ def test_types_and_names_are_those_of_a_networktables_log(tmp_path: Path, snapsh
     }
 
 
-def test_schemas_are_those_of_wpimath(tmp_path: Path) -> None:
+def test_schemas_equal_those_of_wpimath(tmp_path: Path) -> None:
     geometry = pytest.importorskip("wpimath.geometry")
     from wpimath.kinematics import SwerveModuleState
     from wpiutil import wpistruct
@@ -205,7 +205,7 @@ def test_period_and_prefix_apply_to_every_key(tmp_path: Path, snapshots: list[Sn
     assert [stamp for stamp, _ in values["/Sim/Robot/Pose3d"]] == [20_000, 100_000, 200_000, 300_000, 400_000]
 
 
-def test_one_run_always_gives_the_same_file(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_two_logs_of_equal_runs_have_equal_bytes(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     one, two = written(tmp_path / "1.wpilog", snapshots), written(tmp_path / "2.wpilog", snapshots)
     assert one.read_bytes() == two.read_bytes()
 
@@ -296,7 +296,9 @@ def test_an_invalid_period_is_refused(tmp_path: Path, period: float) -> None:
         WpilogSink(tmp_path / "run.wpilog", period=period)
 
 
-def test_a_compressed_log_reads_back_the_same_even_when_cut_off(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_a_compressed_log_returns_the_same_values_even_when_truncated(
+    tmp_path: Path, snapshots: list[Snapshot]
+) -> None:
     plain, packed, cut = (tmp_path / name for name in ("a.wpilog", "b.wpilogxz", "c.wpilogxz"))
     for path in (plain, packed):
         with WpilogSink(path, **EVERY_TICK) as sink:

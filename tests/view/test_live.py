@@ -131,7 +131,7 @@ def test_many_sockets_invalid_messages_and_a_slow_reader_do_not_stop_the_server(
     assert len({number for number, message in server.taken if message is None}) == MOST_VIEWERS
 
 
-def test_a_page_that_is_behind_gets_everything_except_frames(server, monkeypatch) -> None:
+def test_a_page_that_falls_behind_is_sent_everything_except_frames(server, monkeypatch) -> None:
     class Page:
         def __init__(self, waiting: int) -> None:
             self.transport = SimpleNamespace(get_write_buffer_size=lambda: waiting)
@@ -255,7 +255,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
 
 
 @pytest.mark.slow
-def test_free_driving_counts_down_shows_no_clock_and_looks_along_the_sticks(browser) -> None:
+def test_free_driving_counts_down_shows_no_clock_and_turns_the_view_with_the_sticks(browser) -> None:
     driving = ViewDriving(("shoot",), at_once=True, is_free=True)
     view = LiveView(driving=driving)
     with Match(
@@ -333,7 +333,7 @@ def test_invalid_requests_of_a_page_are_ignored() -> None:
         view.close()
 
 
-def test_invalid_commands_of_a_page_for_the_field_never_end_the_match() -> None:
+def test_invalid_field_commands_of_a_page_never_end_the_match() -> None:
     """Arguments of another type are ignored; unknown names are refused in the next tick."""
     view = LiveView()
     try:
@@ -367,7 +367,7 @@ def first(noted, wanted):
     return next(filter(wanted, list(noted)))
 
 
-def test_a_key_shows_its_effect_in_the_next_pictures(browser) -> None:
+def test_a_pressed_key_takes_effect_in_the_next_frames(browser) -> None:
     """Measure the time from a key to the first picture with its whole effect, by stages; limit the server's part.
 
     The page notes when it sends a key and when a picture is finished, the server when it takes the message and when it

@@ -101,7 +101,7 @@ def test_a_page_does_not_overflow_on_narrow_screens(browser, run, width) -> None
 
 
 @pytest.mark.slow
-def test_the_view_from_above_and_the_solid_view_agree_with_telemetry(browser, run) -> None:
+def test_the_top_view_and_the_3d_view_agree_with_telemetry(browser, run) -> None:
     """The middle of the blue bumpers, found by its pixels, agrees to a centimeter in both views at twenty instants."""
     path, recording = run
     page = opened(browser, path, size=(1400, 800))
@@ -165,7 +165,7 @@ def test_the_view_from_above_and_the_solid_view_agree_with_telemetry(browser, ru
 
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", ["follow", "behind"])
-def test_a_following_camera_stays_between_the_walls_and_sees_the_robot(browser, run, camera) -> None:
+def test_a_following_camera_stays_between_the_walls_and_shows_the_robot(browser, run, camera) -> None:
     page = opened(browser, run[0])
     page.evaluate(f"simcore.setView('solid'); simcore.setCamera('{camera}'); 1")
     length, width = REBUILT.field.size
@@ -230,7 +230,7 @@ def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
 
 
 @pytest.mark.slow
-def test_the_ground_the_key_the_heat_map_and_the_boards_show_the_data(browser, tmp_path) -> None:
+def test_the_field_the_legend_the_heat_map_and_the_boards_show_the_recorded_data(browser, tmp_path) -> None:
     """Names are shown as texts, places with a piece are marked, and the key counts shots."""
     levels = [
         LevelLook(name="BlueTop", alliance="blue", label="Top", places=("A", "B"), is_single=True, middle=(2.0, 1.5)),

@@ -61,7 +61,7 @@ def pages(tmp_path_factory) -> dict[str, Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "figures"), [("report", 3), ("shots", 4), ("check", 1)])
-def test_every_figure_is_drawn_and_no_page_overflows(browser, pages, name, figures) -> None:
+def test_every_chart_is_drawn_and_no_page_overflows(browser, pages, name, figures) -> None:
     url = pages[name].as_uri()
     page = browser("about:blank")
     papers = set()
@@ -85,7 +85,7 @@ def test_every_figure_is_drawn_and_no_page_overflows(browser, pages, name, figur
 
 
 @pytest.mark.slow
-def test_a_share_is_a_bar_of_proportional_length(browser, pages) -> None:
+def test_a_fraction_is_drawn_as_a_bar_of_proportional_length(browser, pages) -> None:
     """The bar has three quarters of the whole width, and whiskers are at both ends of the interval."""
     page = browser(pages["report"].as_uri())
     page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.share rect')")
@@ -113,7 +113,7 @@ def test_a_robot_is_drawn_with_its_dimensions(browser, pages) -> None:
 
 
 @pytest.mark.slow
-def test_a_pointer_reads_values_and_texts_are_shown_as_texts(browser, pages) -> None:
+def test_pointing_at_a_chart_shows_values_and_texts_are_not_read_as_html(browser, pages) -> None:
     page = browser(pages["report"].as_uri())
     page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.chart .cursor')")
     read = """(() => {

@@ -15,7 +15,7 @@ def test_a_history_holds_its_end_values_outside_its_samples():
     assert history.at(0.0) == history.at(9.0)
 
 
-def test_a_history_keeps_little_more_than_two_seconds():
+def test_a_history_covers_little_more_than_two_seconds():
     history = PoseHistory()
     for k in range(1000):
         history.add(0.02 * k, (0.01 * k, 0.0, 0.0), from_yaw(0.0))
@@ -24,7 +24,7 @@ def test_a_history_keeps_little_more_than_two_seconds():
 
 
 @pytest.mark.parametrize(("time", "x"), [(1.02, 5.0), (0.5, 1.0)])
-def test_a_robot_that_was_carried_has_no_poses_in_between(time, x):
+def test_a_robot_moved_by_hand_has_no_interpolated_poses(time, x):
     """Nothing is interpolated across a jump in space, or where time runs backwards."""
     history = PoseHistory()
     history.add(1.0, (1.0, 0.0, 0.0), from_yaw(0.0))

@@ -77,7 +77,7 @@ def test_without_a_heading_megatag_2_assumes_heading_zero():
     assert math.dist(last.megatag1.position[:2], PLACE[:2]) < 0.05
 
 
-def test_a_moved_camera_sees_from_its_new_mount_and_knows_the_mount():
+def test_a_moved_camera_takes_frames_from_its_new_mount_and_reports_the_mount():
     """For the second half, it is turned to the back: it sees other tags and still finds the robot's true place."""
 
     def turn(camera, t, yaw):
@@ -104,7 +104,7 @@ def test_a_throttle_skips_frames():
 
 
 @pytest.mark.parametrize("topic", ["fiducial_id_filters_set", "priorityid"])
-def test_filters_choose_tags_and_a_priority_only_the_published_angles(topic):
+def test_filters_select_tags_and_a_priority_changes_only_the_published_angles(topic):
     def ask(camera, t, yaw):
         camera.request(CameraRequest(topic, (25.0,)), t)
 
@@ -114,7 +114,7 @@ def test_filters_choose_tags_and_a_priority_only_the_published_angles(topic):
     assert (len(last.tags) == 1) is (topic == "fiducial_id_filters_set")
 
 
-def test_a_camera_with_a_wrong_mount_gives_a_wrong_pose():
+def test_a_wrong_camera_mount_shifts_the_estimated_pose():
     """The mount is set 0.2 m ahead of its true place: the robot seems 0.2 m farther back."""
 
     def tell(camera, t, yaw):
@@ -238,7 +238,7 @@ def test_mode_1_seeds_the_imu_for_mode_2():
     assert reading.acceleration_g == pytest.approx((0.0, 0.0, 1.0))
 
 
-def test_a_heading_beyond_half_a_turn_is_interpolated_the_short_way():
+def test_a_heading_beyond_half_a_turn_is_interpolated_over_the_smaller_angle():
     source = HeadingSource(has_imu=False, drift_deg=0.0, rng=np.random.default_rng(0))
     source.tell(0.0, (179.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     source.tell(0.02, (-179.0, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -38,7 +38,7 @@ def test_corners_are_counter_clockwise_for_a_viewer_who_faces_the_tag():
     assert layout.normals[row] == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_an_unknown_name_gives_an_error_with_a_known_name():
+def test_the_error_for_an_unknown_layout_suggests_a_known_layout():
     with pytest.raises(UnknownNameError, match="Did you mean '2026-welded'"):
         official_layout("2026-weld")
 
@@ -54,7 +54,7 @@ def test_a_file_in_the_format_of_wpilib_is_read(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"tags": [{"ID": 1}], "field": {"length": 1, "width": 1}}'])
-def test_a_broken_file_is_reported_by_name(tmp_path, text):
+def test_the_error_names_a_broken_file(tmp_path, text):
     file = tmp_path / "broken.json"
     file.write_text(text)
     with pytest.raises(ConfigError, match=r"broken\.json: not a tag layout"):

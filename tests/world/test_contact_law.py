@@ -24,7 +24,7 @@ def speed_after(restitution: float, stiffness: float = math.inf) -> float:
 
 @each("restitution", [0.15, 0.3, 0.6, 0.9])
 @each("stiffness", [1e4, math.inf])
-def test_a_spring_with_its_damper_gives_the_restitution(restitution, stiffness):
+def test_a_spring_and_a_damper_produce_the_configured_restitution(restitution, stiffness):
     assert speed_after(restitution, stiffness) == pytest.approx(restitution, abs=0.05)
 
 
@@ -51,7 +51,7 @@ def test_a_contact_without_friction_and_bounce_stops_a_body_in_a_single_step():
         ("rolling", math.inf),
     ],
 )
-def test_impossible_materials_are_refused_by_name(field, value):
+def test_the_error_names_an_impossible_material(field, value):
     values = {"friction": 1.0, "restitution": 0.5, "rolling": 0.0, field: value}
     with pytest.raises(ConfigError, match=f"ICE: {field}"):
         TerrainSurface(name="ICE", **values)

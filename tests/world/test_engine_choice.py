@@ -31,7 +31,7 @@ def test_without_any_engine_the_error_names_both_ways_to_install_an_engine(monke
         choose_engine()
 
 
-def test_an_unknown_engine_gives_an_error_with_the_known_engines(monkeypatch):
+def test_the_error_for_an_unknown_engine_lists_the_known_engines(monkeypatch):
     with pytest.raises(UnknownNameError, match=r"no physics engine named 'bulet'.*'bullet', 'mujoco'"):
         PhysicsWorld(engine="bulet")
     monkeypatch.setenv(VARIABLE, "ode")

@@ -51,17 +51,17 @@ def test_surfaces_match_by_pattern_and_the_last_match_wins(path):
     assert [e.surface for e in field.elements] == [RUBBER, POLYCARBONATE, CARPET, CARPET]
 
 
-def test_a_pattern_without_a_match_gives_an_error_with_the_groups(path):
+def test_the_error_for_a_pattern_without_a_match_lists_the_groups(path):
     with pytest.raises(UnknownNameError, match=r"hub_funel.*Did you mean 'hub_funnel'.*posts"):
         FieldGeometry.load(path, surfaces={"hub_funel": RUBBER})
 
 
-def test_an_unknown_element_gives_an_error_with_the_nearest_name(path):
+def test_the_error_for_an_unknown_element_suggests_the_nearest_name(path):
     with pytest.raises(UnknownNameError, match="hub_base"):
         FieldGeometry.load(path).element("hub_bas")
 
 
-def test_the_boundary_surrounds_the_field_from_outside(path):
+def test_the_boundary_walls_are_outside_the_field(path):
     boundary = FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0)
     field = FieldGeometry.load(path, boundary=boundary, surfaces={"boundary_left": RUBBER})
     walls = {e.name: e for e in field.elements if e.name.startswith("boundary")}
@@ -88,7 +88,7 @@ def test_an_invalid_boundary_is_refused(name, value):
 
 
 @pytest.mark.parametrize("scale", [1000.0, 39.37])
-def test_a_field_in_other_units_is_refused_with_the_likely_reason(save, scale):
+def test_the_error_for_a_field_in_other_units_gives_the_likely_reason(save, scale):
     floor = trimesh.creation.box(extents=(16.5 * scale, 8.0 * scale, 1.0))
     with pytest.raises(FieldMeshError, match=r"in (millimeters \(scale it by 0\.001|inches \(scale it by 0\.0254)"):
         FieldGeometry.load(save(group("floor", floor)))
@@ -103,7 +103,7 @@ def test_a_field_in_other_units_is_refused_with_the_likely_reason(save, scale):
         (lambda p: (p - (8.0, 4.0, 0.0))[:, (0, 2, 1)] * (1, 1, -1) / 0.0254, "in inches .* with y up .* its middle"),
     ],
 )
-def test_for_a_known_field_size_the_error_names_the_export_mistake(save, place, said):
+def test_the_error_names_the_export_mistake_if_the_field_size_is_known(save, place, said):
     box = trimesh.creation.box(extents=(16.0, 8.0, 0.2))
     box.vertices = place(np.asarray(box.vertices) + np.array((8.0, 4.0, 0.1)))
     with pytest.raises(FieldMeshError, match=said):
@@ -165,7 +165,7 @@ def test_groups_that_remain_meshes_are_logged(save, caplog):
         (Compound((Part(Box((1.0, 1.0, 1.0))), Part(Box((1.0, 1.0, 1.0)), (1.0, 0.0, 0.0)))), 2.0),
     ],
 )
-def test_an_outline_covers_the_shape_from_above(shape, area):
+def test_an_outline_has_the_area_of_the_shape_seen_from_above(shape, area):
     element = FieldElement(name="x", shape=shape, position=np.array([5.0, 6.0, 7.0]))
     x, y = element.outline().T
     signed = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2
@@ -180,7 +180,7 @@ def test_the_outline_of_an_upright_triangle_is_a_line():
     assert outline == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0]]))
 
 
-def test_the_names_of_elements_must_differ():
+def test_two_elements_with_the_same_name_are_refused():
     element = FieldElement(name="wall", shape=Sphere(1.0), position=np.zeros(3))
     with pytest.raises(ConfigError, match="wall"):
         FieldGeometry((element, element))

@@ -194,7 +194,7 @@ def test_a_written_file_can_be_read_again(tmp_path):
         assert a.vertices == pytest.approx(b.vertices, abs=1e-6)
 
 
-def test_a_concave_polygon_is_triangulated_within_its_outline():
+def test_the_triangles_of_a_concave_polygon_lie_within_its_outline():
     arrow = np.array([[0.0, 0, 0], [2, 2, 0], [0, 1, 0], [-2, 2, 0]])
     for turn in range(4):
         face = tuple(np.roll(range(4), turn).tolist())

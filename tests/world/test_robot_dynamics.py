@@ -16,7 +16,7 @@ from simcore.world.world import PhysicsWorld
 CONFIG = RobotConfig(drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))
 
 
-def test_the_records_of_a_robot_keep_their_place_when_others_are_added():
+def test_the_records_of_a_robot_share_memory_with_the_loop_after_another_robot_is_added():
     """The drive of the first robot shares memory with the loop before and after a second robot comes."""
     with PhysicsWorld() as world:
         rng = np.random.default_rng(0)

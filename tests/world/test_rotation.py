@@ -34,14 +34,14 @@ def test_roll_pitch_and_yaw_agree_with_wpilib(roll, tilt, yaw):
 
 
 @given(angle, pitch, angle)
-def test_angles_stay_the_same_in_a_round_trip(roll, tilt, yaw):
+def test_angles_are_unchanged_by_conversion_to_a_quaternion_and_back(roll, tilt, yaw):
     back = q.rpy(q.from_rpy(roll, tilt, yaw))
     for got, want in zip(back, (roll, tilt, yaw), strict=True):
         assert math.remainder(got - want, math.tau) == pytest.approx(0.0, abs=1e-6)
 
 
 @given(angle)
-def test_a_rotation_by_a_yaw_has_only_this_yaw(yaw):
+def test_a_yaw_rotation_has_zero_roll_and_pitch(yaw):
     assert q.from_yaw(yaw) == pytest.approx(q.from_rpy(0.0, 0.0, yaw), abs=1e-15)
     assert math.remainder(q.yaw_of(q.from_yaw(yaw)) - yaw, math.tau) == pytest.approx(0.0, abs=1e-12)
 

@@ -83,7 +83,7 @@ def test_the_deviation_agrees_with_a_search_of_all_pairs():
     assert script._distances(points, triangles) == pytest.approx([np.linalg.norm(e, axis=1).min() for e in each])
 
 
-def test_a_missing_package_gives_an_error_with_the_way_to_install_the_package(dense, tmp_path, capsys, monkeypatch):
+def test_the_error_for_a_missing_package_gives_the_install_command(dense, tmp_path, capsys, monkeypatch):
     def gone(name):
         raise ModuleNotFoundError(f"No module named {name!r}")
 

@@ -40,7 +40,7 @@ def test_a_cylinder_is_round_and_contains_its_surface(point, inside):
     assert bool(TUBE.contains(row(*point))[0]) is inside
 
 
-def test_a_path_that_ends_on_a_face_touches_the_box():
+def test_a_path_that_ends_on_a_face_of_a_box_touches_the_box():
     assert BOX.crossed(row(0.5, 3.0, 0.5), row(1.0, 3.0, 0.5))[0]
 
 

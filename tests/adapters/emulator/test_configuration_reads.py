@@ -46,7 +46,7 @@ def test_a_flywheel_is_still_guessed_when_its_first_answers_are_lost(bench):
     assert device.configurator.asked == sorted(device.configurator.asked) and len(device.configurator.asked) == 4
 
 
-def test_a_silent_device_is_named_in_the_error(bench):
+def test_the_error_names_a_silent_device(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
     from simcore.robotcode.makers.phoenix6.talon_motor import is_configured_clockwise
 

@@ -48,7 +48,7 @@ def test_an_arcade_drive_runs_with_an_inverted_right_side_and_followers(bench):
     assert rear_right.get_velocity().value == pytest.approx(-speeds[3], rel=0.01)  # reads like its leader
 
 
-def test_velocity_closed_loops_hold_their_speed_by_volts_and_by_amperes(bench):
+def test_velocity_closed_loops_hold_their_speed_in_volts_and_in_amperes(bench):
     """VelocityClosedLoop: slot 0 for voltage and slot 1 for torque current, each with kS; then neutral."""
     from phoenix6 import configs, controls
 
@@ -73,7 +73,7 @@ def test_velocity_closed_loops_hold_their_speed_by_volts_and_by_amperes(bench):
     assert talon.get_torque_current().value == 0.0
 
 
-def test_position_closed_loops_arrive_by_volts_and_by_amperes(bench):
+def test_position_closed_loops_reach_their_goal_in_volts_and_in_amperes(bench):
     """PositionClosedLoop: go to ten turns, then brake with StaticBrake."""
     from phoenix6 import configs, controls
 
@@ -96,7 +96,7 @@ def test_position_closed_loops_arrive_by_volts_and_by_amperes(bench):
 
 
 @pytest.mark.parametrize("kind", ["MotionMagicVoltage", "MotionMagicExpoVoltage", "DynamicMotionMagicVoltage"])
-def test_motion_magic_stays_within_its_limits_and_arrives(bench, kind):
+def test_motion_magic_stays_within_its_limits_and_reaches_its_goal(bench, kind):
     """MotionMagic: a profile with cruise velocity, acceleration and jerk; its reference keeps the cruise velocity."""
     from phoenix6 import controls
 
@@ -392,7 +392,7 @@ def test_candle_requests_are_accepted(bench):
     assert lights.set_control(controls.RainbowAnimation(8, 37, slot=0)).is_ok()
 
 
-def test_a_talonfxs_drives_a_minion_only_with_its_arrangement(bench):
+def test_a_talonfxs_outputs_voltage_only_with_a_configured_motor_arrangement(bench):
     """At 20 turns/s, 3 V give the current of a Minion; without a motor arrangement the output stays 0 V."""
     from phoenix6 import controls, signals
 

@@ -34,7 +34,7 @@ def test_uninstalling_restores_the_native_side_of_the_library(bench):
         ),
     ],
 )
-def test_an_incompatible_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change, words):
+def test_an_incompatible_phoenix6_raises_an_error_of_one_sentence(bench, monkeypatch, change, words):
     from phoenix6.phoenix_native import Native
 
     from simcore.robotcode.emulator.installation import SeamError, check_seam
@@ -88,7 +88,7 @@ def test_applying_a_configuration_group_leaves_the_other_groups_unchanged(bench)
     assert back.slot1.k_p != 0.1
 
 
-def test_devices_drive_only_while_enabled_with_a_delay(bench):
+def test_output_starts_49_ms_after_enabling_and_stops_86_ms_after_disabling(bench):
     """On the wall clock, output starts 49 ms after enabling and stops 86 ms after disabling."""
     from phoenix6 import controls, unmanaged
 
@@ -212,7 +212,7 @@ REFUSALS = {
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_unmodelled_features_and_nan_values_are_refused_by_name(bench, name):
+def test_the_error_names_an_unmodelled_feature_or_a_nan_value(bench, name):
     from phoenix6 import controls
 
     from simcore.errors import NonFiniteError
@@ -222,7 +222,7 @@ def test_unmodelled_features_and_nan_values_are_refused_by_name(bench, name):
         call(bench, controls)
 
 
-def test_reported_versions_and_licences_are_those_of_the_library(bench):
+def test_reported_versions_and_licences_equal_those_of_the_library(bench):
     from phoenix6 import unmanaged
 
     talon = bench.talon()

@@ -122,7 +122,7 @@ def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_the_sign_of_its_go
 @pytest.mark.parametrize(
     ("at", "goal", "error"), [(0.9, 0.1, 0.2), (0.0, 0.5, -0.5), (3.2, 0.1, -0.1), (0.0, 2.75, -0.25)]
 )
-def test_continuous_wrap_takes_the_shorter_way_around(bench, at, goal, error):
+def test_continuous_wrap_turns_in_the_shorter_direction(bench, at, goal, error):
     from phoenix6 import controls
 
     talon = bench.talon(slot0__k_p=1.0, closed_loop_general__continuous_wrap=True)

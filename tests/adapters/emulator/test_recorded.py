@@ -74,7 +74,7 @@ def test_emulated_devices_stay_within_their_time_budget():
 
 
 @pytest.mark.parametrize("row", RECORDED["held"], ids=lambda row: f"{row['request']} {row['args']} at {row['rps']} rps")
-def test_a_held_rotor_gets_the_recorded_voltage_and_current(bench, row):
+def test_a_locked_rotor_has_the_recorded_voltage_and_current(bench, row):
     """Within a step of the simulated current sensor and the oscillation of its limiter: 3 A or 2 %."""
     from phoenix6 import controls, signals
 

@@ -70,7 +70,7 @@ def test_a_remote_encoder_is_looked_up_on_the_controllers_bus(bench, on):
     assert [t.get_position().value for t in talons] == pytest.approx([0.125, -0.25], abs=1e-3)
 
 
-def test_gyros_range_sensors_and_talonfxs_on_two_buses_are_distinguished(bench, on):
+def test_equal_ids_on_two_buses_are_separate_devices(bench, on):
     gyros = [on(bus, "Pigeon2", 1) for bus in ("rio", "canivore")]
     ranges = [on(bus, "CANrange", 1) for bus in ("rio", "canivore")]
     small = [on(bus, "TalonFXS", 1) for bus in ("rio", "canivore")]

@@ -61,7 +61,7 @@ FUEL_TIMES = [
 
 @each("winner", ["blue", "red"])
 @each(("sentence", "source", "alliance", "time", "period"), FUEL_TIMES)
-def test_fuel_counts_in_the_period_that_the_manual_gives(winner, sentence, source, alliance, time, period):
+def test_fuel_counts_in_the_periods_stated_in_the_manual(winner, sentence, source, alliance, time, period):
     made = hubs(winner)
     alliance = alliance if winner == "blue" else OTHER[alliance]
     assert made.count(alliance, time) == period, f"{sentence} ({source})"
@@ -74,7 +74,7 @@ def test_fuel_counts_in_the_period_that_the_manual_gives(winner, sentence, sourc
         assert sheet[f"{period}Points"] == 1 + own * (period == "auto")
 
 
-def test_chance_decides_a_tie_in_auto_even_without_fuel():
+def test_a_random_draw_decides_a_tie_in_auto_even_without_fuel():
     """6.4: with equal fuel FMS draws the alliance, and the draw is final."""
     for coin in ALLIANCES:
         made = hubs(None, coin)

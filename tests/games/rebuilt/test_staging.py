@@ -74,7 +74,7 @@ def test_the_fuel_of_a_depot_lies_between_its_barriers_and_the_wall(alliance):
     assert np.abs(y - DEPOT_Y).max() + reach < DEPOT_WIDTH / 2 - DEPOT_BARRIER_WIDTH
 
 
-def test_staged_places_depend_on_the_seed():
+def test_staged_positions_depend_on_the_seed():
     assert (neutral_places(400, rng(4)) == neutral_places(400, rng(4))).all()
     assert not np.array_equal(neutral_places(400, rng(4)), neutral_places(400, rng(5)))
     assert not np.array_equal(depot_places("blue", 24, rng(4)), depot_places("blue", 24, rng(5)))

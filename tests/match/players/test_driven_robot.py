@@ -112,7 +112,7 @@ def test_an_action_runs_while_its_button_is_held_and_overrides_sticks_only_if_it
         assert not match._controllers[0].is_feeding
 
 
-def test_a_person_takes_over_while_robots_may_move_and_keeps_the_robot():
+def test_a_person_takes_over_once_robots_may_move_and_keeps_control():
     clock = MatchClock([Phase("auto", 0.4, "auto"), Phase("pause", 0.4, "disabled"), Phase("teleop", 2.0)])
     game = replace(Game.bare(), clock=clock)
     played = []

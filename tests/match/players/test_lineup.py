@@ -33,7 +33,7 @@ GAME = replace(
 )
 
 
-def test_seats_are_in_the_order_of_robots_with_me_first():
+def test_a_line_up_begins_with_me_or_otherwise_with_blue():
     assert lineup(GAME, red="taker:4, waiter", blue="taker") == (
         Seat("blue", "taker", 2),
         Seat("red", "taker", 4),
@@ -58,7 +58,7 @@ def test_seats_are_in_the_order_of_robots_with_me_first():
         ("taker,", "", "no role of bare named ''"),
     ],
 )
-def test_an_invalid_line_up_is_refused_with_the_valid_choices(red, blue, problem):
+def test_the_error_for_an_invalid_line_up_lists_the_valid_choices(red, blue, problem):
     with pytest.raises(ConfigError if "role" not in problem else UnknownNameError) as caught:
         lineup(GAME, red=red, blue=blue)
     assert problem in str(caught.value)

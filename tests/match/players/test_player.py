@@ -69,7 +69,7 @@ def test_a_route_leads_out_of_an_obstacle():
     assert way[-1] == (5.0, 1.0)
 
 
-def test_the_map_distinguishes_ramps_and_free_places():
+def test_the_map_distinguishes_ramps_and_free_areas():
     routes = route_map(WALL, RAMP, drivable=("ramp",))
     assert routes.is_ramp((11.5, 4.0)) and not routes.is_ramp((10.5, 4.0))
     assert routes.is_free((11.5, 4.0)) and routes.is_free((4.0, 4.0))

@@ -18,17 +18,17 @@ FRAME = (
 RESET = "08011007522c0a2a0a1209000000000000084011000000000000f83f12140a1209333333333333e33f219a9999999999e93f"
 
 
-def test_a_frame_has_the_bytes_of_questnav():
+def test_a_frame_is_encoded_in_the_bytes_that_questnav_sends():
     frame = QuestFrame(300, 1.5, (2.5, -4.25, 0.5), (0.5, -0.5, 0.5, 0.5))  # x, y, z, w
     assert frame_message(frame).hex() == FRAME
 
 
-def test_the_state_of_the_device_has_the_bytes_of_questnav():
+def test_the_device_state_is_encoded_in_the_bytes_that_questnav_sends():
     """Newer headsets omit field 2, `currently_tracking`; older and newer libraries accept it."""
     assert device_message(87, lost=2).hex() == "0802" + "1001" + "1857"
 
 
-def test_a_response_has_the_bytes_of_questnav():
+def test_a_response_is_encoded_in_the_bytes_that_questnav_sends():
     assert response_message(7).hex() == "08071001"
     assert response_message(7, "no").hex() == "0807" + "1000" + "1a026e6f"
 

@@ -54,7 +54,7 @@ def planned(tmp_path):
     return write
 
 
-def test_a_maxswerve_is_known_by_its_ratio(tmp_path):
+def test_a_maxswerve_module_is_recognized_by_its_ratio(tmp_path):
     """pi 3 in / 4.71 m a turn, and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
     found = complete_measures(swerve(math.pi * 0.0762 / 4.71, wired=True), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measure("drive_gearing") == pytest.approx(
@@ -94,21 +94,21 @@ def test_wheel_positions_are_converted_to_meters(unit, size, half):
     assert [unit in sentence for sentence in made.differences] == [True] * (unit != "meters")
 
 
-def test_a_motor_with_foc_is_the_same_motor(planned):
+def test_a_motor_with_and_without_foc_counts_as_one_model(planned):
     """FOC is a license and not a motor, so there is nothing to report."""
     for name, count in (("Kraken X60 FOC", 0), ("Kraken X44", 1)):
         said = swerve(None, drive_motor=Measure(name, "positions"))
         assert len(complete_measures(said, RobotSettings(), planned(driveMotorType="krakenX60")).differences) == count
 
 
-def test_settings_win_over_an_implausible_distance(planned):
+def test_settings_override_an_implausible_distance(planned):
     """0.5 m a turn of the motor would be 47 m/s: it was not measured on the robot."""
     found = complete_measures(swerve(0.5), RobotSettings(), planned())
     assert (found.measure("drive_gearing"), found.measure("wheel_radius")) == (5.9, 0.048)
     assert any("odometry will be off by that much" in sentence for sentence in found.differences)
 
 
-def test_pathplanner_settings_fill_the_gaps_of_the_program(planned):
+def test_pathplanner_settings_supply_values_that_the_program_lacks(planned):
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), planned())
     assert [found.measure(n) for n in ("mass", "yaw_inertia", "wheel_cof", "wheel_radius")] == [61.0, 5.2, 1.4, 0.048]
     assert found.measure("drive_motor") == "NEO Vortex" and not found.measures["drive_motor"].is_guess

@@ -33,7 +33,7 @@ def test_the_robot_file_names_the_motor_controllers_of_the_makers():
 
 
 @needs_all
-def test_devices_that_nothing_serves_are_named_once():
+def test_each_device_without_a_maker_adapter_is_named_once():
     names = [
         *("Talon FX (v6)[1]", "Talon FX (v6)[1]/Rotor Sensor", "SPARK Flex [6] EXTERNAL ENCODER"),
         *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
@@ -61,7 +61,7 @@ class OwnMotor(Motor):
     """Device of a class that a program derives."""
 
 
-def test_devices_are_found_by_object_and_forgotten_with_it():
+def test_devices_are_found_by_object_and_dropped_when_the_object_is_deleted():
     devices = BuiltDevices()
     devices.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))
     devices.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))

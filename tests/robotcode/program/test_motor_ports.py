@@ -44,7 +44,7 @@ def swerve(**module) -> SwerveDrive:
     return SwerveDrive(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0, **module)))
 
 
-def test_swerve_volts_come_from_the_motors_and_the_motion_goes_to_every_sensor():
+def test_swerve_voltages_are_read_from_the_motors_and_every_sensor_gets_the_motion():
     """Rotors turn by the gearing times the wheel, and a steering module drags its drive rotor along by the coupling."""
     drive = swerve(coupling_ratio=3.0)
     drives, steers = [Controller(6.0) for _ in range(4)], [Controller(1.0) for _ in range(4)]
@@ -73,7 +73,7 @@ def test_swerve_volts_come_from_the_motors_and_the_motion_goes_to_every_sensor()
 
 
 @pytest.mark.parametrize(("coasts", "slows"), [(True, False), (False, True)])
-def test_zero_volts_brake_or_coast_as_the_controller_is_set(coasts, slows):
+def test_zero_volts_brake_or_coast_according_to_the_controllers_neutral_mode(coasts, slows):
     """When it brakes from 20 rad/s of the wheel, the motor carries current; when it coasts, only friction is left."""
     drive = swerve(drive_friction_volts=0.0)
     motors = [Controller(0.0, coasts) for _ in range(8)]

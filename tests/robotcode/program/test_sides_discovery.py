@@ -40,7 +40,7 @@ def test_the_name_of_a_motor_gives_its_corner(name, corner):
     assert [place for place in CORNERS if says_place(name, place)] == ([corner] if corner else [])
 
 
-def test_the_holder_gives_the_side_where_no_motor_does(monkeypatch):
+def test_the_attribute_path_gives_the_side_unless_the_motor_name_does(monkeypatch):
     monkeypatch.setattr(sides_discovery, "maker_of", lambda device: Maker())
     motors = [BuiltDevice("SPARK MAX", DeviceAddress(k), object()) for k in range(2)]
     held = {"drive.left.leader": motors[0], "drive.right.leader": motors[1]}

@@ -131,7 +131,7 @@ def test_the_command_runs_on_this_computer(tmp_path, capsys):
     assert all(row["advice"] for row in report["findings"] if row["level"] != "ok")
 
 
-def test_a_failure_gives_status_1_and_a_row_of_the_table(tmp_path, capsys):
+def test_a_failed_check_gives_exit_status_1_and_a_row_with_a_remedy(tmp_path, capsys):
     (tmp_path / "robot.py").write_text("import no_such_library")
     assert doctor.run(parsed("--no-physics", "--folder", str(tmp_path))) == 1
     said = capsys.readouterr().out

@@ -21,14 +21,14 @@ from simcore.robotcode.sim.hang_watch import HangWatch
         (0.25, 0.9, 0.25),  # it works on four processors
     ],
 )
-def test_a_check_counts_work_or_waiting(wall, work, passed):
+def test_a_check_counts_either_the_work_time_or_the_waiting_time(wall, work, passed):
     watch = HangWatch(9.0, lambda: "robot.py:3 in robotInit", io.StringIO())
     watch._count(wall, work)
     assert watch._taken == passed
 
 
 @pytest.mark.parametrize(("place", "looks"), [("robot.py:3 in robotInit", 36), ("", 360)])
-def test_code_outside_the_program_has_ten_times_the_limit(place, looks):
+def test_code_outside_the_program_may_take_ten_times_as_long(place, looks):
     watch = HangWatch(9.0, lambda: place, io.StringIO())
     for k in range(looks):
         assert not watch._is_over(), k

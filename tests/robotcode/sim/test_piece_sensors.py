@@ -48,7 +48,7 @@ def test_the_pieces_in_a_storage_are_counted_by_kind():
     assert two.look() and not cubes.look()
 
 
-def test_a_piece_takes_time_from_the_intake_unless_it_was_preloaded():
+def test_a_piece_reaches_its_sensor_after_a_delay_unless_it_was_preloaded():
     assert eye(Robot(1), delay=0.1).look()
     robot = Robot()
     sensor = eye(robot, delay=0.1)
@@ -62,7 +62,7 @@ def test_a_piece_takes_time_from_the_intake_unless_it_was_preloaded():
 
 
 @pytest.mark.parametrize("place", ["intake", "shooter"])
-def test_a_passing_piece_is_seen_while_it_passes(place):
+def test_a_sensor_detects_a_piece_only_while_the_piece_passes(place):
     robot = Robot(1)
     sensor = eye(robot, place, passing_time=3 * TICK)
     assert ticks_seen(sensor, 2) == [False, False]
