@@ -31,7 +31,7 @@ _QUANTITIES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """One line of a chart."""
+    """Curve of a chart."""
 
     label: str
     times: FloatArray
@@ -54,7 +54,7 @@ class Chart:
     unit: str
     curves: Sequence[Curve]
     limit: float | None = None
-    """Critical value, drawn as a line if the curves come near it; None without a limit."""
+    """Critical value, drawn as a line if a curve comes near the value; None without a limit."""
     limit_label: str = ""
     from_zero: bool = True
     group: str = ""
@@ -62,7 +62,7 @@ class Chart:
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
-    """Return the charts of a run, most important first, without those whose telemetry was not published."""
+    """Return the charts of a run, most important first; charts without published telemetry are left out."""
     recording, scene = track.recording, track.scene
     robots = list(enumerate(scene.robots))
     several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
@@ -120,7 +120,7 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
 
 
 def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
-    """Add the minima between recorded rows to a curve of battery voltage."""
+    """Return a battery voltage curve with the minima between recorded rows; unchanged if these were not recorded."""
     if not recording.has(f"{prefix}/Debug/BatteryVoltageLowest"):
         return curve
     lowest = recording.series(f"{prefix}/Debug/BatteryVoltageLowest")[1]
@@ -129,7 +129,10 @@ def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
 
 
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """Return the distance of each robot from its estimated pose over time, after its last placement before driving."""
+    """Return a curve of the distance [m] between each robot's true and estimated pose.
+
+    Values are NaN until the last placement of the robot before driving.
+    """
     curves = []
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
         if not (len(times) and len(at)):
@@ -185,12 +188,12 @@ def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> 
 
 
 def _name(stem: str) -> str:
-    """Return the name of a mechanism for people, from the common stem of its telemetry keys."""
+    """Return the name of a mechanism in words, from the common stem of the mechanism's telemetry keys."""
     return key_in_words(stem.rpartition("/")[2]).capitalize()
 
 
 def value_at(snapshot: Snapshot, key: str) -> float | None:
-    """Return a curve's value in a snapshot, or None if the snapshot does not have the curve's key."""
+    """Return a curve's value in a snapshot, rounded for display; None if the value is missing or not finite."""
     if key.endswith(_POSE_ERROR):
         prefix = key.removesuffix(_POSE_ERROR)
         true, believed = (snapshot.poses.get(f"{prefix}/Robot/{name}") for name in ("Pose3d", "EstimatedPose"))
@@ -200,7 +203,10 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
 
 
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
-    """Reduce a curve to the lowest and highest point of each of `buckets` parts, with hardly any visible change."""
+    """Return a curve with its end points and the lowest and highest point of each of `buckets` parts.
+
+    The curve is unchanged if it has at most two points per part.
+    """
     n = len(curve.times)
     if n <= 2 * buckets:
         return curve

@@ -23,7 +23,7 @@ def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
     """Return the content of the layout file.
 
     Args:
-        snapshot: Snapshot of the run; only keys in the snapshot get a widget.
+        snapshot: Snapshot of the run; `Sim/` keys that the snapshot does not contain have no widget.
     """
     drive = [
         _widget("Field", "SmartDashboard/Field", "Field", (0, 0, 6, 4)),
@@ -60,7 +60,7 @@ def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
 def _rows(
     widgets: list[tuple[str, str, str]], area: tuple[int, int, int], size: tuple[int, int]
 ) -> list[dict[str, Any]]:
-    """Lay out widgets of equal size row by row.
+    """Return widgets of equal size, laid out row by row.
 
     Args:
         widgets: Key, widget type and data type of each widget.

@@ -46,7 +46,7 @@ def save_failed_run(
     title: str = "",
     note: str = "",
 ) -> FailedRunFiles:
-    """Write the log and the page of a run, even after an error or before its end; this function never raises.
+    """Write the log and the page of a run, even after an error or before the end of the run, without raising errors.
 
     Args:
         recording: Recording of the run, added by `game.sinks.append(recording)` before the first tick.
@@ -117,7 +117,7 @@ def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
 
 
 def safe_name(name: str) -> str:
-    """Convert any text to a file name that is valid on every operating system.
+    """Convert any text to a file name that is valid on every operating system, cut to about 100 characters.
 
     >>> safe_name("test_auto[red/3] äöü?")
     'test_auto_red_3_äöü'

@@ -137,10 +137,10 @@ class FrameLayout:
         }
 
     def frames(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
-        """Return the frames of a recording for a page.
+        """Return the frames of a recording for a page, thinned out if the recording is long.
 
         Returns:
-            Times [s], shape (n,), and frames, shape (n, width), of each group.
+            Times [s], shape (n,), and frames, shape (n, width), of each group that has columns.
         """
         times = recording.times
         at = _picked(times, _PERIODS[0], _MOST_ROBOTS)
@@ -165,7 +165,12 @@ class FrameLayout:
         return _short(rows).ravel()
 
     def _piece_row(self, snapshot: Snapshot, stands: FloatArray) -> Rows:
-        """Return the row of the group `pieces`, with the robots at poses of shape (robots, 7)."""
+        """Return the row of the group `pieces`; an absent piece keeps the position in the previous row.
+
+        Args:
+            snapshot: Snapshot with the poses of the pieces.
+            stands: Poses of the robots, NaN where unknown, shape (robots, 7).
+        """
         row, first = self._before.copy(), 0
         for kind in self.kinds:
             width = 4 if kind.is_round else 8
@@ -233,7 +238,7 @@ _NONE, _NONE_HELD = np.empty((0, 7)), np.empty(0, dtype=np.int64)
 
 
 def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -> None:
-    """Write poses and states into the columns of pieces, without poses that are not finite or have no row."""
+    """Write poses and states into the columns of pieces, skipping poses that are not finite or have no row."""
     rows, poses = rows[: len(poses)], poses[: len(rows)]
     is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
     rows, poses = rows[is_there], poses[is_there]
@@ -244,7 +249,7 @@ def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -
 
 
 def _put_held(mine: Rows, kind: PieceKind, snapshot: Snapshot, stands: FloatArray) -> None:
-    """Write the pieces held by robots, each in the frame of the nearest robot.
+    """Write the pieces held by robots, each in the frame of the nearest robot; write nothing without a robot's pose.
 
     Args:
         mine: Columns of the pieces of this kind.

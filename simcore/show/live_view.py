@@ -30,7 +30,7 @@ from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 __all__ = ["LiveView"]
 
 _FRAMES, _STATES = 60.0, 10.0  # [1/s]; largest rates by the wall clock
-_PREVIEW_TIME = 0.004  # [s]; largest share of a tick's spare time for shot previews
+_PREVIEW_TIME = 0.004  # [s]; largest wall time per tick for shot previews
 _PREVIEW_TICKS = 5  # a late run still spends some time on previews every this many ticks
 _MARK = 0.15 * np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))])
 
@@ -92,7 +92,7 @@ class LiveView:
             time.sleep(0.05)
 
     def after_tick(self, match: Match, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Carry out the pages' commands, and wait until the next tick is due at the selected speed."""
+        """Update shot previews, carry out the pages' commands, and wait until the next tick is due."""
         if match is not self._match:
             self._begin(match)
         self._work_on_preview(match)
@@ -113,12 +113,12 @@ class LiveView:
         return self._restart is not None
 
     def restart(self, seed: int) -> None:
-        """Request a new run with this seed."""
+        """Request a new run with a seed (at least 0), and end a pause."""
         self.pacer.paused = False
         self._restart = max(0, seed)
 
     def next_seed(self, recording: Recording, *, should_stop: Callable[[], bool] = lambda: False) -> int | None:
-        """Show the result of a run and wait for a restart.
+        """Show the result of a run on the pages and wait for a restart.
 
         Returns:
             Seed of the next run, or None if `should_stop` returns True first.
@@ -137,7 +137,10 @@ class LiveView:
         return self._seed
 
     def show(self, snapshot: Snapshot, *, now: bool = False) -> None:
-        """Send a snapshot to all pages, and several times a second the values for their score boards and charts."""
+        """Send a snapshot to all pages, and at most ten times a second the values for score boards and charts.
+
+        With `now`, these values are sent with any snapshot.
+        """
         if self._layout is None or self._scene is None:
             return
         groups = self._layout.frame(snapshot).values()
@@ -244,7 +247,7 @@ class LiveView:
             self._asked.put(message)
 
     def _act(self, match: Match | None) -> bool:
-        """Carry out the queued commands, ignoring invalid ones; return whether any of them acted on the field."""
+        """Carry out the queued commands, ignoring invalid commands; return whether a command acted on the field."""
         has_acted = False
         while not self._asked.empty():
             message = self._asked.get()

@@ -69,7 +69,9 @@ def write_log_page(
 
 
 def recording_of(log: TelemetryLog) -> Recording:
-    """Resample the `Sim/` and `Robot/` columns of a log at 50 Hz; robot code's other columns are left out.
+    """Return the `Sim/` and `Robot/` columns of a log, resampled at 50 Hz; other columns are left out.
+
+    If nothing was logged for over a minute, the recording contains only the part of the log with the most time stamps.
 
     Raises:
         LogError: If the log has neither a simulated robot nor simulated pieces.
@@ -97,7 +99,10 @@ def recording_of(log: TelemetryLog) -> Recording:
 
 
 def _longest_part(log: TelemetryLog) -> tuple[float, float]:
-    """Return the start and end of a log's longest part without a gap of more than `_LONGEST_GAP` [s]."""
+    """Return the start and end [s] of the part with the most time stamps between gaps of over `_LONGEST_GAP`.
+
+    A message tells the user if other parts are left out.
+    """
     start, end = log.span
     times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
     times = times[(times >= start) & (times <= end)]
@@ -127,14 +132,14 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
 
 
 def game_of_log(log: TelemetryLog) -> str | None:
-    """Return the name of the game in a log, or None if no such game is installed."""
+    """Return the name of the game in a log, or None if the log names no game or the game is not installed."""
     column = log.columns.get("Sim/Match/Game")
     name = str(column.value(len(column) - 1)) if column is not None and len(column) else None
     return None if known_game(name) is None else name
 
 
 def recorded_game(recording: Recording) -> str | None:
-    """Return the name of the game in a recording, or None if the recording does not contain it."""
+    """Return the name of the game in a recording, or None if the recording names no game."""
     if "Sim/Match/Game" not in recording.keys:
         return None
     return recording.strings("Sim/Match/Game")[1][-1]

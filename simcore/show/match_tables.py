@@ -129,7 +129,10 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
 
 
 def score_sheet(recording: Recording) -> list[list[Cell]]:
-    """Return rows of the final score by item, with values of blue and red, without items that are zero for both."""
+    """Return a row per scored item with the final values of blue and red, then a row of total scores.
+
+    Items that are zero for both alliances are left out; the sheet is empty without any other item.
+    """
     rows: dict[str, list[Cell]] = {}
     for column, alliance in enumerate(("Blue", "Red"), 1):
         head = f"Sim/Score/{alliance}/"
@@ -155,7 +158,7 @@ def verdict(track: RunTrack) -> str:
 
 
 def _alliances(track: RunTrack) -> list[str]:
-    """Return the last alliance of each robot; empty if the recording has none."""
+    """Return each robot's alliance at the end of the run; an empty text if no alliance was recorded."""
     recording = track.recording
     keys = [f"{robot.prefix}/Robot/IsRed" for robot in track.scene.robots]
     return [("red" if recording.series(key)[1][-1] else "blue") if recording.has(key) else "" for key in keys]

@@ -39,7 +39,7 @@ class Pacer:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds per second of wall time [-]; any thread may change it at any time."""
+        """Simulated seconds per second of wall time [-]; any thread may set the speed at any time."""
         return self._speed
 
     @speed.setter
@@ -57,7 +57,7 @@ class Pacer:
         return (last - first) / (end - start) if end > start + 0.2 * _MEASURED else None
 
     def spare(self, simulated: float) -> float:
-        """Return the wall time until a simulated time [s] is due [s]; 0 if it is already due, 1 while paused."""
+        """Return the wall time until a simulated time [s] is due [s]; 0 if the time has passed, 1 while paused."""
         if self.paused:
             return 1.0
         if self._anchor is None:
@@ -65,7 +65,10 @@ class Pacer:
         return max(0.0, self._anchor[0] + (simulated - self._anchor[1]) / self._speed - self._clock())
 
     def wait(self, simulated: float, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Wait until a simulated time [s] is due or `should_stop` returns True."""
+        """Wait until a simulated time [s] is due and the run is not paused, or until `should_stop` returns True.
+
+        A run that is more than 0.25 s late continues at the set speed without making up for the delay.
+        """
         self._measure(simulated)
         while not should_stop():
             if self.paused:

@@ -62,7 +62,9 @@ def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"")
 
 
 def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
-    """Return a page around a body, with the player's script; a page without blocks may connect to its server.
+    """Return a page around a body, with the player's script.
+
+    A page without blocks may connect to the server that sent the page; other pages may make no connections.
 
     Args:
         title: Heading, and title of the browser tab.

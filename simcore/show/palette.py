@@ -41,7 +41,7 @@ graphics 3 : 1), and that color-blind readers can tell hits from misses and blue
 
 
 def color(name: str) -> str:
-    """Return the CSS value of a color.
+    """Return the CSS value of a color in `COLORS`.
 
     >>> color("hit")
     'var(--hit)'
@@ -51,7 +51,7 @@ def color(name: str) -> str:
 
 
 def css_variables() -> str:
-    """Return CSS that defines all colors, light or dark by the reader's system setting."""
+    """Return CSS that defines all colors: light or dark by the reader's system setting, light in print."""
     light, dark = ("".join(f"--{name}:{pair[k]};" for name, pair in COLORS.items()) for k in (0, 1))
     return (
         f":root{{color-scheme:light dark;{light}}}\n"
@@ -71,7 +71,7 @@ def tint(name: str) -> tuple[str, str]:
 
 
 def rgb(hexadecimal: str) -> tuple[int, int, int]:
-    """Return red, green and blue of a color as whole numbers from 0 to 255.
+    """Convert a color `#rrggbb` to red, green and blue, 0 to 255.
 
     >>> rgb("#0e8a43")
     (14, 138, 67)
@@ -80,7 +80,7 @@ def rgb(hexadecimal: str) -> tuple[int, int, int]:
 
 
 def shade(hexadecimal: str, part: float) -> str:
-    """Scale a color's brightness.
+    """Multiply red, green and blue of a color `#rrggbb` by a factor.
 
     >>> shade("#804020", 0.5)
     '#402010'

@@ -37,7 +37,7 @@ __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
-"""Name of the auto in which the robot stands still until a person drives it from the page."""
+"""Name of the auto in which the robot stands still until a person drives from the page."""
 _FREE = 3600.0  # [s]; longest time that a person may drive
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Add a flag for each option of the played game, if the command line uses any or asks for help.
+    """Add a flag for each option of the played game, if the command line has unknown words or asks for a game's help.
 
     Args:
         parser: Parser of the command.
@@ -103,7 +103,7 @@ def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str])
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command and return the exit status: 0 after a run, 2 if printing fails, 130 if interrupted.
+    """Run the command and return the exit status: 0 for success, 2 if printing fails, 130 if interrupted.
 
     Raises:
         SimcoreError: If the command cannot be carried out.
@@ -232,7 +232,7 @@ def _is_free(options: argparse.Namespace, game: Game) -> bool:
 
 
 def _freely(match: PlayedMatch, alliance: Alliance) -> Controller:
-    """Enable the robots in teleop for the whole run; the controller itself does nothing."""
+    """Enable the robots for the whole run, in teleop if the match has it; return a controller that does nothing."""
     match.timer.follow_driver_station()
     if any(phase.mode == "teleop" for phase in match.timer.clock.phases):
         match.timer.start("teleop")

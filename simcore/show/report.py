@@ -111,7 +111,7 @@ def chart(
 
 
 def share(value: float, low: float, high: float, text: str) -> dict[str, object]:
-    """Make a bar for a fraction from 0 to 1 with its interval, and a text below."""
+    """Make a bar for a fraction from 0 to 1 with the interval from `low` to `high`, and a text below."""
     return {"kind": "share", "value": value, "low": low, "high": high, "text": text}
 
 

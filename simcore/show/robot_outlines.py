@@ -30,7 +30,7 @@ class Posed:
 
 
 def deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> dict[str, Posed]:
-    """Return an intake's deploy mechanism at its deployed stop, by name; empty if the intake is always deployed."""
+    """Return the deployed position of an intake's mechanism by name; empty if the intake is always deployed."""
     if intake.deploy is None:
         return {}
     stops = mechanisms[intake.deploy].stops

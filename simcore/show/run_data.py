@@ -203,7 +203,7 @@ def _models(folder: Path | None) -> ViewModels:
 
 
 def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
-    """Return the solids of a model; empty if there is no model or it cannot be read."""
+    """Return the solids of a model; empty if there is no model or the model cannot be read."""
     try:
         return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:

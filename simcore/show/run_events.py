@@ -46,9 +46,10 @@ BROWNOUT = 6.75
 
 @dataclass(frozen=True, slots=True)
 class RunEvent:
-    """Event of a run at a time [s]."""
+    """Event of a run."""
 
     time: float
+    """Time of the event [s]."""
     kind: EventKind
     text: str
 
@@ -79,7 +80,7 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
 
 
 def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
-    """Return the lines of the score board in a snapshot: label and text, or `led:ff0000,...` for lights."""
+    """Return label and text of each line of the score board; the text of an LED strip is `led:ff0000,...`."""
     items = []
     match, scores = snapshot.strings, snapshot.integers
     if "Sim/Match/Period" in match or "Sim/Match/Enabled" in snapshot.booleans:
@@ -128,7 +129,7 @@ def changing_rows(recording: Recording, scene: Scene) -> IntArray:
 
 
 class ChangeRecord:
-    """Record of values that change only now and then during a run; None marks the end of a value."""
+    """Record of the changes of values during a run; None marks the end of a value."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
@@ -173,7 +174,10 @@ def lamps_now(snapshot: Snapshot) -> dict[str, str]:
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
-    """Return the time [s], text and time left [s] of changes of the match period and of robots being enabled."""
+    """Return the time [s], text and time left [s] at each change of the match period or of the enabled state.
+
+    The text is that of `_modes`; the list is empty without a match clock.
+    """
     if not recording.has("Sim/Match/TimeLeft"):
         return []
     at, left = recording.series("Sim/Match/TimeLeft")
@@ -188,7 +192,7 @@ def ending_of(recording: Recording) -> list[str]:
 
 
 def failure_of(recording: Recording) -> str:
-    """Return one sentence with the failure and the time of a run's test; empty if no test failed."""
+    """Return one sentence with the failure of a run's test and the end time of the run; empty if no test failed."""
     if not recording.has("Sim/Failure"):
         return ""
     said = recording.strings("Sim/Failure")[1][-1].partition("\n")[0].removeprefix("AssertionError: ")
@@ -208,7 +212,10 @@ def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
 
 
 def _modes(recording: Recording) -> tuple[list[float], list[str]]:
-    """Return the times [s] and names of changes of the match period, and of robots being enabled or disabled."""
+    """Return the times [s] at which the match period or the enabled state changes, and the new state at each time.
+
+    A state is the name of the period, e.g. `teleop`, or `teleop, disabled` while robots are disabled.
+    """
     times, names = recording.times, [""] * len(recording)
     if recording.has("Sim/Match/Period"):
         at, periods = recording.strings("Sim/Match/Period")
@@ -240,7 +247,7 @@ def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple
 
 
 def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
-    """Return the times [s] and sizes of changes of a count, with changes within half a second merged."""
+    """Return the times [s] and sizes of changes of a count; changes less than 0.5 s apart are merged."""
     if not recording.has(key):
         return []
     times, counts = recording.series(key)

@@ -43,7 +43,7 @@ class RunTrack:
         return jumps
 
     def began(self, number: int) -> float:
-        """Return the time of a robot's last placement before driving [s], or -inf if there was none after the start."""
+        """Return the time of a robot's last placement before driving [s]; -inf without a placement after the start."""
         times, driven = self._numbers(f"{self.scene.robots[number].prefix}/Robot/DistanceDriven")
         drives = times[driven - driven[:1] > _DRIVES]
         placed = self.placed_times(number)

@@ -50,7 +50,7 @@ _STEEL, _HANGING = "#9ea5ae", {"blue": "#4a6db0", "red": "#b0564f"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceLook:
-    """Look of one kind of piece from above: a disk, or a rectangle turned by the piece's attitude."""
+    """Look of one kind of piece seen from above: a disk, or a rectangle turned by the piece's attitude."""
 
     color: str
     """Color of a piece on the carpet, `#rrggbb`."""
@@ -309,7 +309,7 @@ def _middle(zone: Zone) -> tuple[float, float] | None:
 
 
 def _goals(scoring: ScoringZone) -> list[Goal]:
-    """Return a goal at the top of a scoring zone; empty for a zone of any other shape than box or cylinder."""
+    """Return a list with a goal at the top center of a scoring zone; empty unless the zone is a box or a cylinder."""
     zone, middle = scoring.zone, _middle(scoring.zone)
     if middle is None or not isinstance(zone, BoxZone | CylinderZone):
         return []

@@ -47,7 +47,7 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
     """Return the content of the layout file for AdvantageScope.
 
     Args:
-        snapshot: Snapshot of the run; the layout shows its keys.
+        snapshot: Snapshot of the run, whose keys the layout shows.
         models: Models of the field and the robots; by default AdvantageScope's own models.
     """
     debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}

@@ -65,7 +65,7 @@ class ShotPreview:
 
     @property
     def paths(self) -> list[ShotPath]:
-        """Latest preview of each shooter whose wheels turn fast enough to shoot."""
+        """Latest previews of the shooters whose wheels turned fast enough to shoot."""
         return list(self._found.values())
 
     def work(self, seconds: float) -> None:

@@ -36,17 +36,20 @@ class ShotTrace:
     """Center of the piece at `times`, field frame [m], shape (n, 3)."""
     scored: bool
     is_over: bool = True
-    """Whether the flight ended before the run."""
+    """Whether the flight ended before the end of the run."""
     robot: int = 0
     """Number of the robot that shot the piece."""
     piece: int = 0
     """Id of the piece."""
     is_pass: bool = False
-    """Whether the shot was a pass to another robot, from beyond the robot's own goal and without a score."""
+    """Whether the shot was a pass: launched from beyond the goal of the robot's alliance, and without a score."""
     side: MissSide | None = None
     """Side of the goal on which the shot missed, as seen from the robot; None for other shots or without a goal."""
     distance: float = math.nan
-    """Horizontal distance from the launch to the goal, or to the first contact if the goal is unknown [m]."""
+    """Horizontal distance from the launch to the goal, or to the first contact if the goal is unknown [m].
+
+    NaN while the piece is in flight.
+    """
 
     @property
     def result(self) -> ShotResult:
@@ -60,7 +63,10 @@ class ShotTrace:
 
     @property
     def speed(self) -> float:
-        """Launch speed relative to the ground, averaged over the first tick and corrected for gravity [m/s]."""
+        """Launch speed relative to the ground, averaged over the first tick and corrected for gravity [m/s].
+
+        NaN if the flight has a single recorded point.
+        """
         if len(self.times) < 2:
             return math.nan
         dt = float(self.times[1] - self.times[0])
@@ -75,7 +81,7 @@ class _Flight:
 
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
-    """Return all shots of a recording, oldest first."""
+    """Return all shots of a recording in order of time."""
     hits = {shot for _, (_, shot) in recording.events("Sim/NewestHits")}
     flights = _flights(recording)
     shots: list[ShotTrace] = []
@@ -99,7 +105,7 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
 
 
 def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
-    """Return the position of a robot at a time [s], field frame [m], shape (3,)."""
+    """Return the last recorded position of a robot up to a time [s], field frame [m], shape (3,)."""
     times, rows = recording.poses(f"{robot_prefix(robot)}/Robot/Pose3d")
     place: FloatArray = rows[max(int(np.searchsorted(times, time + 1e-9)) - 1, 0), :3]
     return place
@@ -149,9 +155,9 @@ def _trace(
 
 
 def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
-    """Return the goal nearest to the direction of a shot, preferably of the robot's alliance.
+    """Return the goal nearest to the direction of a shot, among the goals of the robot's alliance or else all goals.
 
-    For a shot without a direction, it is the goal nearest to the start of the shot.
+    For a shot without a direction, return the goal nearest to the start of the shot; without goals, return None.
     """
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
@@ -166,14 +172,14 @@ def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
 
 
 def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
-    """Return whether a robot's x coordinate [m] is beyond its own goal, as seen from its alliance wall."""
+    """Return whether an x coordinate [m] is over 0.3 m beyond the robot's own goal, seen from the alliance wall."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     way = {"blue": x - goal.center[0], "red": goal.center[0] - x}.get(alliance, -1.0)
     return goal.alliance == alliance and way > _BEYOND
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
-    """Return the side of the goal's center on which a miss fell below the goal's height or first made contact."""
+    """Return the side of the goal center, seen along the shot, on which a miss fell below the goal height or ended."""
     ahead = goal[:2] - points[0, :2]
     ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
     place = points[-1, :2]

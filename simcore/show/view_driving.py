@@ -131,7 +131,7 @@ class ViewDriving:
         return None if self._clock() > at + _PATIENCE else wants
 
     def take(self, page: int, message: object) -> None:
-        """Receive a page's input, unless another page drives the robot; None ends driving by the page.
+        """Receive a page's input, ignored while another page drives the robot; None ends driving by the page.
 
         Raises:
             ConfigError: If the message is invalid.

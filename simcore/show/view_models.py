@@ -170,7 +170,7 @@ def read_field(folder: Path) -> FieldModels:
 
 
 def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """Return the driver stations in the field frame; the file has them relative to the field center, blue at +x."""
+    """Return the driver stations' positions, field frame [m]; the file counts from the field center, blue at +x."""
     listed = config.get("driverStations", [])
     try:
         places = tuple((0.5 * size[0] - float(x), 0.5 * size[1] - float(y)) for x, y in listed)

@@ -250,7 +250,7 @@ class ViewServer:
 
 
 def open_browser(url: str) -> str:
-    """Try to open a page in the browser; return one sentence that tells the user where the page is."""
+    """Try to open a page in the browser; return one sentence with the address of the page."""
     headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     if headless:
         return f"no display here: open {url} in a browser on this computer"

@@ -52,10 +52,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 class Watch:
-    """Live outputs of a run: the browser view and NetworkTables, as the options select.
+    """Live outputs of a run that the options select: the browser view and NetworkTables.
 
     Args:
-        options: Parsed options, those of `add_options` and `seed`.
+        options: Parsed options: `seed` and the options of `add_options`.
         game: Game of the run.
         driving: Input of the drivers at the pages; None if no robot can be driven.
 
@@ -96,7 +96,7 @@ class Watch:
         return sinks
 
     def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:
-        """Carry out commands from pages, and wait until the next tick is due by the wall clock."""
+        """Carry out commands of pages and dashboards, and wait until the next tick is due by the wall clock."""
         if self._tables is not None and self._controlled is not match:
             self._listen(match)
         if self._view is not None:
@@ -105,7 +105,7 @@ class Watch:
             self._pacer.wait(match.time, should_stop=should_stop)
 
     def wait(self, should_stop: Callable[[], bool]) -> None:
-        """Wait until a page is open, before the first run."""
+        """Wait before the first run until a page of the view is open or `should_stop` returns True."""
         if self._view is not None and not self._view.has_viewers:
             _say("the run begins when the page is open; Ctrl-C leaves")
             self._view.wait_for_viewer(should_stop=should_stop)
