@@ -27,17 +27,17 @@ def sweep(
     out: str | Path | None = None,
     on_row: Callable[[dict[str, Any], int], None] | None = None,
 ) -> Results:
-    """Play all runs of an experiment.
+    """Play all runs of an experiment and return their results.
 
-    A run that crashes or takes too long gives a row with an error. Runs that are already in the store, from this
-    experiment or another experiment that contains them, are not played again unless they failed.
+    A run that crashes or takes too long has a row with an error. Successful runs in the store, from this experiment or
+    another experiment that contains the same runs, are not played again.
 
     Args:
         experiment: Experiment to play.
-        workers: Number of processes on this machine; None: one for each core; 0: this process plays the runs (except
-            those of a robot project), and no run is ended for taking too long.
+        workers: Number of processes on this machine; None for one process per core; 0 to play in this process (except
+            runs of a robot project), without a time limit.
         cluster: Address of a Dask scheduler, whose workers play instead of this machine.
-        out: Folder for the store of rows, `runs.sqlite`; None: rows are kept only in memory.
+        out: Folder for the store of rows, `runs.sqlite`; None to keep rows only in memory.
         on_row: Function that is called with each new row and the number of rows taken from the store.
 
     Returns:

@@ -15,10 +15,10 @@ from simcore.errors import ConfigError
 __all__ = ["code_version", "files_digest", "module_digest", "project_digest"]
 
 _APART = ("new_game", "show", "testing")
-"""Packages of simcore that do not affect the result of a run."""
+"""Modules and packages of simcore that do not affect the result of a run."""
 _SOURCES = (".cpp", ".gradle", ".h", ".java", ".json", ".obj", ".py", ".toml")
 _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
-"""Folders of a robot project that the robot does not read."""
+"""Folders of a robot project that the robot program does not read."""
 
 
 @cache
@@ -34,10 +34,10 @@ def code_version() -> str:
 
 @cache
 def module_digest(name: str) -> str:
-    """Return the digest of a module's file, or of all sources of a package.
+    """Return the digest of a module's file, or of all sources of a package, or Python's version for a built-in module.
 
     Raises:
-        ConfigError: If the module does not exist.
+        ConfigError: If the module cannot be found.
     """
     try:
         spec = find_spec(name)
@@ -54,7 +54,7 @@ def module_digest(name: str) -> str:
 
 
 def project_digest(folder: Path) -> str:
-    """Return the digest of a robot project: its code, `simcore.toml`, and deployed files."""
+    """Return the digest of a robot project's code, settings (`.toml`, `.json`), meshes and deployed files."""
     files = []
     for file in folder.rglob("*"):
         inside = file.relative_to(folder).parts
@@ -65,7 +65,7 @@ def project_digest(folder: Path) -> str:
 
 
 def files_digest(files: Iterable[Path], base: Path) -> str:
-    """Return the digest of the names and contents of files, 64 hexadecimal digits.
+    """Return the SHA-256 digest of the names and contents of files, 64 hexadecimal digits; line endings do not matter.
 
     Args:
         files: Files in any order.

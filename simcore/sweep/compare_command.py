@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare two versions and print the result; return 0 if all runs are complete, 1 if some failed.
+    """Compare two versions, print the result and write the pages; return 0 if all runs are complete, 1 if some failed.
 
     Raises:
         SimcoreError: If the versions cannot be compared.
@@ -97,7 +97,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _kind(word: str, options: argparse.Namespace) -> str:
-    """Return the name of the factor that has an argument as its value."""
+    """Return the factor that an argument is a value of: `project` for a folder with a robot.py, else `auto`.
+
+    Raises:
+        ConfigError: If the argument is neither a folder with a robot.py nor an auto of the game.
+    """
     if Path(word, "robot.py").is_file():
         return PROJECT
     near = ""
@@ -130,7 +134,7 @@ def _played(factor: Factor, options: argparse.Namespace) -> Results:
 
 
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
-    """Play both versions again with the seed of the largest difference, and write the page of their logs."""
+    """Play both versions again with the seed of the largest effect, write a page of both logs, and return its path."""
     factor = results.experiment.factors[0]
     by_seed: list[dict[int, float]] = [{}, {}]
     for row, number in zip(results.finished, results.values(options.metric).tolist(), strict=True):

@@ -58,38 +58,38 @@ class Experiment:
     """
 
     game: str | None = None
-    """Name of an installed game, or `module:name` of any game; None: the newest game, or the project's."""
+    """Name of an installed game, or `module:name` of any game; None for the project's game or the newest game."""
     auto: str | None = None
-    """Name of an auto in the game or in a project's chooser; None: the first auto, or the chooser's choice."""
+    """Name of an auto in the game or in a project's chooser; None for the first auto, or the chooser's choice."""
     alliance: Literal["blue", "red"] = "blue"
     red: str = ""
     """Scripted players of red in a whole match, for `simcore.match.players.lineup.lineup`; `me` plays the auto."""
     blue: str = ""
     """Scripted players of blue. If `red` and `blue` are empty and not factors, a single robot plays the auto."""
     seconds: float | None = None
-    """Simulated duration of a run [s]; None: the game's autonomous period, or the whole match."""
+    """Simulated duration of a run [s]; None for the game's autonomous period, or the whole match."""
     options: tuple[str, ...] = ()
     """Names of the game's options that are on."""
     engine: str | None = None
-    """Name of the physics engine; None: see `engine_choice`."""
+    """Name of the physics engine; None for the engine that `engine_choice` selects."""
     robot: str | None = None
-    """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None: the game's robot."""
+    """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None for the game's robot."""
     project: str | None = None
-    """Folder of a robot project, whose own code plays, each run in its own process."""
+    """Folder of a robot project, whose code plays each run in its own process; None for the game's scripted autos."""
     command: tuple[str, ...] = ()
-    """Command of the project's program in any language, stepped over the bridge; empty: its robot.py."""
+    """Command that starts the project's program in any language, stepped over the bridge; empty for robot.py."""
     scatter: Scatter | None = None
-    """Sizes of the spreads; None: seeds change only what is random without scatter."""
+    """Sizes of the spreads; None if seeds change only values that are random without scatter."""
     factors: tuple[Factor, ...] = ()
     samples: int = 0
-    """Number of random combinations of values; 0: a grid of all listed values."""
+    """Number of random combinations of values; 0 for a grid of all listed values."""
     seeds: tuple[int, ...] = (0,)
     """Seeds; each is played at every point."""
     metrics: tuple[str, ...] = ()
-    """Names of metrics, or `module:function` for a function that is called with the finished `Match`; empty: all
+    """Names of metrics, or `module:function` for a function that is called with the finished `Match`; empty for all
     standard metrics and the game's breakdown."""
     timeout: float | None = None
-    """Wall time after which a run is ended and counts as failed [s]; None: no limit."""
+    """Wall time after which a run is ended and counts as failed [s]; None for no limit."""
 
     def __post_init__(self) -> None:
         for name in ("robot", "project"):
@@ -135,7 +135,7 @@ class Experiment:
         return [tuple(factor.at(share) for factor, share in zip(self.factors, row, strict=True)) for row in shares]
 
     def runs(self) -> list[PlannedRun]:
-        """Return all runs: those with the first seed at every point, then those with the second seed, and so on."""
+        """Return all runs in playing order: the first seed at every point, then the second seed, and so on."""
         names = [factor.name for factor in self.factors]
         points = [dict(zip(names, point, strict=True)) for point in self.design_points()]
         rounds = enumerate(itertools.product(self.seeds, enumerate(points)))
@@ -143,7 +143,7 @@ class Experiment:
 
     @property
     def common(self) -> Experiment:
-        """Part of the experiment that all runs share, which workers get; a `PlannedRun` has the rest."""
+        """Copy of the experiment without factors, samples and seeds, which workers get with each `PlannedRun`."""
         return replace(self, factors=(), samples=0, seeds=(0,))
 
     # --- identity of results ----------------------------------------------------------------------------------------
@@ -216,13 +216,13 @@ def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
 
 
 def _known(values: dict[str, FactorValue]) -> dict[str, FactorValue]:
-    """Return the values that identify a run, with a digest of the files in place of a project's path."""
+    """Return the factor values that identify a run, with a digest of the files in place of a project's path."""
     return {name: project_digest(Path(str(v))) if name == PROJECT else v for name, v in values.items()}
 
 
 @cache
 def _version(module: str) -> str:
-    """Return the version of the installed package that has a module; empty if there is no such package."""
+    """Return name and version of the installed packages that provide a module; empty if there is no such package."""
     names = packages_distributions().get(module, ())
     return ", ".join(f"{name} {version(name)}" for name in names)
 

@@ -40,7 +40,7 @@ FactorValue: TypeAlias = float | int | str
 _ANY = Quantity("", -1e12, 1e12)
 _MOST_VALUES = 100_000
 _LIKE_RANGE = re.compile(r"(uniform|normal|range)\b|[\d.]+ *(-|\.\.|to\b)")
-"""Text that is not a name but a range of numbers: `45-60`, `45..60`, `uniform 45`."""
+"""Start of a text that is a range in an invalid notation and not a name: `45-60`, `45..60`, `uniform 45`."""
 _EXAMPLE = (
     "want NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
@@ -74,7 +74,7 @@ class Distribution:
             raise ConfigError(f"normal(mean,deviation) needs a deviation > 0, got {self}")
 
     def at(self, share: float) -> float:
-        """Return the quantile of a share of all values; the share is above 0 and below 1 [-]."""
+        """Return the quantile for a probability `share`, above 0 and below 1 [-]."""
         if self.kind == "uniform":
             return self.first + share * (self.second - self.first)
         return NormalDist(self.first, self.second).inv_cdf(share)
@@ -96,7 +96,7 @@ class Factor:
     values: tuple[FactorValue, ...] = ()
     """Listed values, in the unit of the varied field."""
     distribution: Distribution | None = None
-    """Distribution instead of listed values."""
+    """Distribution instead of listed values; None if the values are listed."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"factor {self.name}")
@@ -112,7 +112,11 @@ class Factor:
             raise ConfigError(f"factor {self.name}: values must differ, got {shown(list(self.values))}")
 
     def at(self, share: float) -> FactorValue:
-        """Return the value at a share of the list or distribution; the share is at least 0 and below 1 [-]."""
+        """Return the listed value at a fraction `share` of the list, or the quantile for the probability `share` [-].
+
+        Args:
+            share: Fraction, 0 (for a distribution above 0) to below 1 [-].
+        """
         if self.distribution is not None:
             return self.distribution.at(share)
         return self.values[min(len(self.values) - 1, int(share * len(self.values)))]
@@ -189,7 +193,7 @@ class RunSetup:
     scatter: Scatter | None = None
     alliance: Alliance = "blue"
     seconds: float | None = None
-    """Simulated duration [s]; None: the game's autonomous period."""
+    """Simulated duration [s]; None for the game's autonomous period, or the whole match."""
     engine: str | None = None
     red: str = ""
     """Players of red in a whole match, for `lineup`; if `red` and `blue` are empty, a single robot plays the auto."""
@@ -207,7 +211,7 @@ class RunSetup:
 
 
 def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
-    """Return a setup with its factors set to values.
+    """Return a copy of a setup with factors set to values.
 
     Raises:
         ConfigError: If a factor does not exist or a value is invalid; the message gives the nearest names or the
@@ -226,7 +230,10 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
 
 
 def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotConfig:
-    """Return a robot with its factors set to values; errors are those of `vary`."""
+    """Return a copy of a robot with the `robot.` factors set to values; errors are those of `vary`.
+
+    A name that begins with neither a config nor a word in `PLAYED` is an error; other factors are ignored.
+    """
     for name, value in values.items():
         first, *path = name.split(".")
         with _named(name):
@@ -239,7 +246,7 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 
 
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
-    """Return a scatter with its factors set to values.
+    """Return a copy of a scatter with the `scatter` factors set to values; other factors are ignored.
 
     The value of `scatter` multiplies all default spreads; `scatter.spin` sets the spread of the spin.
 
@@ -261,7 +268,7 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
 
 
 def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
-    """Return a game with its piece factors set to values: `pieces.<kind>.<field>`, with `*` for all kinds."""
+    """Return a copy of a game with the factors `pieces.<kind>.<field>` set to values; `*` stands for all kinds."""
     for name, value in values.items():
         first, *path = name.split(".")
         if first != "pieces":
@@ -288,7 +295,7 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
-    """Return a setup with another way to play the run; the setup, the game and the auto check the value."""
+    """Return a copy of a setup with one factor of `PLAYED` set to a value, which the setup, game or auto checks."""
     auto = setup.auto
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
@@ -323,7 +330,7 @@ def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> A
 
 
 def _parts_of(config: Any) -> dict[str, Any]:
-    """Return the parts of a config by the names that may follow the dot; empty for a number or a word."""
+    """Return the fields, entries or rows of a config by the name that may follow the dot; empty for a plain value."""
     if isinstance(config, Mapping):
         return {str(name): part for name, part in config.items()}
     if isinstance(config, tuple):
@@ -335,7 +342,7 @@ def _parts_of(config: Any) -> dict[str, Any]:
 
 
 def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
-    """Return a robot with another mass [kg] in the same distribution: the moment of inertia scales with the mass."""
+    """Return a copy of a robot with another mass [kg]; the yaw moment of inertia scales with the mass."""
     require("robot", "mass", value, MASS)
     drivetrain, mass = robot.drivetrain, float(value)
     inertia = drivetrain.yaw_inertia * mass / drivetrain.mass
@@ -347,7 +354,11 @@ def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
 
 
 def _converted(present: Any, value: FactorValue, where: str) -> Any:
-    """Return a value in the type of the present value; the config checks the result."""
+    """Convert a value to the type of the present value of a field; the config checks the range.
+
+    Raises:
+        ConfigError: If a bool gets another word, or the field has parts.
+    """
     if isinstance(present, bool):
         if str(value).lower() not in ("true", "false"):
             raise ConfigError(f"{where} must be true or false, got {shown(value)}")

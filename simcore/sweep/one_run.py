@@ -1,4 +1,4 @@
-"""Run of an experiment, from its plan to its row in the table. The row reports any error of the run."""
+"""Playing one run of an experiment, from the plan to the row in the table; a row reports any error of the run."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ __all__ = [
 ]  # fmt: skip
 
 _OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
-"""Names in `PLAYED` that are factors of a project; the project's auto decides where the robot starts."""
+"""Names in `PLAYED` that are also factors of a robot project; the other names set values that the project decides."""
 
 
 def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Play a run in this process and return its row: run, point, seed, factors, metrics, digest, version, error, ...
+    """Play a run in this process and return the run's row in the table.
 
     Args:
         experiment: Experiment of the run; this process can play only one run of a robot project.
@@ -48,7 +48,8 @@ def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = Non
         log: File for the telemetry of the run; None for no file.
 
     Returns:
-        Value for each column, in plain types. `error` is empty or a sentence; a row with an error has no metrics.
+        Value by column: run, point, seed, factors, metrics, digest, version, error and cpu_seconds, in plain types.
+        `error` is empty or a sentence; a row with an error has no metrics and no digest.
     """
     start = process_time()
     try:
@@ -61,7 +62,7 @@ def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = Non
 
 
 def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Play a run like `play_run` and return its metrics and digest, without catching errors.
+    """Play a run and return the run's metrics and digest by column.
 
     Raises:
         SimcoreError: If the run cannot be played.
@@ -87,17 +88,17 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
 
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
-    """Return the row of a run that failed."""
+    """Return the row of a failed run, with no metrics and no CPU time."""
     return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
 
 
 def planned_values(planned: PlannedRun) -> dict[str, Any]:
-    """Return the columns of a run's row that come from its plan."""
+    """Return the columns of a row that are known before the run: run, point, seed and factors."""
     return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return an error as one line, with its place in the code unless it is a `SimcoreError`."""
+    """Return an error as one line of text; errors other than `SimcoreError` have their type, file and line number."""
     text = " ".join(str(error).split())
     if isinstance(error, SimcoreError):
         return text
@@ -128,7 +129,7 @@ def setup_of(experiment: Experiment) -> RunSetup:
 
 
 def require_playable_runs(experiment: Experiment) -> None:
-    """Raise an error before the first run if the experiment, or a listed value of a factor, cannot be played.
+    """Check, before the first run, the experiment and each listed value (or the median) of every factor.
 
     Raises:
         SimcoreError: If a game, auto, robot, factor or value is invalid; the message names valid ones.
@@ -145,7 +146,7 @@ def require_playable_runs(experiment: Experiment) -> None:
 
 
 def _require_me(setup: RunSetup, factor: str) -> None:
-    """Raise an error for a factor of the robot or auto of `ME` in a match without `ME`."""
+    """Raise a `ConfigError` if a factor concerns the robot or auto of the player `ME`, but the match has no `ME`."""
     of_all = ("blue", "engine", "pieces", "red", "scatter", "seconds")
     seats = setup.seats
     if seats and factor.partition(".")[0] not in of_all and all(seat.role != ME for seat in seats):
@@ -153,7 +154,7 @@ def _require_me(setup: RunSetup, factor: str) -> None:
 
 
 def game_of(name: str | None) -> Game:
-    """Return an installed game by its name, or any game by `module:name`; None: the newest installed game.
+    """Return an installed game by name, or any game by `module:name`; None for the newest installed game.
 
     Raises:
         SimcoreError: If the game does not exist.
@@ -167,14 +168,15 @@ def game_of(name: str | None) -> Game:
 
 
 def robot_of(name: str | None, game: Game) -> RobotConfig:
-    """Return the game's robot, the result of a function, or the robot of a file on the game's drivetrain.
+    """Return the config of the game's robot, of a function, or of a file with the game's drivetrain.
 
     Args:
-        name: `module:function`, the path of a `simcore.toml`, or None for the game's robot.
-        game: Game with the drivetrain for the robot of a file.
+        name: `module:function` (or `module:name` of a config), the path of a `simcore.toml`, or None for the game's
+            robot.
+        game: Game that provides the robot, or the drivetrain and storage for the robot of a file.
 
     Raises:
-        ConfigError: If the file or function does not exist, or does not give a robot.
+        ConfigError: If the file or function does not exist, or the result is not a `RobotConfig`.
     """
     own = game.robot()
     if name is None:
@@ -201,10 +203,10 @@ def robot_of(name: str | None, game: Game) -> RobotConfig:
 
 
 def _require_project(experiment: Experiment) -> None:
-    """Raise an error if no run can be played, as far as this can be checked without the robot's code.
+    """Check the folders and factors of a project experiment, as far as possible without the robot's code.
 
     Raises:
-        ConfigError: If there is no robot.py or a factor belongs to scripted autos.
+        ConfigError: If a folder has no robot.py (or simcore.toml for a command), or a factor is not one of a project.
     """
     folders = {str(experiment.project), *(str(v) for f in experiment.factors if f.name == PROJECT for v in f.values)}
     for folder in map(Path, sorted(folders)):
@@ -228,7 +230,7 @@ def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None)
     """Play a run with the code of a robot project and return its metrics and digest.
 
     Raises:
-        SimcoreError: If the robot's code fails; the message has its error.
+        SimcoreError: If the robot's code fails; the message has the error of the code.
         VendorError: If RobotPy is not installed.
     """
     try:

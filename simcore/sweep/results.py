@@ -1,4 +1,4 @@
-"""Results of a sweep: shares of successes, percentiles, and differences on common seeds.
+"""Results of a sweep: success rates, percentiles, and differences on common seeds.
 
 A success is a condition on columns: `score >= 30`, `hits == shots and brownouts == 0`.
 """
@@ -51,7 +51,7 @@ _COMPARISON = re.compile(r"\s*([^<>=!]*[^<>=!\s])\s*(<=|>=|==|!=|<|>)\s*([^<>=!]
 
 
 class Condition:
-    """Condition on a row: comparisons of columns with numbers or other columns, joined by `and`.
+    """Condition on a run's row: comparisons of columns with numbers or other columns, joined by `and`.
 
     >>> condition = Condition("score >= 30 and hits == shots")
     >>> condition.names
@@ -81,12 +81,16 @@ class Condition:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Columns in the condition, in order."""
+        """Columns named in the condition, in order and without repetition."""
         sides = (side for left, _, right in self._parts for side in (left, right) if isinstance(side, str))
         return tuple(dict.fromkeys(sides))
 
     def holds(self, row: Row) -> bool:
-        """Return whether a run ended without an error, has the columns, and meets the condition."""
+        """Return whether a run ended without an error, has the columns, and meets the condition.
+
+        Raises:
+            ConfigError: If a column contains text.
+        """
         if row["error"]:
             return False
         for name, sign, other in self._parts:
@@ -106,7 +110,7 @@ class Results:
     """
 
     rows: Sequence[Row]
-    """Rows of the runs, by number."""
+    """Rows of the runs, sorted by run number."""
     experiment: Experiment
     """Experiment of the runs."""
 
@@ -120,7 +124,7 @@ class Results:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of all columns in order: run, point, seed, factors, metrics, and the end of the run."""
+        """Names of all columns: run, point, seed, factors, metrics, digest, version, error, cpu_seconds."""
         found = dict.fromkeys(name for row in self.rows for name in row)
         outside = (*_BEFORE, *self.factors, *_AFTER)
         return (*_BEFORE, *self.factors, *(name for name in found if name not in outside), *_AFTER)
@@ -132,7 +136,7 @@ class Results:
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """Names of the columns with measured numbers."""
+        """Names of the metrics that have a number in at least one run and text in none."""
         found = []
         for name in self.columns[len(_BEFORE) + len(self.factors) : -len(_AFTER)]:
             values = [row[name] for row in self.rows if row.get(name) is not None]
@@ -151,13 +155,13 @@ class Results:
         return [row for row in self.rows if row["error"]]
 
     def values(self, metric: str) -> FloatArray:
-        """Return a metric of the finished runs, NaN where it was not measured, shape (n,).
+        """Return a metric of the finished runs, NaN for runs without the metric, shape (n,).
 
         Args:
             metric: Name of a column, or a condition with values 1 and 0.
 
         Raises:
-            ConfigError: If the column holds text.
+            ConfigError: If the column contains text.
             UnknownNameError: If the column does not exist.
         """
         if metric not in self.columns and any(sign in metric for sign in _COMPARISONS):
@@ -196,7 +200,7 @@ class Results:
         return np.array([asked.holds(row) for row in self.rows], bool)
 
     def success(self, condition: str) -> Share:
-        """Return the share of runs that meet a condition, with Wilson's interval.
+        """Return the fraction of all runs that meet a condition, with Wilson's interval; failed runs do not meet it.
 
         Raises:
             ConfigError: If the text is not a condition.
@@ -206,7 +210,10 @@ class Results:
         return wilson_share(int(held.sum()), len(held))
 
     def success_by(self, factor: str, condition: str) -> dict[Any, Share]:
-        """Return the share of successes for each value of a factor, in order; errors are those of `success`."""
+        """Return the success rate for each value of a factor, in the order of `factor_values`.
+
+        Errors are those of `success` and `factor_values`.
+        """
         held = self.succeeded(condition)
         found = {}
         for value in self.factor_values(factor):
@@ -215,11 +222,11 @@ class Results:
         return found
 
     def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES) -> list[float]:
-        """Return percentiles of a metric, NaN if no run has measured the metric; errors are those of `values`."""
+        """Return percentiles (0 to 100) of a metric, NaN if no run has the metric; errors are those of `values`."""
         return percentiles(self.values(metric), at)
 
     def paired(self, factor: str, first: float | str, second: float | str, metric: str) -> PairedDifference:
-        """Return the effect of changing a factor from one value to another, on common seeds.
+        """Return the mean change of a metric when a factor changes from one value to another, on common seeds.
 
         Pairs have equal seeds and equal values of all other factors. Pairs with the same seed are not independent and
         count as their mean.
@@ -228,10 +235,10 @@ class Results:
             factor: Name of the factor.
             first: Value before.
             second: Value after.
-            metric: Name of a column, or a condition for its share of successes.
+            metric: Name of a column, or a condition for the success rate.
 
         Raises:
-            ConfigError: If fewer than two seeds have pairs.
+            ConfigError: If fewer than two seeds have pairs, or several runs have equal seed and factor values.
             UnknownNameError: If the factor, a value or the column does not exist.
         """
         known = self.factor_values(factor)
@@ -257,13 +264,14 @@ class Results:
         return paired_difference(before, after)
 
     def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
-        """Return the effect of each value of a factor compared with the first value, clear effects first.
+        """Return the change of a metric from the first value of each factor to every other value, clear changes first.
 
         Args:
             metric: Name of a column, or a condition.
 
         Returns:
-            Factor, first value, value and difference, for factors with 2 to 12 values that share seeds.
+            Factor, first value, other value and difference, for factors with 2 to 12 values; values without common
+            seeds are left out.
         """
         found = []
         for factor in self.factors:
@@ -276,7 +284,7 @@ class Results:
     # --- as a file --------------------------------------------------------------------------------------------------
 
     def save_table(self, folder: str | Path) -> Path:
-        """Write `results.csv`, e.g. for pandas, and return its path; missing folders are created.
+        """Write all rows to `results.csv`, e.g. for pandas, and return the file's path; missing folders are created.
 
         Raises:
             OutputError: If the file cannot be written.

@@ -54,11 +54,11 @@ METRICS: dict[str, Callable[[Match], Any]] = {
     "brownouts": lambda match: match.record.robots[0].battery.brownouts,
     "seconds": lambda match: match.time,
 }
-"""Numbers that are measured in every run, in this order: points of the robot's own alliance and of the other alliance;
-pieces shot, scored shots, shots still in the air at the end, and the share of hits among the shots that have ended;
-pieces taken in; time of the last shot, which ends a shooter's cycle [s]; pieces scored, placed and held by all robots
-at the end; distance driven, without moves by people [m]; lowest battery voltage [V] and number of brown-outs; simulated
-time [s]. The game's counts follow as `breakdown.<name>`."""
+"""Standard metrics of every run, in this order: points of the alliance of robot 0 and of the other alliance; pieces
+shot, scored shots, shots still in the air at the end, and the fraction of hits among the shots that have ended; pieces
+taken in; time of the last shot [s]; pieces scored, placed and held by all robots at the end; and for robot 0 the
+distance driven, without moves by hand [m], the lowest battery voltage [V] and the number of brown-outs; simulated time
+[s]. The game's counts follow as `breakdown.<name>`."""
 
 
 def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
 
     Args:
         match: Finished match.
-        names: Names of the metrics; empty: all of `METRICS` and the game's breakdown.
+        names: Names of the metrics; empty for all of `METRICS` and the game's breakdown.
 
     Raises:
         UnknownNameError: If a metric does not exist.
@@ -87,10 +87,10 @@ def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
 
 
 def metric_name(metric: str | Callable[[Match], Any]) -> str:
-    """Return the name of a metric, or `module:function` of a function.
+    """Return the name of a metric after checking the name, or `module:function` for a function.
 
     Raises:
-        ConfigError: If another process cannot find the function.
+        ConfigError: If another process could not import the function.
         UnknownNameError: If the metric does not exist.
     """
     if isinstance(metric, str):
@@ -121,7 +121,11 @@ def named_object(text: str, what: str) -> Any:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return a value in JSON's types, with arrays as text."""
+    """Convert a value to a plain number, word or None (for NaN and infinity); arrays become JSON text.
+
+    Raises:
+        ConfigError: If the value has any other type.
+    """
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

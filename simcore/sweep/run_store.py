@@ -37,7 +37,7 @@ _BUSY = 30.0  # [s] to wait while another sweep writes to the file
 
 
 class RunStore:
-    """Rows of runs by key, with the last experiment.
+    """Store of the rows of runs by key, and of the last experiment.
 
     A full disk or an unwritable file does not stop a sweep: the store logs a warning, keeps the rows in memory and
     retries them with each new row.
@@ -84,7 +84,11 @@ class RunStore:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Store an experiment in place of the last one."""
+        """Store an experiment in place of the last experiment.
+
+        Raises:
+            OutputError: If the file cannot be written.
+        """
         row = (json.dumps(experiment.to_json()),)
         try:
             self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", row)
@@ -92,7 +96,7 @@ class RunStore:
             raise self._unwritable(error) from error
 
     def experiment(self) -> Experiment:
-        """Return the last experiment, with a warning if it runs programs outside the current folder.
+        """Return the last experiment; log a warning if the experiment runs programs outside the current folder.
 
         Raises:
             ConfigError: If the experiment can no longer be played.
@@ -145,7 +149,7 @@ class RunStore:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Convert errors of reading to a `ConfigError` or `OutputError` that names the file."""
+        """Convert errors in the block to a `ConfigError` or `OutputError` that names the file."""
         try:
             yield
         except (ConfigError, UnknownNameError) as error:  # before ValueError and LookupError, which they also are

@@ -18,7 +18,7 @@ _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_fl
 
 
 def _values(row: ShotTableRow) -> dict[str, Any]:
-    """Return the values of a row by column name with unit; None for missing values."""
+    """Return the values of a row by column name, rounded to four decimals; None for missing values."""
     values = {
         "distance_m": row.stand.distance, "feasible": not row.problem, "problem": row.problem, **row.shot,
         "share": row.share,
@@ -120,7 +120,7 @@ def shot_at(distance):
 
 
 def table_page(shots: ShotTable) -> str:
-    """Return a page with the row of the best margin, the table, and curves over distance."""
+    """Return a report page with the shot of the best margin, the table, and curves over distance."""
     task, good = shots.task, shots.feasible
     blocks: list[Mapping[str, object]] = []
     if good:
@@ -140,7 +140,7 @@ def table_page(shots: ShotTable) -> str:
 
 
 def _curves(good: Sequence[ShotTableRow]) -> Iterator[Mapping[str, object]]:
-    """Yield charts over distance, with the ranges in which shots go in."""
+    """Yield charts of speed, elevation, wheel speed and the fraction of scattered shots that go in, over distance."""
     if not good:
         return
     at = [row.stand.distance for row in good]

@@ -81,7 +81,10 @@ def _grid(task: ShotTask) -> FloatArray:
 
 
 def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArray:
-    """Return the speed for each elevation that hits the middle of the opening [m/s], infinite if none, shape (n,)."""
+    """Return the speed that hits the middle of the opening at each elevation [m/s], shape (n,).
+
+    The speed is infinite for an elevation at which no shot hits the middle.
+    """
     speeds, muzzle = np.full(len(elevations), np.inf), task.muzzle(stand, stand.bearing)
     for number, elevation in enumerate(elevations.tolist()):
         with contextlib.suppress(NoShotError):
@@ -97,11 +100,11 @@ class ShotTableRow:
     """Row of a shot table: a distance and the shot from there."""
 
     stand: Stand
-    """Place of the robot; the bearing is valid only if there is a shot."""
+    """Position of the robot relative to the target; the bearing is valid only if there is a shot."""
     problem: str = ""
-    """Reason why there is no shot; empty if there is one."""
+    """Reason why there is no shot; empty for a row with a shot."""
     band: ShotBand | None = None
-    """Shots from the place; None if the robot has no place at the distance."""
+    """Grid of shots from the last position tried; None if the robot has no position on the field at the distance."""
     elevation: float = math.nan
     """Elevation of the shot [rad]."""
     speed: float = math.nan
@@ -115,7 +118,7 @@ class ShotTableRow:
       where a spread is 0).
     """
     share: float | None = None
-    """Share of scattered shots that go in."""
+    """Fraction of scattered shots that go in [-]; None without a shot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,12 +139,12 @@ def make_table(
     task: ShotTask, distances: Iterable[float], *, scatter: Scatter | None = None,
     on_row: Callable[[ShotTableRow], object] = lambda row: None,
 ) -> ShotTable:  # fmt: skip
-    """Compute a shot table.
+    """Compute a shot table, with a row for each distance in rising order.
 
     Args:
         task: Shooter and target.
         distances: Distances from the robot's origin to the middle of the target [m].
-        scatter: Scatter of the shots; None: the default scatter.
+        scatter: Scatter of the shots; None for the default scatter.
         on_row: Function that is called with each finished row.
     """
     spread = scatter or Scatter()
@@ -155,7 +158,7 @@ def make_table(
 
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
-    """Return the row for a distance: the shot from the first place with hits, or the reason why there is no shot."""
+    """Return the row for a distance: the best shot from the first position with hits, or the reason for no shot."""
     problem, band = "the robot has no place on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)
@@ -170,7 +173,7 @@ def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> Sho
 def _best(
     task: ShotTask, stand: Stand, band: ShotBand, shots: Sequence[tuple[int, int]], scatter: Scatter
 ) -> ShotTableRow:
-    """Return the row with the best shot: the middle one of the shots whose margins are close to the best."""
+    """Return the row with the middle elevation of the shots whose margins are within 3 % of the best margin."""
     margins = np.array([_margin(band, *shot, scatter) for shot in shots])
     good = np.nonzero(margins >= _AS_SAFE * margins.max())[0]
     number, column = shots[int(good[len(good) // 2])]
@@ -183,9 +186,9 @@ def _best(
 
 
 def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
-    """Yield places at a distance where the robot can stand and face the target, the most frontal place first.
+    """Yield positions at a distance where the robot can stand and face the target, the most frontal position first.
 
-    All places are level, on the carpet, and within 90 degrees of the opening's approach.
+    The robot is level on the carpet, and its bearing to the target is within 90 degrees of the opening's approach.
     """
     chassis = match.robots[0].chassis
     for number in range(round(_FARTHEST_TURN / _TURN) + 1):
@@ -200,7 +203,7 @@ def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
 def _described(
     task: ShotTask, stand: Stand, band: ShotBand, number: int, column: int, scatter: Scatter
 ) -> dict[str, Any]:
-    """Return the columns of the shot at an elevation index `number` and a speed index `column`."""
+    """Return the values of `_COLUMNS` for the shot at an elevation index `number` and a speed index `column`."""
     elevation, speed, deg = float(band.elevations[number]), float(band.speeds[column]), math.degrees
     hood = task.hood_for(elevation)
     seen = task.fly(task.rows(stand, np.array([elevation]), np.array([speed])))
@@ -215,7 +218,10 @@ def _described(
 
 
 def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float:
-    """Return the distance of a shot from the nearest miss, in standard deviations of the scatter."""
+    """Return the distance of a shot from the nearest end of the speeds and elevations that go in [standard deviations].
+
+    Where the spread is 0, the unit is the standard deviation of the default scatter.
+    """
     slowest, fastest = np.log(_around(band.speeds, band.inside[number], column)) - math.log(band.speeds[column])
     flattest, steepest = np.array(_around(band.elevations, band.inside[:, column], number)) - band.elevations[number]
     return min(

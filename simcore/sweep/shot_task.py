@@ -1,7 +1,7 @@
-"""Aiming task: a robot's shooter, a zone with an opening, and the place of the robot.
+"""Aiming task: a robot's shooter, a zone with an opening, and the robot's position relative to the zone.
 
-Shots leave as in `simcore.robot.shooter`, many at once. The robot is at rest and level, and its shooter points where
-the robot does, with a turret at zero.
+Many shots are computed at once, with the launch model of `simcore.robot.shooter`. The robot is at rest and level, and
+the turret, if there is one, is at zero.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _CORRECTIONS = 4  # iterations of the yaw, with which the muzzle turns
 
 
 class Stand(NamedTuple):
-    """Place of a robot at the time of a shot, relative to the target."""
+    """Position of a robot relative to the target at the time of a shot."""
 
     distance: float
     """Distance from the robot's origin to the middle of the opening, along the floor [m]."""
@@ -45,13 +45,13 @@ class Stand(NamedTuple):
     """Bearing from the robot to the target, field frame [rad]."""
 
     def place(self, middle: FloatArray) -> tuple[float, float]:
-        """Return x and y of the robot's origin [m] for the middle of an opening."""
+        """Return x and y of the robot's origin, field frame [m], given the middle of the opening."""
         x, y, _ = middle.tolist()
         return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
 
 
 class ShotDraws(NamedTuple):
-    """Errors of n shots, shape (n,) each: angles are added [rad], all other errors are factors [-]."""
+    """Random errors of n shots, shape (n,) each: angle errors are added [rad], all other errors are factors [-]."""
 
     exit_speed: FloatArray
     elevation: FloatArray
@@ -79,26 +79,26 @@ class ShotDraws(NamedTuple):
 
     @staticmethod
     def none(n: int) -> ShotDraws:
-        """Return draws of n shots without errors."""
+        """Return draws for n shots without errors: factors of 1 and angle errors of 0."""
         return ShotDraws.of(Scatter.none(), np.random.default_rng(0), n)
 
 
 class ShotTask:
-    """Shooter with its target.
+    """Shooter and target of an aiming task.
 
     Intended shots are given by `elevation` [rad] and `speed` relative to the muzzle [m/s], shape (n,) each, from a
     robot at a `stand`.
 
     Args:
         game: Game with the field and pieces.
-        robot: Config with the shooter; None: the game's robot.
-        target: Name of the target zone; None: the first zone of the alliance.
-        alliance: Alliance that the zone belongs to.
+        robot: Config with the shooter; None for the game's robot.
+        target: Name of the target zone; None for the first zone of the alliance.
+        alliance: Alliance of the target zone if `target` is None.
         shooter: Number of the shooter, from 0.
 
     Raises:
-        ConfigError: If the robot has no such shooter, its piece is not a ball, or the game has no zone with an opening
-        for it.
+        ConfigError: If the robot has no such shooter, the shooter's piece is not a ball, the hood has no stops, or the
+            game has no zone with an opening for the piece.
         UnknownNameError: If the target does not exist.
     """
 
@@ -201,14 +201,14 @@ class ShotTask:
         )
 
     def muzzle(self, stand: Stand, yaw: float) -> FloatArray:
-        """Return the middle of the muzzles when the robot shoots along a yaw [rad], field frame [m], shape (3,)."""
+        """Return the mean muzzle position of a robot that shoots along a yaw [rad], field frame [m], shape (3,)."""
         pos, rotation = self.robot_pose(stand, yaw)
         middle = replace(self.shooter.launch, barrels=(float(np.mean(self.barrels)),))
         place: FloatArray = (pos + to_field(rotation, muzzle_offset(middle)))[0]
         return place
 
     def aim(self, stand: Stand) -> float:
-        """Return the yaw from the middle of the muzzles to the middle of the target [rad]."""
+        """Return the yaw of a shot from the middle of the muzzles to the middle of the opening, field frame [rad]."""
         yaw = stand.bearing
         for _ in range(_CORRECTIONS):
             x, y, _ = (self.opening.middle - self.muzzle(stand, yaw)).tolist()
@@ -219,7 +219,15 @@ class ShotTask:
         self, stand: Stand, elevation: FloatArray, speed: FloatArray, barrel: IntArray | int = 0,
         draws: ShotDraws | None = None,
     ) -> Balls:  # fmt: skip
-        """Return shots as they leave the shooter, from one barrel or a barrel for each shot; `draws` adds errors."""
+        """Return the balls of n shots at the muzzle, with position, velocity and spin.
+
+        Args:
+            stand: Position of the robot, which aims at the middle of the opening.
+            elevation: Intended elevations [rad], shape (n,).
+            speed: Intended speeds relative to the muzzle [m/s], shape (n,).
+            barrel: Number of the barrel, for all shots or for each shot.
+            draws: Errors of the shots; None for no errors.
+        """
         n = len(speed)
         d = draws or ShotDraws.none(n)
         pos, rotation = self.robot_pose(stand, self.aim(stand))
@@ -237,18 +245,20 @@ class ShotTask:
         return StandingField.of(self.game.field.load().elements, CARPET)
 
     def fly(self, balls: Balls, *, clean: bool = False) -> ShotOutcomes:
-        """Return the outcomes of shots; see `fly_shots`."""
+        """Fly balls through the field and return the outcomes; `clean` is explained at `fly_shots`."""
         return fly_shots(self.field, balls, self.opening, self.zone.zone, downward=self.zone.downward, clean=clean)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
-        """Return whether each of n shots around m intended shots goes in, spread evenly over the barrels, shape (m, n).
+        """Return whether each of n shots goes in, for each of m intended shots, shape (m, n).
+
+        The n shots are spread evenly over the barrels.
 
         Args:
-            stand: Place of the robot.
-            elevation: Elevations [rad], shape (m,).
-            speed: Speeds relative to the muzzle [m/s], shape (m,).
-            draws: Errors of n shots around each intended shot, which may touch anything on their way; None: a shot
-                without errors from every barrel, which may touch only the inside.
+            stand: Position of the robot.
+            elevation: Intended elevations [rad], shape (m,).
+            speed: Intended speeds relative to the muzzle [m/s], shape (m,).
+            draws: Errors of n shots, which may touch rim and board; None for one shot without errors per barrel, which
+                counts only without touching rim or board.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         m, n = len(speed), len(d.elevation)
@@ -263,5 +273,5 @@ class ShotTask:
         return goes_in.reshape(m, n)
 
     def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> float:
-        """Return the share of scattered shots around an intended shot that go in."""
+        """Return the fraction of scattered shots around an intended shot that go in [-]."""
         return float(self.hits(stand, np.array([elevation]), np.array([speed]), draws).mean())

@@ -57,7 +57,7 @@ def _distances(text: str) -> tuple[float, ...]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute the table, print it and write its files; return 0, or 1 if no row has a shot.
+    """Compute a shot table, print it and write the CSV, Python and HTML files; return 0, or 1 if no row has a shot.
 
     Raises:
         SimcoreError: If the table cannot be computed or written.

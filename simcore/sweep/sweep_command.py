@@ -1,4 +1,4 @@
-"""Command `simcore sweep`: plays an auto many times and reports the share of successes."""
+"""Command `simcore sweep`: plays an auto or a match many times and reports success rates and statistics."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ __all__ = [
 
 PAGE_NAME = "page.html"
 takes_command = True
-"""Whether words after `--` are passed on; they are the command for `--serve`."""
+"""Whether the words after `--` are passed to this module, which uses them as the command for `--serve`."""
 _COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
 _WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
@@ -103,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_played_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options for the way runs are played, for their players, and for the number of processes."""
+    """Add the options of single runs (such as duration, alliance, players and engine) and the number of processes."""
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
     )
@@ -132,7 +132,7 @@ def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def scatter_option(parser: argparse.ArgumentParser) -> None:
-    """Add the option that `chosen_scatter` reads."""
+    """Add the option `--scatter`, which `chosen_scatter` reads."""
     parser.add_argument(
         "--scatter",
         type=text_flag(Scatter.parse),
@@ -174,7 +174,7 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Treat SIGTERM like Ctrl-C, so that the workers of a sweep end with it."""
+    """Treat SIGTERM like Ctrl-C in the main thread, so that the workers of a sweep end with the sweep."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -205,7 +205,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
 
 
 def _require_columns(text: str, options: argparse.Namespace) -> None:
-    """Raise an error if a condition has columns that no run will have."""
+    """Raise an `UnknownNameError` if a condition names a column that no run will have."""
     condition = Condition(text)
     if any(":" in metric for metric in options.metrics):
         return  # a function's metrics are unknown before a run
@@ -216,7 +216,7 @@ def _require_columns(text: str, options: argparse.Namespace) -> None:
 
 
 def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
-    """Return the scatter of the options, else None if the project has its own, else the default scatter."""
+    """Return the scatter in the options, or else None if the project's file sets the scatter, or else the default."""
     if options.scatter is not None:
         found: Scatter = options.scatter
         return found
@@ -232,7 +232,10 @@ def _print_replays(results: Results, out: Path) -> None:
 
 
 def _repeat(options: argparse.Namespace) -> int:
-    """Play a run of a store again with all its output and write its page; an error has its traceback."""
+    """Play a run of a store again with output on the console, write the log and the page, and return 0.
+
+    An error of the run is raised with a full traceback.
+    """
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
     with closing(RunStore(options.out, must_exist=True)) as store:
@@ -282,7 +285,7 @@ def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[s
 
 @contextmanager
 def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
-    """Show a progress bar on a terminal and yield a function for `on_row` of `sweep`."""
+    """Show a progress bar on a terminal, and yield the function that updates the bar, for `on_row` of `sweep`."""
     columns = (
         TextColumn("runs"),
         BarColumn(),

@@ -35,7 +35,7 @@ _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 
 def summary_text(results: Results, condition: str = "") -> str:
-    """Return the text for a terminal: counts, shares of successes, effects of factors, percentiles and errors.
+    """Return the text for a terminal: counts, success rates, effects of factors, percentiles and errors.
 
     Args:
         results: Results of a sweep.
@@ -86,7 +86,7 @@ def sweep_page(results: Results, condition: str, folder: Path) -> str:
 
 
 def comparison_page(results: Results, metric: str, difference: PairedDifference, folder: Path) -> str:
-    """Return the page of two variants, which are the values of the first factor and share each axis.
+    """Return the page that compares two variants, the two values of the first factor, on common axes.
 
     Args:
         results: Results of both variants.
@@ -115,7 +115,7 @@ def comparison_page(results: Results, metric: str, difference: PairedDifference,
 
 
 def number_text(value: float | str) -> str:
-    """Return a number with as many digits as a reader needs; words are unchanged.
+    """Format a number with three digits, or without decimals from 1000 on; words are unchanged.
 
     >>> [number_text(value) for value in (0.30000000000000004, 32, 1234.567, -0.0, "left")]
     ['0.3', '32', '1235', '0', 'left']
@@ -126,7 +126,7 @@ def number_text(value: float | str) -> str:
 
 
 def _headline(results: Results, condition: str) -> Block:
-    """Return the headline: the share of successes, or the median of the main metric if there is no condition."""
+    """Return the headline: the success rate, or the median of the main metric if there is no condition."""
     counts = _counts(results)
     if condition:
         share = results.success(condition)
@@ -171,7 +171,7 @@ def _name(metric: str) -> str:
 
 
 def _main_metric(results: Results, condition: str = "") -> str:
-    """Return the metric that is drawn over the factors; empty if there is none.
+    """Return the metric that is drawn over the factors; empty if no run has a metric.
 
     Metrics that differ between runs come first: those in the condition, then the score, then all others.
     """
@@ -191,7 +191,7 @@ def _varied_metrics(results: Results) -> list[str]:
 
 
 def _spread_metrics(results: Results) -> list[str]:
-    """Return the metrics that visibly differ between runs: by over a thousandth of their size, and of 1."""
+    """Return the metrics whose range over all runs is above a thousandth of the largest value, and above 0.001."""
     found = []
     for name in _varied_metrics(results):
         values = results.values(name)
@@ -211,7 +211,7 @@ def _percentile_rows(results: Results) -> list[list[Any]]:
 
 
 def _responses(results: Results, factor: str, condition: str, main: str) -> Iterator[Block]:
-    """Yield charts of the share of successes and the main metric over a factor.
+    """Yield charts of the success rate and the main metric over a factor.
 
     For a factor with many values, each run is a point.
     """
@@ -255,7 +255,7 @@ def _distribution(metric: str, sides: dict[str, Results]) -> Block:
 
 
 def _bin_edges(values: FloatArray) -> FloatArray:
-    """Return the edges of bars: whole numbers are in the middle of bars; other values have up to 24 equal bars."""
+    """Return the edges of a histogram's bars: whole numbers are centered in bars; other values have up to 24 bars."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     if np.array_equal(values, np.round(values)):
         step = max(1, math.ceil((high - low + 1) / _BINS))

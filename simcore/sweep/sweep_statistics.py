@@ -37,7 +37,7 @@ class Share:
     upper: float
     """Upper end of the interval, 0 to 1."""
     confidence: float = CONFIDENCE
-    """Confidence level: probability that the interval contains the true share."""
+    """Confidence level of the interval, 0 to 1."""
 
     @property
     def value(self) -> float:
@@ -101,7 +101,7 @@ def percentiles(values: FloatArray, at: Sequence[float] = PERCENTILES) -> list[f
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedDifference:
-    """Effect of a variant, paired by seed."""
+    """Mean difference between two variants, paired by seed, with a 95 % interval."""
 
     n: int
     """Number of seeds."""
@@ -129,16 +129,17 @@ class PairedDifference:
 
 
 def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> PairedDifference:
-    """Return the mean difference of pairs with a bootstrap interval, from pairs drawn with replacement.
+    """Return the mean difference of pairs with a 95 % bootstrap interval, from pairs drawn with replacement.
 
-    For few seeds a bootstrap interval is too narrow, so it is widened to Student's t interval for normal differences.
+    A bootstrap interval is too narrow for few seeds, so the interval is widened by the ratio of Student's t interval to
+    the bootstrap interval of normal differences. Differences below the printed digits count as zero.
 
     >>> print(paired_difference([1, 4, 2, 3], [2, 5, 3, 4]))
     +1 (95 % interval +1 to +1), 4 seeds: 4 more, 0 less, 0 equal
 
     Args:
         first: Value of the first variant for each seed, shape (n,).
-        second: Value of the second variant for each seed, in the same order.
+        second: Value of the second variant for each seed, in the order of `first`, shape (n,).
 
     Raises:
         ConfigError: If there are fewer than two pairs or values are not finite.

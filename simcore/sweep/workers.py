@@ -53,7 +53,8 @@ def play_all(
     Args:
         experiment: Experiment of the runs.
         runs: Runs, in the order in which they begin.
-        workers: Number of processes on this machine; None: one for each core; 0: this process plays all but projects.
+        workers: Number of processes on this machine; None for one process per core; 0 to play in this process, except
+            runs of a robot project.
         cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play instead of this machine.
 
     Raises:
@@ -87,11 +88,11 @@ def play_all(
 
 
 class Crew:
-    """Processes on this machine, one for each run that is played at the same time.
+    """Pool of processes on this machine, one process for each simultaneous run.
 
     Args:
-        is_quiet: Whether to hide the output of runs from the terminal; if a process dies, the row has the end of its
-            output.
+        is_quiet: Whether to hide the output of runs from the terminal; if a process dies, the row's error quotes the
+            last output of the process.
     """
 
     def __init__(self, *, is_quiet: bool = True) -> None:
@@ -102,10 +103,12 @@ class Crew:
         self._is_closed = False
 
     def play(self, common: Experiment, planned: PlannedRun, log: Path | None = None) -> Row:
-        """Play a run in a process and return its row; repeat it once if the process dies.
+        """Play a run in a process and return the run's row; repeat the run once if the process dies.
+
+        A run that takes longer than the experiment's timeout is ended, and its row has an error.
 
         Args:
-            common: Part that all runs of the experiment share.
+            common: Experiment without factors and seeds, from `Experiment.common`.
             planned: Run to play.
             log: File for the telemetry of the run; None for no file.
         """
@@ -158,7 +161,7 @@ class Crew:
                 os.unlink(output)
 
     def _death(self, process: ProcessPoolExecutor, error: BaseException) -> str:
-        """Return a sentence on how a process died, with the end of its output."""
+        """Return a sentence with the exit code and the last output of a process that died."""
         found = re.search(r"exit codes of the workers are \{(.+?)\}", str(error))
         text = ""
         with suppress(OSError, KeyError):
@@ -211,7 +214,7 @@ def _threads(count: int) -> Iterator[tuple[Submit, int]]:
 
 
 _crew = Crew()
-"""Processes of a worker in a cluster."""
+"""Processes of this worker of a Dask cluster."""
 
 
 def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> Row:
@@ -223,7 +226,7 @@ def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> R
 
 @contextmanager
 def _dask(address: str) -> Iterator[tuple[Submit, int]]:
-    """Connect to a Dask scheduler.
+    """Connect to a Dask scheduler; yield a function that submits a run, and the number of runs to submit at once.
 
     Raises:
         ConfigError: If no scheduler answers, or its workers have another version of simcore.
