@@ -70,7 +70,7 @@ CAMERAS = {table.head: table for table in (
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
-    """Read the cameras and the headset; None if there is no headset.
+    """Return the cameras and the QuestNav headset in a file; the headset is None if the file has none.
 
     Raises:
         ConfigError: A value in a table is invalid.
@@ -108,7 +108,7 @@ def _camera(t: Table, v: dict[str, Any], mount: CameraMount) -> CameraConfig:
 
 
 def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
-    """Return the camera type with the values in the table."""
+    """Return a camera type with the resolution, field of view, rate, latency and noise given in the table."""
     size = v["resolution"]
     if size and len(size) != 2:
         raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")

@@ -32,9 +32,9 @@ _OF_DEVICES = ("controller", "steer_controller", "steer", "encoder", "encoders",
 """Keys for devices other than the drive motors."""
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
-"""WPILib classes that read absolute encoders on ports of the roboRIO; a drivetrain may use several classes."""
+"""WPILib classes that read absolute encoders on ports of the roboRIO."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
-"""Kinds of azimuth encoders: separate encoders, encoders wired to the steer motors' controllers, or none."""
+"""Kinds of absolute steer encoders: separate encoders, encoders wired to the steer motors' controllers, or none."""
 NO_PHOENIX_5 = (
     "Phoenix 5 (Talon SRX, Victor SPX, Pigeon IMU) is not simulated: it ends with the roboRIO, and its Python package "
     "does not install with Phoenix 6 26.3. TalonFX, SPARK MAX, SPARK Flex and PWM controllers work, and so do Pigeon2 "
@@ -98,32 +98,32 @@ DRIVETRAIN = KeyTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainSettings:
-    """Contents of the table; fields without a value in the table are empty."""
+    """Contents of the `[drivetrain]` table; fields without a value in the table keep their defaults."""
 
     kind: str = ""
     """Kind of the drivetrain, one of `KINDS`."""
     controller: str = ""
-    """Model of the drive motors' controllers: `TalonFX`, `SPARK MAX`, `PWM`."""
+    """Model of the drive motors' controllers, e.g. `TalonFX`, `SPARK MAX` or `PWM`."""
     steer_controller: str = ""
-    """Model of the steer motors' controllers; empty: the model of the drive motors' controllers."""
+    """Model of the steer motors' controllers; empty for the model of the drive motors' controllers."""
     drive: tuple[tuple[DeviceAddress, ...], ...] = ()
     """Ids or channels of the motors on each wheel, or on each side of a tank drive (left first), leader first."""
     steer: tuple[DeviceAddress, ...] = ()
     """Id or channel of each module's steer motor."""
     encoder: str = ""
-    """Kind of the azimuth encoders, one of `ENCODERS`."""
+    """Kind of the absolute steer encoders, one of `ENCODERS`."""
     encoders: tuple[DeviceAddress, ...] = ()
-    """Ids or channels of the azimuth encoders."""
+    """Ids or channels of the absolute steer encoders."""
     wheel_encoders: tuple[int, ...] = ()
     """First DIO channels of encoders on wheels or sides."""
     wheel_distances: tuple[float, ...] = ()
-    """Distance that robot code counts for one turn of each wheel encoder [m]."""
+    """Distance that robot code counts for one turn (2048 pulses) of each wheel encoder [m]."""
     places: tuple[tuple[float, float], ...] = ()
     """Positions of the wheels, forward and left of the robot's center [m]."""
     zeros: tuple[float, ...] = ()
-    """Angle that robot code assigns to each azimuth at an encoder reading of zero [rad]."""
+    """Steer angle that robot code computes for each module at an encoder reading of zero [rad]."""
     reversed_drive: tuple[int, ...] = ()
-    """Indices of wheels, from 0, whose drive motors go backward with positive output."""
+    """Indices in `drive`, from 0, of motors that drive backward with positive output."""
     reversed_steer: tuple[int, ...] = ()
     """Indices of modules whose steer motors turn clockwise with positive output."""
     reversed_encoders: tuple[int, ...] = ()
@@ -139,12 +139,12 @@ class DrivetrainSettings:
 
     @property
     def has_devices(self) -> bool:
-        """Whether the table describes the whole drivetrain."""
+        """Whether the table names drive motors and therefore describes the whole drivetrain."""
         return bool(self.drive)
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """Keys in the table that correct wheels found in the program."""
+        """Keys in the table that correct directions, positions and zero angles of wheels found in the program."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
         return self._present_keys(*own)
 
@@ -159,10 +159,10 @@ class DrivetrainSettings:
 
 
 def read_drivetrain(t: Table | None) -> DrivetrainSettings:
-    """Read and check the table; None gives empty settings.
+    """Read and check the table; return default settings for None.
 
     Raises:
-        ConfigError: A key is unknown or conflicts with another key.
+        ConfigError: A key is unknown, invalid or missing, or conflicts with another key.
     """
     if t is None:
         return DrivetrainSettings()
@@ -191,7 +191,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 
 
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
-    """Check that a table with motors describes the whole drivetrain."""
+    """Check that a table with motors has a kind, a controller, and an entry of every list for each motor."""
     if not s.has_devices:
         return
     if not s.kind or not s.controller:

@@ -39,13 +39,13 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the gam
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FurtherRobot:
-    """Robot other than the team's own; each field has the meaning of its key in `FURTHER_ROBOT`."""
+    """Robot other than the team's own; each field has the meaning of the key with the same name in `FURTHER_ROBOT`."""
 
     name: str
     role: str
     """Role of the robot, one of `ROLES`."""
     start: Pose | None = None
-    """Start pose as a blue robot, field frame [m, m, rad]."""
+    """Start pose as a blue robot, field frame [m, m, rad]; None for the start of the auto or of the game."""
     auto: str | None = None
     player: str | None = None
     script: str | None = None
@@ -81,7 +81,7 @@ class FurtherRobot:
         return ours if self.role == "partner" else theirs
 
     def controller(self, match: Match, number: int) -> Controller | None:
-        """Return the controller of the robot; None if the robot stands still.
+        """Return a controller that drives the robot while robots are enabled; None if the robot stands still.
 
         Raises:
             ConfigError: The script does not exist.
@@ -139,7 +139,7 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
 
 
 def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
-    """Return the scripted partners and opponents of a robot in a whole match.
+    """Return the scripted partners and opponents of the team's robot in a whole match.
 
     Args:
         game: Game to play.
@@ -170,11 +170,11 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
 
 def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
-    """Add the controllers of the further robots, which keep the alliances of their roles.
+    """Set the controllers of the further robots, and keep partners and opponents in the right alliance.
 
     Args:
         match: Match with the robots.
-        robots: Robots of the match from number 1 on.
+        robots: Further robots, in the order of their numbers in the match, from 1.
 
     Raises:
         ConfigError: A script does not exist.

@@ -27,7 +27,7 @@ __all__ = ["add_arguments", "find_robot_py", "run", "survey"]
 
 _LOOK_SECONDS = 180.0  # a laptop imports a robot program in 10 to 20 s, a busy laptop in 60 s
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
-"""Files that programs write rather than read; through links, programs would write into the project."""
+"""Files that programs write; if these were links, a program would write into the project."""
 _LEFT_BEHIND = (
     *("__pycache__/", "ctre_sim/", "logs/", "out/", "test_output/", "networktables.json", "networktables.json.bck"),
     *("simgui.json", "simgui-window.json", "*.wpilog", "*.hoot"),
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the file and start the program with it once, or write the workflow with `--ci`.
+    """Write `simcore.toml` and start the program once with the file, or write the workflow with `--ci`.
 
     Returns:
         Exit status: 1 if the program does not start with the file, else 0.
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: str, every: bool, starts: bool) -> str:
-    """Write a file with which the program starts; leave out a `[drivetrain]` that prevents the start.
+    """Write a `simcore.toml`, and write it again without a `[drivetrain]` that prevents the start of the program.
 
     Args:
         path: Path of the file to write.
@@ -107,7 +107,7 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
         robot_file: Path of the program.
         game: Name of the game to play; empty for no game in the file.
         every: Whether to add all other keys in comments.
-        starts: Whether to start the program with the file; False: only read the file.
+        starts: Whether to start the program with the file; False to only read the file.
 
     Returns:
         Error that still prevents the start; empty if the program starts.
@@ -129,7 +129,7 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
 
 
 def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
-    """Return lines about the results of the survey, or about the reason why there are none."""
+    """Return lines about the results of the survey, or one line with the reason why there are no results."""
     if not is_asked:
         return ["did not start the robot program: fill in the mechanisms by hand"]
     if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
@@ -149,7 +149,7 @@ def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
 
 
 def _simulates_itself(folder: Path) -> bool:
-    """Return whether robot code or a physics.py writes to simulated motors."""
+    """Return whether any Python file of a program writes to simulated motors."""
     files = [path for path in folder.rglob("*.py") if not _is_foreign(path.relative_to(folder))]
     return any(_OWN_SIMULATION.search(path.read_text(encoding="utf-8", errors="replace")) for path in files)
 
@@ -212,7 +212,10 @@ def _is_foreign(path: Path) -> bool:
 
 
 def _project_of(robot_file: Path) -> Path:
-    """Return the folder in which the team starts the program: the nearest with pyproject.toml, else with robot.py."""
+    """Return the folder in which teams start the program.
+
+    This is the nearest folder above robot.py with a pyproject.toml, or else the folder of robot.py.
+    """
     folder = robot_file.resolve().parent
     return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
 
@@ -225,7 +228,7 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
 
     Args:
         robot_file: Path of the project's robot.py.
-        source: Address from which GitHub can install simcore; empty: the address of this installation.
+        source: Address from which GitHub can install simcore; empty for the address of this installation.
         force: Whether to overwrite an existing file.
 
     Raises:
@@ -270,14 +273,15 @@ def _packages(project: Path) -> list[str]:
 
 
 def survey(robot_file: Path, *options: str) -> dict[str, Any]:
-    """Build the robot program in a separate process and return a survey of its devices.
+    """Build the robot program in a separate process and return a survey of the program's devices.
 
     Args:
         robot_file: Path of the project's robot.py.
         options: Command-line options of `simcore.robotcode.sim.robot_survey`.
 
     Returns:
-        Results of the survey, with a key `error` or `not_modelled` if the program cannot be built.
+        Results of the survey; with a key `error` if the program cannot be built, or `not_modelled` if simcore does not
+        model a device even with `RobotBase.isReal()` true.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
@@ -288,7 +292,7 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
 
 
 def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """Run the survey and return its results from its line of JSON."""
+    """Run the survey in a separate process and return the results, or an `error` if the process printed none."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),
@@ -318,7 +322,7 @@ def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
 
 
 def _link_contents(project: Path, scratch: Path) -> None:
-    """Link a project's files into the folder in which the program starts, where links are allowed."""
+    """Link the data files of a project into the folder in which the survey runs, if the system allows links."""
     for entry in project.iterdir():
         if entry.name.startswith(".") or entry.name in _NOT_LINKED or entry.suffix == ".py":
             continue

@@ -1,4 +1,4 @@
-"""Keys of `simcore.toml`: each has one definition for the reader, error messages, template and documentation.
+"""Keys of `simcore.toml`; the reader, error messages, template and documentation share one definition per key.
 
 Tables are read strictly: a key that the reader does not read is an error.
 """
@@ -38,14 +38,14 @@ _MEANT = {
     **dict.fromkeys(("ratio", "gear_ratio", "reduction"), "gearing"),
     **dict.fromkeys(("id", "can_id", "motor_id"), "leader"),
 }
-"""Keys by other common names that differ too much in spelling for a suggestion."""
+"""Keys by common wrong names whose spelling is too different for an automatic suggestion."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
+    """Return the values in a TOML file.
 
     Raises:
-        ConfigError: The file cannot be read or is not valid TOML; the message has the line.
+        ConfigError: The file cannot be read or is not valid TOML; the message names the line of invalid TOML.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")  # some Windows editors write a byte order mark
@@ -59,7 +59,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def _toml_hint(text: str) -> str:
-    r"""Return a hint about a common mistake in a text that is not TOML; empty if there is no hint.
+    r"""Return a hint about a common mistake in a text that is not valid TOML; empty if no mistake is recognized.
 
     >>> _toml_hint("mass = 52,5  # weighed"), _toml_hint("mass = 52 kg"), _toml_hint("real = True")
     ('; decimals take a point: 52.5', "; a unit is not written: 52 in place of '52 kg'", '; write true with a small t')
@@ -106,7 +106,7 @@ class Table:
         self._asked: list[str] = []
 
     def error(self, key: str, problem: str) -> ConfigError:
-        """Return a `ConfigError` about a key."""
+        """Return a `ConfigError` whose message has the table, the key and the problem."""
         return ConfigError(f"{self.where}: {key} {problem}")
 
     def __contains__(self, key: str) -> bool:
@@ -117,12 +117,15 @@ class Table:
         return self._data.get(key, False) is not False
 
     def value(self, key: str, default: Any, wanted: str) -> Any:
-        """Return the value of a key, of any type.
+        """Return the value of a key, of any type, and record that the key has been read.
 
         Args:
             key: Name of the key.
             default: Value if the key is missing; `REQUIRED` if a missing key is an error.
             wanted: Description of a valid value, for the message.
+
+        Raises:
+            ConfigError: A required key is missing.
         """
         self._asked.append(key)
         if key not in self._data and default is REQUIRED:
@@ -139,7 +142,11 @@ class Table:
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """Return the tables in a list of tables; messages call each by its name, which must be unique."""
+        """Return the tables in a list of tables; empty if the key is missing.
+
+        Raises:
+            ConfigError: The value is not a list of tables, or two tables have the same `name`.
+        """
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
@@ -192,7 +199,10 @@ class Table:
                 raise ConfigError(f"{self.where}: no key {key!r}.{near} Known: {', '.join(known)}")
 
     def slip(self, names: Collection[str]) -> str:
-        """Return a message about a key whose name is close to a missing key; empty if there is no such key."""
+        """Return a message about an unknown key that is probably a misspelling of a missing key in `names`.
+
+        The message is empty if the table has no such key.
+        """
         missing = [name for name in names if name not in self._data]
         for key in self._data:
             if key not in _NAMES and (near := difflib.get_close_matches(key, missing, n=1, cutoff=0.85)):
@@ -205,7 +215,7 @@ class Table:
 _NAMES: set[str] = set()
 """Names of all keys of all tables."""
 Names: TypeAlias = Mapping[str, Sequence[str]]
-"""Names in a file by kind: `mechanism`, `carrier` (mechanisms that can carry others) and `storage`."""
+"""Names in a file by kind: `mechanism`, `carrier` (mechanisms that can carry other mechanisms) and `storage`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,8 +248,8 @@ class Several:
 
 
 Form: TypeAlias = "Quantity | Row | Named | Several | tuple[str, ...] | type[bool] | type[str] | type[DeviceAddress]"
-"""Form of a value: a number, a row of numbers, a name, a list, one of several texts, true or false, any text, or a
-device."""
+"""Form of a value: a number, a row of numbers, a name in the file, a list, one of several texts, true or false, any
+text, or a device."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,25 +273,29 @@ that is -0.61 m
     about: str = ""
     """Meaning of the key, for the template and the documentation."""
     example: Any = None
-    """Value in the template; None: the default of the key."""
+    """Value in the template; None for the default of the key, or `"name"` without a default."""
     field: str = ""
-    """Name of the field in the config; empty: the name of the key. Angles in degrees, even in a row, are converted to
-    radians unless the field ends in `_deg`."""
+    """Name of the field in the config; empty for the name of the key. A single angle is converted from degrees to
+    radians unless the field ends in `_deg`; angles in a row are always converted."""
     is_guess: bool = False
-    """Whether the default is a guess, which runs list until the file has the key."""
+    """Whether the default is a guess, which is reported until the file has the key."""
     needs: tuple[str, str] | None = None
-    """Another key that the table must have with a value other than false, and the value as the message writes it."""
+    """Another key that this key requires, with a value other than false, and the value shown in the error message."""
     refused: Mapping[str, str] | None = None
-    """Texts that are refused, with the reason for each."""
+    """Reason for the refusal of each refused text; None if no text is refused."""
 
     def __post_init__(self) -> None:
         _NAMES.add(self.name)
 
     def read(self, t: Table, names: Names) -> Any:
-        """Return the value in a table, in the unit of the config.
+        """Return the checked value in a table, in the unit of the config, or the default if the key is missing.
+
+        Args:
+            t: Table that may contain the key.
+            names: Valid names by kind, for values that are names in the file.
 
         Raises:
-            ConfigError: The value is invalid.
+            ConfigError: The value is invalid, a required key is missing, or another required key is missing.
         """
         form: Any = self.form
         if isinstance(form, Named):
@@ -316,13 +330,13 @@ that is -0.61 m
         return self.field or self.name
 
     def line(self, prefix: str = "# ") -> str:
-        """Return the line of the key in the template."""
+        """Return the line of the key in the template: prefix, key, example and meaning."""
         values = (self.example, self.default, "name")
         first = next(one for one in values if one is not None and one is not REQUIRED)
         return comment_line(f"{prefix}{self.name} = {toml(first)}", self.about)
 
     def row(self) -> str:
-        """Return the row of the key in the documentation."""
+        """Return the Markdown table row of the key: name, valid values, default and meaning."""
         default = "needed" if self.default is REQUIRED else ""
         if default == "" and self.default not in (None, (), ""):
             default = f"{'a guess: ' if self.is_guess else ''}`{toml(self.default)}`"
@@ -340,10 +354,12 @@ class KeyTable:
     keys: tuple[Key, ...]
 
     def read(self, t: Table, names: Names | None = None) -> dict[str, Any]:
-        """Return the values by field of the config.
+        """Return the values (or defaults) of all keys by config field, in the units of the config.
+
+        Unknown keys are no error here; `Table.finish` refuses them.
 
         Raises:
-            ConfigError: A value is invalid; `Table.finish` refuses unknown keys.
+            ConfigError: A value is invalid, or a required key is missing.
         """
         try:
             return {key.target: key.read(t, names or {}) for key in self.keys}
@@ -353,18 +369,18 @@ class KeyTable:
             raise
 
     def guesses(self, t: Table) -> dict[str, Any]:
-        """Return the guesses for missing keys."""
+        """Return the guessed default of each key that is missing in a table, by name of the key."""
         return {key.name: key.default for key in self.keys if key.is_guess and key.name not in t}
 
     def example(self) -> str:
-        """Return the table as comments."""
+        """Return TOML comment lines with the header and an example line for every key of the table."""
         head, _, kind = self.head.partition(", ")
         return comment_line(f"# {head}", f"{kind}: {self.about}" if kind else self.about) + "".join(
             key.line() for key in self.keys
         )
 
     def reference(self) -> Iterator[str]:
-        """Yield the lines of the table's documentation."""
+        """Yield Markdown lines that document the table: a heading, the purpose, and a row for every key."""
         yield from (f"### {self.head}", "", f"{self.about[:1].upper()}{self.about[1:]}.", "")
         yield from ("| key | value | if it is left out | |", "|---|---|---|---|")
         yield from (key.row() for key in self.keys)
@@ -392,7 +408,7 @@ def _as_radians(name: str, value: object) -> float | None:
 
 
 def comment_line(text: str, about: str) -> str:
-    """Format a line of TOML with its meaning as a comment, which is wrapped if it is long."""
+    """Format a line of TOML with a comment; a long comment continues on further comment lines."""
     first, *more = textwrap.wrap(about, 86) or [""]
     lines = [f"{text:<31} # {first}" if about else text, *(f"{'#':<31} # {line}" for line in more)]
     return "".join(f"{line}\n" for line in lines)
@@ -423,7 +439,7 @@ def toml(value: Any) -> str:
 
 
 def _one(t: Table, key: str, value: Any, form: Any) -> Any:
-    """Return a value whose form is not `Several` after checking it."""
+    """Check and return a single value, of any form except `Named` and `Several`; rows of angles become radians."""
     if isinstance(form, Quantity):
         require(t.where, key, value, form)
         return value if form.is_whole else float(value)
@@ -449,7 +465,7 @@ def _one(t: Table, key: str, value: Any, form: Any) -> Any:
 
 
 def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
-    """Return the values of a list after checking them; a single value is a list if its form allows this."""
+    """Check and return the values of a list; if the form allows a single value, return a tuple with this value."""
     is_list = isinstance(value, list)
     if (not is_list and not form.or_one) or (value == [] and form.or_one):
         raise t.error(key, f"must be {form}; got {shown(value)}")
@@ -459,7 +475,7 @@ def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
 
 
 def _form_text(form: Any) -> str:
-    """Return a description of the valid values, for messages and the documentation."""
+    """Describe the valid values of a form in words, for messages and the documentation."""
     if form is bool:
         return "true or false"
     if form is str:

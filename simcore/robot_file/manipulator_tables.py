@@ -52,7 +52,13 @@ _ROOM = StorageConfig()
 
 
 def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] = (None,) * 6) -> tuple[Key, ...]:
-    """Return the keys `x_min` to `z_max` with their defaults [m]; None for a required key."""
+    """Return the keys `x_min` to `z_max` of a box.
+
+    Args:
+        about: Meaning of the box, written at `x_min`.
+        corners: Default of each key [m]; None for a required key.
+        examples: Value of each key in the template [m]; None for the default.
+    """
     names = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
     return tuple(
         Key(name, ROBOT_PLACE, REQUIRED if corner is None else corner, about if name == "x_min" else "", example)
@@ -157,12 +163,12 @@ MANIPULATORS = (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)
 
 
 def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
-    """Read a `[[storage]]`.
+    """Return the storage in a `[[storage]]` table; with an outlet, the storage is a hopper.
 
     Args:
         t: Table to read.
-        capacity: Default capacity; None if the table must have a capacity.
-        names: Names in the file, for the belt.
+        capacity: Default number of pieces; None if the table must give the capacity.
+        names: Names of the mechanisms in the file, for the belt.
     """
     v = _read(STORAGE, t, names)
     low, high = _corners(t, v)
@@ -176,7 +182,7 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
 
 
 def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig:
-    """Read an `[[intake]]`."""
+    """Return the intake in an `[[intake]]` table."""
     v = _read(INTAKE, t, names)
     (x_min, y_min, z_min), (x_max, y_max, z_max) = _corners(t, v)
     zone = IntakeZone(x_min=x_min, x_max=x_max, y_min=y_min, y_max=y_max, z_min=z_min, z_max=z_max)
@@ -187,7 +193,7 @@ def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig
 
 
 def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConfig:
-    """Read a `[[shooter]]`."""
+    """Return the shooter in a `[[shooter]]` table; the default turret axis is at the turret's joint."""
     v = _read(SHOOTER, t, names)
     wheels, feeders = v["wheels"], v["gate"]
     for name in wheels:
@@ -219,7 +225,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
 
 
 def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
-    """Read a `[[claw]]`, a gripper at the end of an arm or elevator."""
+    """Return the gripper in a `[[claw]]` table, at the end of a chain of mechanisms."""
     v = _read(CLAW, t, names)
     joints = joints_to(v.pop("on"), mechanisms)
     offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
@@ -230,13 +236,13 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
 
 
 def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
-    """Read a `[[climber]]`, a hook at the end of an arm or elevator."""
+    """Return the hook in a `[[climber]]` table, at the end of a chain of mechanisms."""
     v = _read(CLIMBER, t, names)
     return ClimberConfig(joints=joints_to(v["on"], mechanisms), offset=_offset(v), reach=v["reach"])
 
 
 def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:
-    """Read a `[[component]]`, a part with its own model on a chain of mechanisms or on a roller."""
+    """Return the moving part in a `[[component]]` table, on a chain of mechanisms or on a roller."""
     turning = tuple(name for name, m in mechanisms.items() if m.joint is None)
     v = COMPONENT.read(t, {**names, "mechanism": turning})
     t.finish()
@@ -251,7 +257,7 @@ def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> Component
 
 
 def _read(keys: KeyTable, t: Table, names: Names) -> dict[str, Any]:
-    """Return the values of a table after checking that it has no unknown keys."""
+    """Return the values of a table by config field, after checking that the table has no unknown keys."""
     values = keys.read(t, names)
     t.finish()
     return values
@@ -262,7 +268,7 @@ def _offset(v: dict[str, Any]) -> tuple[float, float, float]:
 
 
 def _corners(t: Table, v: dict[str, Any]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return the lowest and highest corner of a box [m]."""
+    """Remove the keys of a box from the values; return the box's lowest and highest corner [m]."""
     low, high = ([v.pop(f"{axis}_{end}") for axis in "xyz"] for end in ("min", "max"))
     for axis, below, above in zip("xyz", low, high, strict=True):
         if not below < above:

@@ -25,15 +25,15 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "rack": ("rack", "slide", "extension", "extender", "deploy"),
     "flywheel": ("flywheel", "shooter", "launcher"),
 }
-"""Words of each kind, in order of priority: `intake_pivot` is an arm."""
+"""Words of each kind of mechanism, in order of priority; a name without these words is a roller."""
 
 
 def mechanism_name(path: str) -> str:
     """Return a mechanism's name in snake case, without words for motors; empty if no other word is left.
 
     Args:
-        path: Attributes that lead from the robot to the motor. If the last attribute names only a side, the name of its
-            owner is added.
+        path: Attributes that lead from the robot to the motor, joined by dots. If the last attribute names only a
+            motor or a side, the names of the owners are added.
 
     >>> mechanism_name("Feeder1Motor"), mechanism_name("shooterMotorTop"), mechanism_name("arms.m_wristTalonFX")
     ('feeder1', 'shooter_top', 'wrist')
@@ -48,7 +48,10 @@ def mechanism_name(path: str) -> str:
 
 
 def mechanism_kind(name: str) -> str:
-    """Return the probable kind of a mechanism in `simcore.toml`, from its name by `mechanism_name`.
+    """Return the probable kind of a mechanism in `simcore.toml`.
+
+    Args:
+        name: Name of the mechanism, from `mechanism_name`.
 
     >>> [mechanism_kind(name) for name in ("intake_pivot", "shooter_top", "feeder1")]
     ['arm', 'flywheel', 'roller']

@@ -1,4 +1,4 @@
-"""Table `[[mechanism]]` of `simcore.toml`: mechanisms, the devices that move them, and their places on the robot."""
+"""Table `[[mechanism]]` of `simcore.toml`: mechanisms, the devices that move them, and their joints on the robot."""
 
 from __future__ import annotations
 
@@ -160,12 +160,12 @@ MECHANISM = KeyTable("[[mechanism]]", "a moving part of the robot; a motor witho
 
 
 def usual_motor(controller: str) -> str:
-    """Return the name of the motor that is usual on a controller."""
+    """Return the motor that the reader assumes for a controller if the file names no motor."""
     return _USUAL_MOTORS.get(controller, "Kraken X60")
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
-    """Read a mechanism with its devices.
+    """Return the mechanism in a `[[mechanism]]` table, with devices, joint, moving mass and guesses.
 
     Raises:
         ConfigError: A key is missing, unknown or invalid.
@@ -212,7 +212,10 @@ def read_mechanism(t: Table) -> MechanismSettings:
 
 
 def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
-    """Return the friction in the file, given in either unit, else the default for the kind and motor [N m]."""
+    """Return the friction torque in the file [N m], converted from volts if necessary.
+
+    Without friction in the file, return the default for the gearbox, with gear friction except for a flywheel.
+    """
     if torque is not None and volts is not None:
         raise t.error("friction_volts", "means the same as friction_torque; keep one of them")
     if volts is not None:
@@ -227,7 +230,7 @@ _CONFIGS: dict[str, Callable[..., MechanismConfig]] = {
 
 
 def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
-    """Check that the keys apply to the controller."""
+    """Check that the keys for encoders and coasting apply to the controller in the table."""
     controller = v["controller"]
     has_encoder = controller in _WITH_ENCODER
     if has_encoder and v["cancoder"] is not None:
@@ -287,7 +290,16 @@ def _piston(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
 
 
 def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, lean: float) -> MechanismSettings:
-    """Return a copy with the joint, in the frame of the carrier, and the moving mass."""
+    """Return a copy of a mechanism with the joint (in the frame of the carrier) and the moving mass of the table.
+
+    Args:
+        t: Table to read.
+        m: Mechanism without a joint.
+        kind: Kind of the mechanism in the file.
+        yaw: Direction of an arm or a rack [rad].
+        rise: Angle of a rack above the floor [rad].
+        lean: Forward lean of an elevator [rad].
+    """
     v, config = PLACE.read(t), m.config
     c, s = math.cos(yaw), math.sin(yaw)
     out, ratio = 0.0, 1.0
@@ -311,10 +323,10 @@ def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, 
 
 
 def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
-    """Return the parts of the robot's mass that mechanisms move, after `require_chains` has checked them.
+    """Return the part of the robot's mass that each mechanism moves; `require_chains` must have checked the mechanisms.
 
-    If the file has no value, an elevator, a rack or an arm moves the mass on its motors, which includes the moving
-    masses of the mechanisms that it carries.
+    If the file has no `moving_mass`, it is the `mass` of the elevator, rack or arm minus the moving masses of the
+    mechanisms on it. Mechanisms that move no mass are left out.
     """
     found = []
     for m in mechanisms.values():
@@ -341,7 +353,7 @@ def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) 
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """Check that `on` names mechanisms that can carry others, and that no mechanism carries itself.
+    """Check that every `on` names a mechanism that can carry other mechanisms, and that no mechanism carries itself.
 
     Returns:
         Names of the mechanisms that can carry others.
@@ -366,7 +378,7 @@ def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> t
 
 
 def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> tuple[Joint, ...]:
-    """Return the joints from the robot to the frame that a mechanism carries; empty if the name is None, the robot."""
+    """Return the joints from the robot frame to the frame that a mechanism moves; empty if the name is None."""
     chain: list[Joint] = []
     while name is not None:
         m = mechanisms[name]

@@ -22,7 +22,7 @@ DISTANCES = (2.0, 3.0, 4.0, 5.0)
 
 @dataclass(frozen=True, slots=True)
 class NeededSpeed:
-    """Speeds that a shooter needs for a shot into the goal."""
+    """Piece and wheel speed that a shooter needs for a shot into the goal from a distance."""
 
     distance: float
     """Distance from the robot's center to the goal [m]."""
@@ -31,7 +31,7 @@ class NeededSpeed:
     speed: float
     """Speed of the piece relative to the muzzle [m/s]."""
     wheel_rps: float
-    """Speed of the wheels at the exit efficiency of the shooter [turns/s]."""
+    """Wheel speed that gives the piece this speed at the exit efficiency of the shooter [turns/s]."""
 
 
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
@@ -41,14 +41,17 @@ def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
-    """Return the lowest and highest elevation of the hood's range [rad]."""
+    """Return the lowest and highest elevation of a shooter [rad]; both are the fixed elevation without hood stops."""
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)
 
 
 def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> list[NeededSpeed]:
-    """Return the speeds for shots into the goal from `DISTANCES`, at the elevation that needs the lowest speed."""
+    """Return the needed speeds for `DISTANCES`, each at the elevation with the lowest speed.
+
+    Distances from which no shot reaches the goal are left out.
+    """
     low, high = elevations(shooter, config)
     steps = np.linspace(low, high, 1 if low == high else 31)
     found = []
@@ -61,7 +64,7 @@ def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> li
 
 
 def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
-    """Return the speed of the shot that hits the middle of the goal [m/s]; infinite if no shot does."""
+    """Return the exit speed of a shot that hits the middle of the goal [m/s]; infinite if there is no such shot."""
     if not abs(elevation) < 0.5 * math.pi:
         return math.inf
     goal = goal_of(shooter, game)

@@ -109,10 +109,10 @@ _TABLES = (
 
 
 def read_settings(path: Path) -> RobotSettings:
-    """Read the robot in a file; missing values have defaults, and so do all values if the file does not exist.
+    """Return the settings in a `simcore.toml`; missing values have defaults, as have all values if the file is missing.
 
     Raises:
-        ConfigError: A value is invalid; the message has the file, table, key, value and valid values.
+        ConfigError: The file is not valid TOML, or a value is invalid; the message names file, table and key.
     """
     if not path.exists():
         return RobotSettings()
@@ -179,14 +179,18 @@ def read_settings(path: Path) -> RobotSettings:
 
 
 def _models(robot: Table, folder: Path) -> Path:
-    """Return the folder with the robot's own AdvantageScope model."""
+    """Return the absolute path of the folder with the robot's own AdvantageScope model.
+
+    Raises:
+        ConfigError: The folder contains no `Robot_...` folder.
+    """
     if not any(folder.glob("Robot_*")):
         raise robot.error("models", f"must be a folder with a Robot_... in it, but {folder} has none")
     return folder.resolve()
 
 
 def _scatter(t: Table | None) -> Scatter | None:
-    """Return the default spreads times `scale`, with the spreads in the table in place of the defaults."""
+    """Return the default spreads times `scale`, with the spreads that the table sets by name; None without a table."""
     if t is None:
         return None
     values = SCATTER.read(t)

@@ -106,14 +106,14 @@ class MechanismRun:
     stop: float | None
     """Time at which the mechanism reached a hard stop [s]; None if it reached no stop."""
     soft_limit: float | None = None
-    """Time at which the controller stopped the mechanism at a soft limit [s]; None if it did not."""
+    """Time at which the controller stopped the mechanism at a soft limit [s]; None if it reached no soft limit."""
     read: tuple[float, float] | None = None
-    """Position in robot code before and after the motion [turns]; None without robot code."""
+    """Position in robot code at the start and the end of the run [turns]; None without robot code."""
     code: CodeView | None = None
 
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
-    """Return the mechanism with the current limits configured in robot code."""
+    """Return a mechanism with the lower of its own current limits and those configured in robot code."""
     if code is None or isinstance(config, PistonConfig | ServoConfig):
         return config
     box = config.gearbox
@@ -130,12 +130,14 @@ def run_mechanism(
     reversed: bool = False,
     output: float = 1.0,
 ) -> MechanismRun:
-    """Run a mechanism from its start with full output for a second and return the result.
+    """Run a mechanism from the start position with 12 V for a second and return the result.
+
+    At a soft limit of robot code, the voltage is 0.
 
     Args:
         name: Name of the mechanism.
         config: Masses and gears of the mechanism.
-        code: Configuration of the controller in robot code; None if it is unknown.
+        code: Configuration of the controller in robot code; None if the configuration is unknown.
         reversed: Whether positive in robot code is negative for the mechanism.
         output: Direction of the full output: +1 or -1.
     """
@@ -180,7 +182,7 @@ def run_mechanism(
 
 
 def holding_share(config: MechanismConfig) -> float:
-    """Return the largest ratio of the weight's torque to the torque that the motors can hold [-]; 0 without weight."""
+    """Return the largest ratio of weight torque to stall torque at 12 V plus friction torque [-]; 0 without weight."""
     if isinstance(config, ArmConfig):
         low, high = config.min_angle, config.max_angle
         level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
@@ -194,7 +196,7 @@ def holding_share(config: MechanismConfig) -> float:
 
 
 def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: float) -> float | None:
-    """Return the position at which a soft limit stops the mechanism [rad]; None if it is off or not known."""
+    """Return the position at which a soft limit stops the mechanism [rad]; None if the limit is off or unknown."""
     limit = code.upper_limit if output > 0.0 else code.lower_limit
     if limit is None or code.reading is None:
         return None
@@ -202,10 +204,10 @@ def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: floa
 
 
 def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
-    """Return the unit of positions in robot code, according to the ratio of the controller.
+    """Return the unit of positions in robot code that follows from the ratio in the controller.
 
     Returns:
-        Unit, e.g. "turns", or "m" if the ratio includes the drum; None if the unit is not a usual one.
+        "turns", "deg", "rad", "m" or "in" for a ratio within 1 % of this unit; None for any other ratio.
     """
     per_turn = mechanism.gearing / code.ratio
     units = {"turns": 1.0}
@@ -218,7 +220,7 @@ def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
 
 
 def speed_text(mechanism: ShaftSim, speed: float) -> str:
-    """Format the speed of a mechanism [rad/s] in the usual unit."""
+    """Format the speed of a mechanism [rad/s] in deg/s for an arm, m/s for an elevator or rack, else turns/s."""
     if isinstance(mechanism, ArmSim):
         return f"{math.degrees(speed):.0f} deg/s"
     if isinstance(mechanism, ElevatorSim | RackSim):
@@ -230,7 +232,7 @@ def speed_text(mechanism: ShaftSim, speed: float) -> str:
 
 
 def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, CodeView]) -> Iterator[RobotFinding]:
-    """Yield mistakes in the description of a robot.
+    """Yield mistakes and notes about the intakes, shooters, mechanisms and climbers of a robot.
 
     Args:
         config: Robot to check.
@@ -276,7 +278,7 @@ def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFin
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and highest corner of a deployed intake's zone over all positions, robot frame [m]."""
+    """Return the lowest and highest corner of a deployed intake's zone over all carrier positions, robot frame [m]."""
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     if intake.deploy is not None:
         low, high = mechanisms[intake.deploy].stops
@@ -295,7 +297,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
 
 
 def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    """Yield findings about an intake that cannot touch a piece on the floor outside the bumpers."""
+    """Yield findings about an intake that does not reach pieces outside the bumpers, or reaches too far."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
     body = config.body
@@ -320,14 +322,14 @@ def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game:
 
 
 def top_exit_speed(shooter: ShooterConfig, config: RobotConfig) -> float:
-    """Return the exit speed of a piece with the wheels at their free speed at 12 V [m/s]."""
+    """Return the exit speed of a piece relative to the muzzle, with the wheels at their free speed at 12 V [m/s]."""
     return shooter.exit_speed(_free_speeds(shooter, config))
 
 
 def _shooter_findings(
     name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None
 ) -> Iterator[RobotFinding]:
-    """Yield findings about a shooter that is off the robot, cannot fire, or cannot reach the goal."""
+    """Yield findings about a shooter that has its muzzle outside the robot, cannot fire, or cannot reach the goal."""
     body, launch = config.body, shooter.launch
     places = np.array([muzzle_offset(launch, barrel) for barrel in range(len(launch.barrels))])
     out = np.abs(places[:, :2]) - (0.5 * body.bumper_length, 0.5 * body.bumper_width)
@@ -364,7 +366,7 @@ def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> It
     """Yield findings about the test runs of mechanisms and the configurations of their controllers.
 
     Args:
-        runs: Run forward of each mechanism, and run backward (or None) of a mechanism that starts at its stop.
+        runs: Forward run of each mechanism, and a backward run if the forward run started at a stop, else None.
     """
     for run, backward in runs:
         box, code, gearing = run.mechanism.gearbox, run.code, run.mechanism.gearing

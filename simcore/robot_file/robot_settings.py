@@ -45,7 +45,7 @@ __all__ = ["CONTROLLERS", "FILE_NAME", "PORT_CONTROLLERS", "MechanismSettings", 
 FILE_NAME = "simcore.toml"
 
 CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
-"""Controllers that can drive a mechanism in the file; `PWM` is any controller on a PWM port, `Relay` is a Spike."""
+"""Valid controllers of a mechanism in the file; `PWM` is any controller on a PWM port, `Relay` a Spike relay."""
 PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
 """Controllers on ports of the roboRIO or a pneumatics module, not on CAN."""
 
@@ -54,7 +54,7 @@ _OF_FIXED_WHEELS = {
     **{"drive_motor": "motor", "drive_gearing": "gearing"},
     **{"drive_stator_limit": "stator_limit", "drive_supply_limit": "supply_limit"},
 }
-"""Keys in `MEASURES` with the names of the fields in tank and mecanum configs."""
+"""Names of fields in tank and mecanum configs, by the key in `MEASURES`, where the names differ."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,9 +65,9 @@ class MechanismSettings:
     config: MechanismConfig
     """Gears, masses and stops; the type of the config is the kind of the mechanism."""
     guessed: Mapping[str, Any] = field(default_factory=dict)
-    """Guesses for keys that are missing in the file."""
+    """Guessed values by key, for keys that are missing in the file."""
     friction_is_given: bool = True
-    """Whether the file has the friction; if not, the friction is a default that a kS in the controller replaces."""
+    """Whether the file gives the friction; a default friction is replaced by a kS in the motor controller."""
     motor: str
     """Name of the motor, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
@@ -75,49 +75,51 @@ class MechanismSettings:
     leader: DeviceAddress
     """CAN id, or PWM, relay or solenoid channel."""
     followers: tuple[DeviceAddress, ...] = ()
-    """CAN ids or channels of the followers; the reverse channel of a double solenoid."""
+    """CAN ids or channels of the followers, or the reverse channel of a double solenoid."""
     opposed: tuple[DeviceAddress, ...] = ()
     """Followers that are mounted face to face with the leader."""
     reversed: bool = False
     """Whether positive in robot code is negative for the mechanism."""
     cancoder: DeviceAddress | None = None
-    """CAN id of an absolute encoder on the mechanism."""
+    """CAN id of a CANcoder on the mechanism; None without a CANcoder."""
     cancoder_gearing: float = 1.0
     """Turns of the CANcoder per turn of the mechanism [-]."""
     encoder_gearing: float = 1.0
     """Turns of a SPARK's absolute, alternate or external encoder per turn of the mechanism [-]."""
     coasts: bool = False
-    """Whether a controller on a PWM or relay port opens the circuit at zero output instead of braking."""
+    """Whether a controller on a PWM or relay port coasts at zero output instead of braking."""
     module: str = ""
     """Type and CAN id of a solenoid's pneumatics module, e.g. `REVPH 1`."""
     joint: Joint | None = None
-    """Joint that the mechanism moves, in the frame of the carrier; None for a mechanism that only turns in place."""
+    """Joint that the mechanism moves, in the frame of the carrier; None for a mechanism that cannot carry parts."""
     on: str | None = None
-    """Name of the mechanism that is the carrier; None: the robot."""
+    """Name of the mechanism that carries this mechanism; None for the robot."""
     moving_mass: float | None = None
-    """Part of the robot's mass that moves with the mechanism alone [kg]; None: see `moving_masses`."""
+    """Part of the robot's mass that moves with the mechanism alone [kg]; None for the default in `moving_masses`."""
     mass_center: Vector = (0.0, 0.0, 0.0)
     """Center of the moving mass in the frame after the joint [m]."""
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Keys of the controllers or ports, leader first."""
+        """Model and address of each controller or port, leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
         return [(model, address) for address in self.devices]
 
     def among(self, built: Collection[DeviceAddress]) -> MechanismSettings:
-        """Return a copy with the addresses that the program gave its controllers; see `DeviceAddress.among`."""
+        """Return a copy whose addresses are those in `built` that match, as in `DeviceAddress.among`."""
         leader, *followers = (address.among(built) for address in self.devices)
         opposed = tuple(address.among(built) for address in self.opposed)
         return replace(self, leader=leader, followers=tuple(followers), opposed=opposed)
 
     @property
     def guesses(self) -> str:
-        """Guesses as text; empty if there are no guesses."""
+        """Guesses as text, e.g. `gearing = 1, inertia = 0.004`; empty if there are no guesses."""
         return ", ".join(f"{key} = {value:.3g}" for key, value in self.guessed.items())
 
     def with_program(self, gearing: float, inertia: float) -> MechanismSettings:
-        """Return a copy with values from the program's configuration where the file has none.
+        """Return a copy with the gearing and inertia of the program's configuration in place of guesses.
+
+        The default friction is computed again for the new gearing.
 
         Args:
             gearing: Rotor turns per turn of the mechanism [-].
@@ -137,7 +139,7 @@ class MechanismSettings:
         return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
-        """Return a copy with the friction of a kS [V], unless the file has the friction."""
+        """Return a copy with the friction torque for a kS [V], unless the file gives the friction."""
         if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         gearbox = self.config.gearbox
@@ -151,7 +153,7 @@ class MechanismSettings:
 
     @property
     def channels(self) -> tuple[int, ...]:
-        """Channels of the devices of a mechanism on ports."""
+        """Channel numbers of all devices of the mechanism, leader first."""
         return tuple(address.number for address in self.devices)
 
 
@@ -162,18 +164,18 @@ class RobotSettings:
     game: str | None = None
     """Name of the game to play, or `none` for an empty field; None if the file has no game."""
     field_size: tuple[float, float] | None = None
-    """Length and width of the empty field [m]; None: the size in `Game.bare`."""
+    """Length and width of the empty field [m]; None for the size in `Game.bare`."""
     engine: str | None = None
-    """Name of the physics engine; None: see `engine_choice`."""
+    """Name of the physics engine; None for the engine that `engine_choice` selects."""
     match: str | None = None
-    """Whole match to play, in the format of `players_beside`; None: practice, in which every piece counts."""
+    """Whole match to play, in the format of `players_beside`; None for practice, in which every piece counts."""
     tags: str | None = None
-    """Name of the AprilTag layout; None: the layout of the game."""
+    """Name of the AprilTag layout; None for the layout of the game."""
     scatter: Scatter | None = None
     """Variation from run to run; None for no variation."""
     drivetrain: DrivetrainSettings = field(default_factory=DrivetrainSettings)
     given: frozenset[str] = field(default=frozenset(), compare=False)
-    """Those of `mass` and `tread` that are in the file; the program's settings may replace missing ones."""
+    """Which of the keys `mass` and `tread` the file has; the program's settings may replace missing values."""
     gyro_errors: str = "pigeon2"
     """Error model of the program's gyro, one of `simcore.robot.gyro.GYROS`; not a key of the file."""
     mass: float = 55.0
@@ -185,7 +187,7 @@ class RobotSettings:
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the floor [m]."""
     team: int | None = None
-    """Number on the bumpers; None: the robot's number in the match."""
+    """Number on the bumpers; None for the robot's number in the match."""
     models: Path | None = None
     """Folder with the robot's own AdvantageScope model; None if the robot has no model."""
     real: bool = False
@@ -195,7 +197,7 @@ class RobotSettings:
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
     wheel_grain: float | None = None
-    """Friction across the wheels over friction along them [-]; None here and in the next fields: the default."""
+    """Sideways over forward friction of the wheels [-]; None here and in the next fields for the default."""
     drive_friction_volts: float | None = None
     """kS of the drive motors [V]."""
     drive_efficiency: float | None = None
@@ -211,14 +213,14 @@ class RobotSettings:
     bumper_friction: float | None = None
     """Friction factor of the bumpers, as in `ChassisConfig` [-]."""
     drive_motor: str | None = None
-    """Name of the drive motor; None: the motor in the drivetrain's constants."""
+    """Name of the drive motor; None for the motor in the drivetrain's constants."""
     steer_motor: str | None = None
     start: tuple[float, float, float] = (2.0, 1.2, 0.0)
     """Start pose as a blue robot, field frame [m, m, rad]."""
     preload: int = 0
     """Number of pieces in the robot at the start."""
     capacity: int | None = None
-    """Number of pieces that the robot can hold; None: the capacity of the game's own robot."""
+    """Number of pieces that the robot can hold; None for the capacity of the game's own robot."""
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
     storages: tuple[StorageConfig, ...] = ()
@@ -256,11 +258,11 @@ class RobotSettings:
         )
 
     def mechanism(self, name: str) -> MechanismSettings:
-        """Return a mechanism by name; the reader has checked that the names exist."""
+        """Return the mechanism with a name, which must exist."""
         return next(m for m in self.mechanisms if m.name == name)
 
     def require_pieces(self, kinds: Sequence[str]) -> None:
-        """Check that intakes, shooters, claws and sensors name only kinds of pieces in a game.
+        """Check that intakes, shooters, claws and sensors name only the given kinds of pieces.
 
         Raises:
             UnknownNameError: A kind is unknown; the message lists the known kinds.
@@ -274,7 +276,7 @@ class RobotSettings:
                 raise UnknownNameError("kind of piece", kind, kinds)
 
     def require_effect(self, drivetrain: DrivetrainConfig) -> None:
-        """Check that the model of the drivetrain has the `[drivetrain]` values of the file.
+        """Check that the drivetrain model uses every drivetrain value of the file.
 
         Raises:
             ConfigError: A value does not apply to the drivetrain, or the program's constants replace it.
@@ -305,11 +307,12 @@ class RobotSettings:
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None
     ) -> RobotConfig:
-        """Build the config of the robot.
+        """Build the config of the robot on a drivetrain.
 
         Args:
-            drivetrain: Drivetrain with the robot's mass; by default, bumpers are 15 cm beyond its wheels.
-            storage: Storage if the file has no storage; a capacity in the file replaces the storage's capacity.
+            drivetrain: Drivetrain with the robot's mass; without bumpers in the file, bumpers are 15 cm beyond the
+                wheels.
+            storage: Storage for a file without `[[storage]]`, with the capacity in the file; None for the default.
         """
         bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
         assert bumper is not None
@@ -343,7 +346,7 @@ class RobotSettings:
         )
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
-        """Return the drivetrain with the friction in the file, which overrides constants of the maker."""
+        """Return a copy of a drivetrain with the friction, efficiency and free speed given in the file."""
         names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts", "drive_efficiency", "free_speed_share")
         own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
         if isinstance(drivetrain, FixedWheelConfig):
@@ -369,19 +372,20 @@ def practice_match(
     sinks: Sequence[TelemetrySink] = (),
     network: CameraNetwork | None = None,
 ) -> Match:
-    """Build a match with the robot, its partners and its opponents, in which every piece counts.
+    """Build a match with the team's robot and the partners and opponents in the settings; every piece counts.
 
-    A whole match also has scripted players; the rules decide which pieces count, and the game's match options are on.
+    In a whole match, there are scripted players too, the rules decide which pieces count, and the game's match options
+    are on.
 
     Args:
         game: Game to play.
         settings: Settings of the robot.
         drivetrain: Drivetrain of the robot.
-        engine: Name of the physics engine; None: the engine in the settings.
-        whole: Whole match to play, in the format of `players_beside`; None: the match in the settings.
+        engine: Name of the physics engine; None for the engine in the settings.
+        whole: Whole match to play, in the format of `players_beside`; None for the match in the settings.
         seed: Seed of all random numbers.
-        scatter: Variation from run to run; None: the scatter in the settings.
-        vary: Function that changes the robot's config; None: no change.
+        scatter: Variation from run to run; None for the scatter in the settings.
+        vary: Function that changes the robot's config; None for no change.
         sinks: Receivers of telemetry.
         network: Network on which the robot's cameras publish and listen; None for no network.
 

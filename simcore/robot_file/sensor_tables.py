@@ -40,7 +40,7 @@ __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceView:
-    """Pieces in the robot that a sensor detects; the fields have the meaning of the keys in `_VIEW`."""
+    """Pieces in the robot that a sensor detects; each field has the meaning of the equally named key in `_VIEW`."""
 
     place: str
     at_least: int = 1
@@ -71,9 +71,9 @@ class SensorSettings:
     pin: int = 0
     """Pin of the CANdi to which a switch or beam break is wired, 1 or 2; 0 without a CANdi."""
     normally_closed: bool = False
-    """Whether the contact connects to ground while the sensor is not triggered; False: while it is triggered."""
+    """Whether the contact connects to ground while the sensor is not triggered, instead of while triggered."""
     pressed: tuple[float, float] = (0.0, 0.0)
-    """Lower and upper position between which a limit switch is pressed [rad]; positions of a piston's rod [m]."""
+    """Lower and upper position between which a limit switch is pressed [rad], or [m] for a piston."""
     gearing: float = 1.0
     """Encoder turns per turn of the mechanism [-]; negative if the encoder counts down while the mechanism goes up."""
     pulses_per_turn: float = 0.0
@@ -160,7 +160,7 @@ SENSORS = {table.head: table for table in (
 
 
 def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConfig]) -> tuple[SensorSettings, ...]:
-    """Read the `[[sensor]]` tables.
+    """Return the sensors in the `[[sensor]]` tables.
 
     Args:
         tables: Tables of the file.
@@ -245,7 +245,7 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
 
 
 def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the distances and view of a CANrange, by field of `SensorSettings`."""
+    """Return the distances of a CANrange and the pieces that it detects, by field of `SensorSettings`."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
         return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
@@ -267,7 +267,10 @@ def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
 
 
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the positions between which a switch is pressed, by default over 1 % of the travel from its place."""
+    """Return the positions between which a switch is pressed [rad], or [m] for a piston.
+
+    By default, a switch is pressed within 1 % of the travel from its position.
+    """
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):
         key, per_unit, unit = "at_deg", math.pi / 180.0, "deg"

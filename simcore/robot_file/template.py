@@ -23,7 +23,7 @@ Found = Mapping[str, Any]
 
 
 def template(found: Found | None = None, *, game: str = "", every: bool = False) -> str:
-    """Return the text of a file with the survey's results, with which the robot drives as without a file.
+    """Return the text of a file with the results of a survey; the robot drives as it would without a file.
 
     Args:
         found: Results of `simcore.robotcode.sim.robot_survey`; None without a survey.
@@ -54,13 +54,13 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
 
 
 def _camera(camera: Found) -> str:
-    """Return a comment about a camera, with the source of its position if known."""
+    """Return a comment about a camera, with the source of the camera's position if known."""
     placed = f": placed by {camera['source']}" if "source" in camera else ""
     return f"camera {camera.get('name') or camera['maker']}{placed}"
 
 
 def _port(port: Found) -> str:
-    """Return a comment about a device on ports, with its class if known."""
+    """Return a comment about a device on ports, with the class of the device if known."""
     text = f"{port['model']} {' '.join(map(str, port['channels']))}"
     return f"{text}: {port['made_by']}" if port["made_by"] else text
 
@@ -108,7 +108,7 @@ def _drivetrain(found: Found) -> str:
 
 
 def _mechanisms(motors: Sequence[Found]) -> str:
-    """Return a table for each motor that turns freely, and a comment line for each other motor."""
+    """Return the text of a `[[mechanism]]` table for each freely turning motor, and a comment for each other motor."""
     if not motors:
         return ""
     text = _prose(
