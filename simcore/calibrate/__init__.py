@@ -1,1 +1,1 @@
-"""Calibration of a robot model from logs: log readers, forward models on the compiled loop, fits with intervals."""
+"""Calibration of a robot model from logs: log readers, simulation models, and fits with confidence intervals."""

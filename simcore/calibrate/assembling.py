@@ -29,15 +29,15 @@ def assembled(
     log: Log, *, sided: bool, radius: float | None, volts_per_speed: float, gearing: float,
     devices: Mapping[str, str] | None = None, said: Mapping[str, str] | None = None, about: str = "",
 ) -> tuple[list[Run], list[str]]:  # fmt: skip
-    """Return the runs in a log, and notes on the assumptions made.
+    """Return the runs in a log in SI units on common times, and notes on assumptions.
 
     Args:
         log: Log to convert.
         sided: Whether to separate left and right sides, for a tank drive.
-        radius: Wheel radius of the described robot [m]; None to get the angles of a mechanism.
+        radius: Wheel radius of the described robot [m]; None for a log of a mechanism.
         volts_per_speed: Back-EMF constant of the drive [V s/m], or of the mechanism [V s/rad].
         gearing: Rotor turns per turn of wheel or mechanism [-].
-        devices: Side of each drive motor by its name in logs, as in `find_roles`.
+        devices: Side of each drive motor by the motor's name in logs, as in `find_roles`.
         said: Signals by role given by the user, as in `find_roles`.
         about: Word in the names of the wanted mechanism's signals, as in `find_roles`.
 
@@ -114,7 +114,10 @@ def _list(log: Log) -> str:
 
 
 def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Sequence[str]) -> list[list[str]] | None:
-    """Return the signal names of a quantity for each side, or None if a side has none; without sides, all names."""
+    """Return the signal names of a quantity for each side; without sides, one list of all names.
+
+    The result is None if a side has no signal.
+    """
     if sides == ("",):
         some = [name for (what, _), names in roles.items() if what == quantity for name in names]
         return [some] if some else None
@@ -123,7 +126,7 @@ def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Seq
 
 
 def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
-    """Return the sample times of a run: those of the position signal if evenly spaced, else every 20 ms."""
+    """Return the sample times of a run [s]: those of the position signal if evenly spaced, else every 20 ms."""
     times = log.signals[name].times
     times = times[(times >= begin - 1e-9) & (times <= end + 1e-9)]
     steps = np.diff(times)
@@ -137,7 +140,10 @@ def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
 
 
 def _held(signal: Signal, times: FloatArray) -> FloatArray:
-    """Return the mean from each time to the next of a signal that holds each value until the next."""
+    """Return the mean of a signal from each time to the next time; the signal is constant between samples.
+
+    The signal is 0 before the first sample.
+    """
     fine = np.concatenate([times, [times[-1] + TICK]])
     parts = np.linspace(0.0, 1.0, 4, endpoint=False)
     at = fine[:-1, None] + parts * np.diff(fine)[:, None]
@@ -147,7 +153,10 @@ def _held(signal: Signal, times: FloatArray) -> FloatArray:
 
 
 def _read(signal: Signal, times: FloatArray) -> FloatArray:
-    """Interpolate a signal; a value logged only on change is held until one loop before the next value."""
+    """Return a signal interpolated at given times.
+
+    A value that was logged only on change is held until 20 ms before the next value.
+    """
     stamps, values = signal.times, signal.values
     if signal.is_kept and len(stamps) > 1:
         late = np.flatnonzero(np.diff(stamps) > 1.5 * TICK)
@@ -193,6 +202,14 @@ def _in_si(
 ) -> tuple[list[Run], list[str]]:
     """Return the runs with distances in meters, or angles in radians, and notes on guessed units.
 
+    Args:
+        log: Log of the runs.
+        runs: Runs with distances or angles in the log's unit.
+        unit: Unit of distances or angles in the log; empty if the log gives no unit.
+        radius: Wheel radius [m]; None for a mechanism.
+        seen: Ratio from `_speed_seen`.
+        gearing: Rotor turns per turn of wheel or mechanism [-].
+
     Raises:
         LogError: In the log's unit, the robot is far faster or slower than the voltage allows.
     """
@@ -236,7 +253,7 @@ _ODD = 0.55  # largest deviation from the typical fraction, as a logarithm: a fa
 
 
 def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
-    """Return the ratio of logged speed, in the log's unit, to the speed that a high voltage allows; 0 without data.
+    """Return the ratio of the speed, in the log's unit, to the free speed at the logged voltage; 0 without data.
 
     Raises:
         LogError: The robot drives backward at positive voltage.
@@ -260,7 +277,7 @@ def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
 
 
 def _require_sides(name: str, runs: Sequence[Run]) -> list[str]:
-    """Check that voltages and distances belong to the same sides; return notes.
+    """Check that voltages and distances belong to the same sides; return a note if the gyro contradicts the sides.
 
     Raises:
         LogError: The sides of voltages and distances are swapped.

@@ -82,7 +82,7 @@ class _Finding:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fit the robot, print the results and write the page; return 0.
+    """Fit a robot to logs and shots, print the results, write the page and return 0.
 
     Raises:
         SimcoreError: A log, simcore.toml or a shot is invalid.
@@ -230,7 +230,10 @@ def _shot(args: argparse.Namespace, robot: Described, shots: Sequence[Shot]) -> 
 
 
 def _add(finding: _Finding, words: str, estimate: Estimate, unit: str, key: str) -> None:
-    """Add an estimate to the table, and to the simcore.toml lines unless the interval is too wide."""
+    """Add an estimate to the table and, if it has a key, to the lines for simcore.toml.
+
+    An estimate with too wide an interval goes to the unknown properties instead of the lines.
+    """
     finding.rows.append((words, estimate, unit))
     if estimate.share > _VAGUE and words != _DELAY:
         finding.unknown.append(f"{words}: the log only narrows it to {_interval(estimate)} {unit}".rstrip())

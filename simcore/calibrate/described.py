@@ -1,4 +1,4 @@
-"""Description of the robot that made a log: from simcore.toml and the program, or the kit chassis."""
+"""Description of the robot that recorded a log: from simcore.toml and the program, or the kit chassis."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Described", "described"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Described:
-    """Robot of a project before calibration, its origin (`about`), and the sides of motors in logs (`devices`)."""
+    """Robot of a project before calibration, with the source of the description and the motors' names in logs."""
 
     config: RobotConfig
     settings: RobotSettings
@@ -32,7 +32,7 @@ class Described:
     devices: Mapping[str, str]
 
     problem: str
-    """Reason why the drivetrain cannot be taken from the program; empty if it can, or if there is no program."""
+    """Reason why the drivetrain cannot be taken from the program; empty for a known drivetrain or without a program."""
 
     @property
     def drivetrain(self) -> DriveConfig:
@@ -50,7 +50,9 @@ class Described:
 
 
 def described(folder: Path) -> Described:
-    """Return the robot of the project in a folder.
+    """Return the robot of the project in a folder; the drivetrain is that of `[drivetrain]`, or else of the program.
+
+    Without robot.py and simcore.toml, the robot is the kit chassis.
 
     Raises:
         ConfigError: The project's simcore.toml is invalid.
@@ -77,7 +79,7 @@ def described(folder: Path) -> Described:
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
-    """Build the drivetrain from `[drivetrain]` only; a tank drive if the table gives no kind."""
+    """Build the drivetrain from the settings in simcore.toml only; a tank drive if `[drivetrain]` gives no kind."""
     said = settings.drivetrain
     own = {key: value for key, value in said.measures.items() if key not in ("wheel_diameter", "reversed")}
     own |= {name: motor(own[name]) for name in ("drive_motor", "steer_motor") if name in own}
@@ -102,6 +104,6 @@ def _of_file(settings: RobotSettings) -> DriveConfig:
 
 
 def _devices(said: DrivetrainSettings) -> dict[str, str]:
-    """Return the side of each drive motor by the motor's name in URCL logs; empty for drives without sides."""
+    """Return the side of each drive motor by the motor's name in URCL logs; sides are empty except for a tank drive."""
     sides = ("left", "right") if said.kind == "tank" and len(said.drive) == 2 else ("",) * len(said.drive)
     return {f"Spark-{address}": side for side, row in zip(sides, said.drive, strict=True) for address in row}

@@ -22,14 +22,15 @@ _WINDOW = 0.1  # [s], window over which distances are compared; a longer one wou
 _FAST = 0.3  # fraction of a run's top speed; slower data are ignored, as friction and backlash differ at creeping speed
 _TOLERANCES = {"speed": 0.05, "sides": 0.01, "lag": 0.012}
 """Smallest deviations that are fitted: relative free speed (motors differ by 3 %, treads wear by 2.5 %), relative
-efficiency of the sides, and delay between volts and readings [s]. Smaller ones cannot be separated from kS and mass."""
+efficiency of the sides, and delay between volts and readings [s]. Smaller deviations cannot be separated from kS and
+mass."""
 _BRISK = 0.5  # [m/s^2], minimum acceleration from which the mass can be fitted
 _FOLDS = 5  # maximum number of folds in the cross-validation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """Held-out run, and its prediction by a fit to the remaining data."""
+    """Held-out run with the motion predicted by a fit to the remaining data."""
 
     run: Run
     way: FloatArray
@@ -45,14 +46,14 @@ class Prediction:
 
     @property
     def error(self) -> float:
-        """Error of the final distance over the largest distance from the start, in the held-out part [-]."""
+        """Error of the final distance divided by the largest distance from the start of the held-out part [-]."""
         real, ours = (way[self.first :] - way[self.first] for way in (self.real, self.way))
         farthest = float(real[np.abs(real).argmax()])
         return float(ours[-1] - real[-1]) / farthest
 
     @property
     def rms(self) -> float:
-        """RMS error of the distance [m] or angle [rad] from the start of the held-out part."""
+        """RMS error of the distance [m] or angle [rad] covered since the start of the held-out part."""
         off = (self.way - self.real)[self.first :]
         return math.sqrt(float(np.mean((off - off[0]) ** 2)))
 
@@ -62,7 +63,8 @@ class DriveFit:
     """Result of a drivetrain fit."""
 
     estimates: Mapping[str, Estimate]
-    """Estimates: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag [s]."""
+    """Estimates by name: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag
+    [s]; without parameters that the data do not determine."""
     config: DriveConfig
     """Drivetrain with the fitted values."""
     predictions: Sequence[Prediction]
@@ -71,7 +73,13 @@ class DriveFit:
 
 
 def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray:
-    """Return the mean speed in successive windows of a distance sampled at a run's times, shape (m, sides)."""
+    """Return the mean speed in successive windows of a run [m/s] or [rad/s], shape (m, sides).
+
+    Args:
+        run: Run with the sample times.
+        way: Distance [m] or angle [rad] at these times, shape (n,) or (n, sides).
+        window: Length of a window [s].
+    """
     grid = np.arange(0.0, run.times[-1] + 1e-9, window)
     columns = way.reshape(len(way), -1).T
     speeds: FloatArray = np.diff([np.interp(grid, run.times, column) for column in columns], axis=1).T / window
@@ -79,7 +87,10 @@ def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray
 
 
 def fit_drive(config: DriveConfig, runs: Sequence[Run]) -> DriveFit:
-    """Fit a drivetrain to runs, and predict each run from a fit to other runs (a single run's last third)."""
+    """Fit a drivetrain to runs and predict each run from a fit to other runs.
+
+    Of a single run, the last third is predicted from the first two thirds.
+    """
     known = config.wheel_radius
     is_tank = isinstance(config, TankConfig) and all(run.way.shape[1] > 1 for run in runs)
     has_ground = any(run.ground is not None for run in runs)
@@ -152,7 +163,7 @@ def _is_told(found: Fit, parameter: Parameter) -> bool:
 
 
 def _steps(runs: Sequence[Run]) -> bool:
-    """Return whether any run has a voltage step; on slow ramps, mass cannot be separated from kS."""
+    """Return whether any run has a voltage step above 0.5 V; on slow ramps, mass cannot be separated from kS."""
     return any(float(np.abs(np.diff(run.volts.mean(axis=1))).max()) > 0.5 for run in runs)
 
 
@@ -160,11 +171,11 @@ def predictions_of(
     runs: Sequence[Run],
     fitted: Callable[[Sequence[Run]], Callable[[Run], FloatArray]],
 ) -> list[Prediction]:
-    """Predict each run from a fit to other runs by cross-validation; a single run's last third from the rest.
+    """Return a prediction of each run by cross-validation, or of the last third of a single run.
 
     Args:
         runs: All runs of the fit.
-        fitted: Fits a model to runs, and returns a function that predicts the distance or angle in a run.
+        fitted: Function that fits a model to runs, and returns a function that predicts the distance or angle in a run.
     """
     if len(runs) == 1:
         run, at = runs[0], 2 * len(runs[0].times) // 3
@@ -219,7 +230,10 @@ def _result(
 
 
 def fit_battery(runs: Sequence[Run]) -> Estimate | None:
-    """Fit the resistance of battery and cables [ohm]; return None unless both voltage and current were logged."""
+    """Return the fitted resistance of battery and cables [ohm].
+
+    The result is None unless a run has a battery voltage, and a battery current that varies by more than 5 A.
+    """
     pairs = [(run.bus, run.amps) for run in runs if run.bus is not None and run.amps is not None]
     with_both = [(bus, amps) for bus, amps in pairs if np.ptp(amps) > 5.0]
     if not with_both:

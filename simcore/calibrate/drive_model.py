@@ -1,4 +1,4 @@
-"""Forward model of a drivetrain: wheel distances from logged volts, in the compiled loop on endless carpet."""
+"""Simulation of a drivetrain on level carpet without walls: wheel distances and yaw from logged voltages."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Driven(NamedTuple):
     """Result of a simulated run at the run's sample times."""
 
     way: FloatArray
-    """Wheel distance computed with the radius that robot code assumes [m], shape (n, sides)."""
+    """Wheel distance for the wheel radius that robot code assumes [m], shape (n, sides)."""
     yaw: FloatArray
     """Yaw of the robot, counter-clockwise and continuous over turns [rad], shape (n,)."""
     ground: FloatArray
@@ -44,16 +44,16 @@ def varied(
     config: DriveConfig, *, ks: float, mass: float, efficiency: float | None = None, sides: float = 0.0,
     radius: float | None = None, speed: float | None = None,
 ) -> DriveConfig:  # fmt: skip
-    """Return a copy of a drivetrain with other parameters.
+    """Return a copy of a drivetrain with other values of the fitted parameters.
 
     Args:
         config: Drivetrain to copy.
         ks: Static friction voltage of the drive motors [V].
         mass: Mass of the robot [kg]; the moment of inertia is scaled with the mass.
-        efficiency: Efficiency of the drive gearing [-]; None to keep it.
-        sides: Logarithm of the efficiency of a tank's right side over its left side [-].
-        radius: Wheel radius [m]; None to keep it.
-        speed: Free speed of the drive motors over the datasheet's [-]; None to keep it.
+        efficiency: Efficiency of the drive gearing [-]; None to keep the efficiency of `config`.
+        sides: Logarithm of the right side's efficiency over the left side's efficiency of a tank drive [-].
+        radius: Wheel radius [m]; None to keep the radius of `config`.
+        speed: Free speed of the drive motors over the datasheet value [-]; None to keep the value of `config`.
     """
     body: dict[str, Any] = {"mass": mass, "yaw_inertia": config.yaw_inertia * mass / config.mass}
     own: dict[str, Any] = {} if radius is None else {"wheel_radius": radius}
@@ -77,12 +77,12 @@ def _drive_of(config: DriveConfig, battery: Battery) -> WheeledDrive[Any]:
 
 
 def drive(config: DriveConfig, run: Run, *, radius: float | None = None) -> Driven:
-    """Simulate a drivetrain with the volts of a run.
+    """Simulate a drivetrain from rest with the motor voltages of a run and return the motion.
 
     Args:
         config: Drivetrain to simulate.
-        run: Run with one column of volts per side of a tank; other drivetrains drive straight with the mean volts.
-        radius: Wheel radius that robot code assumes [m]; None for the true radius.
+        run: Run with one column of voltages per side of a tank; other drivetrains drive straight with the mean voltage.
+        radius: Wheel radius that robot code assumes [m]; None for the radius in `config`.
     """
     top = max(_BUS, float(np.abs(run.volts).max()))
     model = _drive_of(config, Battery(BatteryConfig.stiff(top)))

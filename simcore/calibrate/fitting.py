@@ -24,7 +24,7 @@ Model = Callable[[FloatArray], Sequence[FloatArray]]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """Parameter of a fit, with its start value and bounds."""
+    """Parameter of a fit, with start value and bounds."""
 
     name: str
     start: float
@@ -44,16 +44,16 @@ class Estimate:
 
     @property
     def share(self) -> float:
-        """Half-width of the interval relative to the value [-]."""
+        """Half-width of the interval divided by the value [-]; infinite for a value of 0."""
         return 0.5 * (self.high - self.low) / abs(self.value) if self.value else math.inf
 
     def mapped(self, function: Callable[[float], float]) -> Estimate:
-        """Apply a monotonic function to the value and both ends of the interval."""
+        """Return an estimate with a monotonic function applied to the value and both ends of the interval."""
         low, high = sorted((function(self.low), function(self.high)))
         return Estimate(function(self.value), low, high)
 
     def around(self, other: float) -> Estimate:
-        """Return the estimate with the interval extended to another value."""
+        """Return an estimate whose interval is extended to include another value."""
         return Estimate(self.value, min(self.low, other), max(self.high, other))
 
 
@@ -72,16 +72,16 @@ class Fit:
 def fit(
     model: Model, parameters: Sequence[Parameter], *, values: Sequence[float] | None = None, noise: float = 0.0
 ) -> Fit:
-    """Minimize the squared errors of all runs.
+    """Return the parameters that minimize the squared errors of all runs.
 
-    The half-width of each interval is the larger of two estimates: from the scatter of the errors, with an effective
-    sample size reduced by their autocorrelation; and from refits with one block of data left out (the jackknife).
+    The half-width of each interval is the largest of several estimates: from the scatter of the errors, with a sample
+    size reduced by the autocorrelation of the errors; and from jackknives that leave out one block of data or one run.
 
     Args:
         model: Function from parameter values to the errors of each run.
         parameters: Parameters to fit.
         values: Start values; None for the `start` of each parameter.
-        noise: Known lower bound of the standard deviation of one error.
+        noise: Known lower bound of the standard deviation of one error, in the unit of the errors.
     """
     scale = np.array([p.scale for p in parameters])
     lower, upper = (np.array([getattr(p, end) for p in parameters]) for end in ("lower", "upper"))
@@ -106,7 +106,14 @@ def fit(
 
 
 def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], noise: float) -> FloatArray:
-    """Return the half-widths of the confidence intervals, shape (p,)."""
+    """Return the half-widths of the 95 % confidence intervals of the p scaled parameters, shape (p,).
+
+    Args:
+        errors: Errors at the best fit, shape (n,).
+        jacobian: Derivatives of the errors with respect to the scaled parameters, shape (n, p).
+        sizes: Number of errors of each run.
+        noise: Known lower bound of the standard deviation of one error.
+    """
     n, p = jacobian.shape
     information = jacobian.T @ jacobian + 1e-12 * np.eye(p)
     ends = np.cumsum(sizes)
@@ -123,7 +130,10 @@ def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], nois
 
 
 def _correlation_time(errors: FloatArray) -> float:
-    """Return the integrated autocorrelation time in samples: the sum of correlations up to the first that is <= 0."""
+    """Return the integrated autocorrelation time [samples]: 1 plus twice the sum of correlations above 0.
+
+    The sum ends before the first lag whose correlation is not above 0.
+    """
     centered = errors - errors.mean() if len(errors) > 3 else errors
     total, power = 1.0, float(centered @ centered)
     for lag in range(1, len(centered) // 2):
@@ -137,7 +147,7 @@ def _correlation_time(errors: FloatArray) -> float:
 def _jackknife(
     errors: FloatArray, jacobian: FloatArray, information: FloatArray, blocks: Sequence[slice]
 ) -> FloatArray:
-    """Return the half-widths of the intervals from a first-order jackknife over blocks, shape (p,)."""
+    """Return the half-widths of the 95 % intervals from a first-order jackknife over blocks, shape (p,)."""
     g, p = len(blocks), jacobian.shape[1]
     moved = np.array([
         np.linalg.solve(information - jacobian[b].T @ jacobian[b] + 1e-9 * information.trace() / p * np.eye(p),

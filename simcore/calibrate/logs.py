@@ -27,22 +27,22 @@ __all__ = ["Log", "open_log"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """Log file with its signals by name."""
+    """Contents of a log file: signals by name, and marked tests."""
 
     path: Path
     signals: Mapping[str, Signal]
     tests: Sequence[tuple[str, float, float]] = ()
-    """Tests marked in the log: name, begin and end [s]; empty if the log marks none."""
+    """Tests marked in the log: name, begin and end [s]; empty for a log without marks."""
     kind: str = ""
     """Test kind of a SysId file: Drivetrain, Simple, Arm or Elevator; empty if unknown."""
     meters_per_turn: float | None = None
-    """Distance per wheel turn given by a log with positions in wheel turns [m]; None if not given."""
+    """Distance per wheel turn, from a log with positions in wheel turns [m]; None if the log gives no distance."""
     notes: Sequence[str] = field(default_factory=tuple)
     """Assumptions made while reading the log."""
 
 
 def open_log(path: Path) -> Log:
-    """Read a log, with the format detected from suffix and content.
+    """Return the contents of a log, whose format is detected from suffix and content.
 
     Raises:
         LogError: The file cannot be read, or its format is unknown.
@@ -112,7 +112,7 @@ _COLUMNS = {
          "right velocity", "yaw"),
     4: ("volts", "position", "velocity"),
 }  # fmt: skip
-"""Columns after the time by their number: drivetrains of 2021 to 2023, drivetrains of 2020, mechanisms."""
+"""Columns after the time, by number of columns: drivetrains of 2021 to 2023, drivetrains of 2020, mechanisms."""
 
 
 def _sysid_json(path: Path, text: str) -> Log:
@@ -171,7 +171,7 @@ def _wpilog(path: Path) -> Log:
 
 
 def _unit_of(column: LogColumn) -> str:
-    """Return the unit in an entry's metadata, as written by SysIdRoutineLog."""
+    """Return the unit in an entry's metadata: the JSON field `unit`, or the metadata itself if it is not JSON."""
     try:
         return str(json.loads(column.metadata or "{}").get("unit", ""))
     except (ValueError, AttributeError):
@@ -183,7 +183,7 @@ def _structs(column: LogColumn, width: int = 1) -> FloatArray:
 
 
 def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
-    """Return each array element as a separate signal, from rows of the full length."""
+    """Return a signal for each array element of an entry, by name; rows shorter than the longest row are skipped."""
     dtype = _ARRAYS.get(column.type, "<f8")
     rows = [np.frombuffer(raw[: len(raw) // int(dtype[2]) * int(dtype[2])], dtype)
             for raw in (column.payload(k) for k in range(len(column)))]  # fmt: skip

@@ -32,14 +32,25 @@ class MechanismFit:
     """Result of a mechanism fit."""
 
     estimates: Mapping[str, Estimate]
-    """Estimates: friction_volts [V]; inertia [kg m^2], or an elevator's mass [kg]; an arm's weight_torque [N m]."""
+    """Estimates by name: friction_volts [V]; inertia [kg m^2], or mass [kg] of an elevator; weight_torque [N m] of an
+    arm."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
     """Phrase for each property that the data do not determine."""
 
 
 def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> FloatArray:
-    """Simulate a mechanism with the given parameter values and a run's volts; return its angle [rad], shape (n,)."""
+    """Simulate a mechanism with given parameter values and the voltages of a run.
+
+    Args:
+        config: Mechanism to simulate.
+        run: Run with sample times, voltages and start angle.
+        values: `friction_volts` [V], `inertia` (logarithm of the factor on inertia or mass), and `weight_torque` [N m]
+            for an arm.
+
+    Returns:
+        Angle from the start of the run [rad], shape (n,).
+    """
     box = replace(config.gearbox, friction_torque=friction_from_volts(config.gearbox, values["friction_volts"]))
     factor = math.exp(values["inertia"])
     varied: FittedMechanism
@@ -63,7 +74,10 @@ def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> Fl
 
 
 def fit_mechanism(config: FittedMechanism, runs: Sequence[Run]) -> MechanismFit:
-    """Fit a mechanism to runs, and predict each run from a fit to other runs (a single run's last third)."""
+    """Fit a mechanism to runs and predict each run from a fit to other runs.
+
+    Of a single run, the last third is predicted from the first two thirds.
+    """
     start = config.gearbox.holding_volts(config.gearbox.friction_torque)
     parameters = [
         Parameter("friction_volts", max(start, 0.05), 0.0, 6.0, 0.1),

@@ -1,4 +1,4 @@
-"""Runs of a log: motor voltages, and the motion of wheels or mechanism, on common times."""
+"""Runs of a log: motor voltages and the motion of wheels or a mechanism, at common sample times."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class Run:
 
     @property
     def span(self) -> float:
-        """Total distance that the wheels roll, forward plus backward [m]; an angle [rad] for a mechanism."""
+        """Total distance that the wheels roll, forward plus backward, mean of the sides [m]; [rad] for a mechanism."""
         return float(np.abs(np.diff(self.way, axis=0)).sum(axis=0).mean())
 
     def rows(self, first: int, last: int) -> Run:
-        """Return rows `first` to `last` as a separate run that starts at time and distance 0."""
+        """Return rows `first` to `last` (excluded) as a separate run that starts at time and distance 0."""
         part = slice(first, last)
         cut = {name: None if (column := getattr(self, name)) is None else column[part] - column[first]
                for name in ("yaw", "ground")}  # fmt: skip
@@ -54,7 +54,10 @@ class Run:
 
 
 def thinned_run(run: Run, period: float = TICK) -> Run:
-    """Return the run with samples at least a period [s] apart; volts are averaged, other values are subsampled."""
+    """Return a run with samples about a period [s] apart: voltages are averaged, other values are subsampled.
+
+    A run whose samples are already that far apart is unchanged.
+    """
     times = run.times
     if len(times) < 3 or np.median(np.diff(times)) > 0.75 * period:
         return run

@@ -23,14 +23,14 @@ from simcore.world.contact_law import CARPET
 __all__ = ["Shot", "ShotFit", "fit_shots", "read_shots"]
 
 _SPREAD, _CLOCK = 0.15, 0.05
-"""Standard deviation of hits from the middle of the goal [m], and of flight times from eye or video [s]; estimates."""
+"""Assumed standard deviation of hits around the middle of the goal [m], and of measured flight times [s]."""
 _KEYS: dict[str, Quantity] = {
     "distance": FIELD_LENGTH, "rps": RATE, "elevation_deg": DEGREES, "hood_deg": DEGREES, "time": DURATION,
 }  # fmt: skip
 _OUTCOMES = {"1": "hit", "hit": "hit", "0": "miss", "miss": "miss", "short": "short", "long": "long"}
 _OTHER = {"rpm": ("rps", 1.0 / 60.0), "rad_s": ("rps", 1.0 / math.tau), "flight_time": ("time", 1.0),
           "angle_deg": ("elevation_deg", 1.0)}  # fmt: skip
-"""Alternative keys: the key in `_KEYS`, and the factor that converts the unit."""
+"""Alternative keys, each with the equivalent key in `_KEYS` and the factor that converts the unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,15 +40,15 @@ class Shot:
     distance: float
     """Horizontal distance from the robot's center to the middle of the goal [m]."""
     rps: float
-    """Wheel speed at the exit of the piece [turns/s]; the mean of two wheels."""
+    """Wheel speed as the piece leaves [turns/s]; for two wheels, the mean speed."""
     elevation_deg: float | None = None
-    """Elevation of the shot [deg]; None to use the hood angle, or the fixed elevation of a shooter without hood."""
+    """Elevation of the shot [deg]; None for the elevation of the hood angle, or of a shooter with a fixed hood."""
     hood_deg: float | None = None
-    """Hood angle [deg]."""
+    """Hood angle [deg]; None if the hood angle was not measured."""
     time: float | None = None
-    """Time of flight from the muzzle to the goal [s]."""
+    """Time of flight from the muzzle to the goal [s]; None if the time was not measured."""
     result: str = ""
-    """Result: `hit`, `miss`, `short` or `long`; empty counts as a hit if there is no time of flight."""
+    """Result: `hit`, `miss`, `short` or `long`; an empty result counts as a hit if there is no time of flight."""
 
     @classmethod
     def parse(cls, text: str) -> Shot:
@@ -68,7 +68,15 @@ class Shot:
 
     @classmethod
     def of(cls, row: dict[str, str], where: str) -> Shot:
-        """Create a shot from texts by key, with the keys of `parse`; `where` names their place in messages."""
+        """Create a shot from texts by key.
+
+        Args:
+            row: Text of each value by key, with the keys of `parse`.
+            where: Name of the file and line, or of the option, for messages.
+
+        Raises:
+            ConfigError: A key is unknown or missing, or a value is out of range.
+        """
         found: dict[str, object] = {}
         for key, value in row.items():
             if key in ("result", "hit"):
@@ -97,14 +105,14 @@ class ShotFit:
     """Result of a shooter fit."""
 
     estimates: dict[str, Estimate]
-    """Estimates: exit_efficiency [-], and spin over the spin from wheels without slip [-]."""
+    """Estimates by name: exit_efficiency [-], and spin over the spin from wheels without slip [-]."""
     rows: Sequence[tuple[Shot, float, float]]
-    """Each shot with its prediction from the other shots: distance beyond the goal's middle [m], time of flight [s]."""
+    """Each shot with the predictions from the other shots: distance beyond the goal's middle [m], flight time [s]."""
     unknown: Sequence[str]
 
 
 def read_shots(path: Path) -> list[Shot] | None:
-    """Return the shots in a CSV file, or None for a log over time.
+    """Return the shots in a CSV file, or None if the file has no column `distance` and is therefore a log over time.
 
     Raises:
         ConfigError: A row is invalid; the message names the line.
@@ -126,7 +134,7 @@ def read_shots(path: Path) -> list[Shot] | None:
 
 
 def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
-    """Fit exit efficiency and spin of a shooter to shots.
+    """Fit the exit efficiency, and with enough shots the spin, of a shooter to measured shots.
 
     Raises:
         ConfigError: The elevation of a shot is unknown, or the shots do not determine the exit efficiency.
@@ -181,7 +189,7 @@ def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
 
 
 def _elevation(task: ShotTask, shot: Shot) -> float:
-    """Return the elevation of a shot [rad].
+    """Return the elevation of a shot, from the shot's own elevation or hood angle, or the fixed hood [rad].
 
     Raises:
         ConfigError: The elevation of the shot is unknown.
@@ -197,9 +205,18 @@ def _elevation(task: ShotTask, shot: Shot) -> float:
 
 
 def _flight(task: ShotTask, shot: Shot, elevation: float, efficiency: float, spin: float) -> tuple[float, float]:
-    """Return distance beyond the goal's middle [m] and time [s] at which a shot descends through the goal's height.
+    """Simulate a shot without field elements until the piece descends through the goal's height.
 
-    For a shot whose apex is below the goal, twice the missing height is subtracted from the apex's distance.
+    Args:
+        task: Shooter and goal.
+        shot: Distance and wheel speed of the shot.
+        elevation: Elevation of the shot [rad].
+        efficiency: Exit efficiency of the shooter [-].
+        spin: Factor on the spin of the piece [-].
+
+    Returns:
+        Distance beyond the goal's middle [m], and time of flight [s]. If the apex is below the goal, these are the
+        values at the apex, with twice the missing height subtracted from the distance.
     """
     speed = (
         task.shooter.exit_speed([shot.rps * math.tau] * len(task.shooter.wheels))

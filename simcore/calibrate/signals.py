@@ -12,19 +12,19 @@ from simcore.typing import FloatArray
 __all__ = ["ROLES", "SIZES", "Signal", "find_roles", "quantity_of", "unit_of"]
 
 ROLES = ("volts", "way", "speed", "yaw", "ground", "bus", "amps")
-"""Quantities; a role given by the user may have the prefix left_ or right_."""
+"""Quantities of signals; a role given by the user may have the prefix left_ or right_."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal:
-    """Logged number over time."""
+    """Logged numerical values over time."""
 
     times: FloatArray
     """Sample times, increasing [s], shape (n,)."""
     values: FloatArray
     """Sample values in the signal's unit, shape (n,)."""
     unit: str = ""
-    """Unit given by the log; empty if the log gives none."""
+    """Unit given by the log; empty if the log gives no unit."""
     is_kept: bool = False
     """Whether the signal was logged only when its value changed."""
 
@@ -59,7 +59,7 @@ _WORDS = {
         "encoder",
     },
 }
-"""Words for each quantity; with words of several quantities, the first quantity wins."""
+"""Words for each quantity; a name with words of several quantities belongs to the first quantity."""
 _SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
 """Words that mark a voltage or current as the battery's."""
 _UNITS = {
@@ -83,7 +83,11 @@ def _words(name: str) -> list[str]:
 
 
 def unit_of(name: str, said: str = "") -> str:
-    """Return a signal's unit as given by the log, else by the name: m, in, ft, rad, deg, turns, rpm or empty.
+    """Return a signal's unit, from the log's unit or else the signal's name; empty if neither has a known unit.
+
+    Args:
+        name: Name of the signal.
+        said: Unit given by the log.
 
     >>> unit_of("DrivePositionRad"), unit_of("left position", "Rotation"), unit_of("x", "Meter per Second")
     ('rad', 'turns', 'm')
@@ -93,9 +97,9 @@ def unit_of(name: str, said: str = "") -> str:
 
 
 def quantity_of(name: str) -> tuple[str, str]:
-    """Return quantity and side of a signal from its name, each empty if the name does not give it.
+    """Return the quantity (one of `ROLES`, or `total` for a battery current) and side in the name of a signal.
 
-    The quantity `total` is a battery current.
+    Quantity and side are empty if the name does not contain them.
 
     >>> quantity_of("left_V"), quantity_of("Drive/LeftPositionRad"), quantity_of("SystemStats/BatteryVoltage")
     (('volts', 'left'), ('way', 'left'), ('bus', ''))
@@ -115,13 +119,13 @@ def quantity_of(name: str) -> tuple[str, str]:
 def find_roles(
     names: Iterable[str], devices: Mapping[str, str], said: Mapping[str, str], about: str
 ) -> dict[tuple[str, str], list[str]]:
-    """Return the signal names for each quantity and side; the side is empty if the name does not give it.
+    """Return the signal names for each quantity and side; the side is empty for a name without a side.
 
     Args:
         names: Names of all signals.
-        devices: Side of each drive motor by its name in logs (`Spark-3`); empty sides for a swerve drive.
-        said: Signals by role (`left_volts`), given by the user.
-        about: Word in the names of the wanted mechanism's signals; empty for any name.
+        devices: Side of each drive motor by the motor's name in logs (`Spark-3`); empty sides for a swerve drive.
+        said: Signals by role (`left_volts`), given by the user; these replace all other signals of the role.
+        about: Word in the names of the wanted mechanism's signals, which are preferred; empty for any name.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for name in names:
@@ -144,4 +148,4 @@ def find_roles(
 
 SIZES = {"m": 1.0, "in": 0.0254, "ft": 0.3048, "rad": 1.0, "deg": math.pi / 180.0, "turns": math.tau,
          "rpm": math.tau / 60.0}  # fmt: skip
-"""Size of each unit in SI units [m, rad, rad/s]."""
+"""Size of each unit in SI units [m], [rad] or [rad/s]."""

@@ -28,7 +28,10 @@ _DUTY, _VOLTS, _AMPS = 0.00003082369457075716, 0.0073260073260073, 0.03663003663
 
 
 def urcl_signals(log: TelemetryLog) -> Iterator[tuple[str, Signal]]:
-    """Yield the name and signal of each SPARK reading, in turns or rpm unless robot code sets conversion factors."""
+    """Yield the name and signal of each SPARK reading: volts, amperes, position and velocity.
+
+    Positions are in turns and velocities in rpm unless robot code sets conversion factors.
+    """
     for key, column in log.columns.items():
         if not key.endswith("Raw/Periodic"):
             continue
