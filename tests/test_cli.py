@@ -22,7 +22,7 @@ def test_simcore_without_arguments_prints_its_help(capsys):
     assert said.startswith("usage: simcore") and all(f"\n    {name}" in said for name in COMMANDS)
 
 
-def test_the_version_is_the_same_everywhere(capsys):
+def test_the_command_the_project_file_and_the_changelog_state_the_same_version(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["--version"])
     assert ended.value.code == 0 and capsys.readouterr().out == f"simcore {simcore.__version__}\n"

@@ -52,5 +52,5 @@ def test_a_phoenix_library_of_another_year_raises_an_error_of_one_sentence(said)
     assert good == "no error"
 
 
-def test_a_port_in_use_is_detected(said):
+def test_attach_distinguishes_a_port_in_use_from_a_free_port(said):
     assert said["taken"] and not said["free"]

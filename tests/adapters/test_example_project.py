@@ -39,7 +39,7 @@ def project(request, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("absent", [(), ("pathplannerlib",)], ids=["complete", "without PathPlanner"])
-def test_the_deployed_files_start_without_the_simulation(scenario, absent):
+def test_the_deployed_program_starts_without_the_simulation(scenario, absent):
     """A robot has no simcore, games or pyfrc. If PathPlanner is missing, the program reports it and starts."""
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     if not absent:
@@ -53,7 +53,7 @@ def test_the_deployed_files_start_without_the_simulation(scenario, absent):
 
 
 @pytest.mark.slow
-def test_the_deployed_files_of_a_described_robot_start_without_the_simulation(scenario):
+def test_the_deployed_program_of_a_described_robot_starts_without_the_simulation(scenario):
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     done = scenario("deployed", str(DESCRIBED))
     assert done["loaded"] == [] and set(done["autos"]) == {"two coral", "nothing"}
@@ -62,7 +62,7 @@ def test_the_deployed_files_of_a_described_robot_start_without_the_simulation(sc
 
 @pytest.mark.slow
 @pytest.mark.parametrize("project", [DESCRIBED], indirect=True, ids=["reefscape"])
-def test_a_described_robot_scores_two_coral(project, python, whole):
+def test_a_robot_described_by_its_file_scores_two_coral(project, python, whole):
     """The robot is red; `--whole` adds its other tests and the digest of five processes."""
     test = ("-m", "robotpy", "test", "--", "-q")
     code, said = python(project, *test, *(() if whole else ("-k", "red")))
@@ -103,7 +103,7 @@ def test_robotpy_test_passes_in_the_example(project, python):
 
 @pytest.mark.slow
 @pytest.mark.realtime
-def test_keys_drive_the_robot_take_fuel_in_and_shoot(scenario):
+def test_keyboard_keys_drive_the_robot_take_in_fuel_and_shoot(scenario):
     """In the simulator's window on a virtual screen: W A S D, Q E, M, comma, period, slash."""
     for tool in ("Xvfb", "xdotool"):
         if shutil.which(tool) is None:

@@ -48,7 +48,7 @@ def test_it(sim):
 """
 
 
-def test_robot_code_plays_as_one_of_six_robots_and_repeats_in_two_processes(project_of, tmp_path):
+def test_robot_code_plays_as_one_of_six_robots_identically_in_two_processes(project_of, tmp_path):
     run, digests = project_of(STARTING), tmp_path / "digests"
     (run.folder / "simcore.toml").write_text(
         'game = "rebuilt"\nmatch = "collector:3,shuttle/collector:2,defender,climber"\n[robot]\nmass = 48.0\n'

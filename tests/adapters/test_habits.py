@@ -325,7 +325,7 @@ def test_it(sim, caplog):
     assert code == 0, said
 
 
-def test_odometry_leads_the_true_pose_only_by_wheel_slip(project_of):
+def test_odometry_differs_from_the_true_pose_only_by_wheel_slip(project_of):
     """Pushed sideways from rest with all wheels still pointing forward; tires hold 40 A but not 90 A.
 
     While a module turns, its drive output is scaled by the cosine of its error, so without slip odometry is right from

@@ -515,7 +515,7 @@ FILLED = {
 """Values that a student writes in place of those that `init` proposes."""
 
 
-def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(own):
+def test_a_spark_swerve_with_a_camera_drives_its_pathplanner_auto_and_scores(own):
     """MAXSwerve modules, navX, a pose estimator corrected by PhotonVision, and a PathPlanner auto through the depot."""
     for module in ("navx", "pathplannerlib", "photonlibpy", "cv2", "robotpy_apriltag"):
         pytest.importorskip(module)
@@ -549,7 +549,7 @@ def test_without_a_drivetrain_there_is_no_field_and_tests_name_the_table_to_writ
     assert sentence in said and "loop True" in said
 
 
-def test_modules_steer_by_absolute_encoders_that_are_read_as_volts(own):
+def test_swerve_modules_can_use_absolute_encoders_that_are_read_in_volts(own):
     run = own(ROBOTS / "own_magic")
     robot = run.folder / "robot.py"
     robot.write_text(

@@ -54,7 +54,7 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions_drives(sce
     assert run["own_hook"] > 100  # a physics.py does not replace the program's own hook
 
 
-def test_the_robot_of_the_first_page_drives_by_its_stick(scenario):
+def test_the_robot_on_the_first_page_drives_at_the_speed_of_its_joystick(scenario):
     """Half a stick, open loop, is half of 4.4 m/s, through the trench."""
     run = scenario("robot_sim", FIRST, "straight", "blue")
     assert run["true_speed"] == pytest.approx(2.2, rel=0.08)

@@ -12,12 +12,12 @@ def read(scenario):
     return scenario("sensors")
 
 
-def test_a_pulse_width_encoder_reads_the_shaft_angle_whatever_its_direction_and_offset(read):
+def test_a_pulse_width_encoder_measures_the_shaft_angle_for_any_direction_and_offset(read):
     assert read["pwm"] == pytest.approx([0.3, 0.3], abs=0.002)
     assert read["pwm_velocity"] == pytest.approx([0.5, 0.5], abs=0.01)
 
 
-def test_a_canrange_reads_the_distance(read):
+def test_a_canrange_measures_the_true_distance(read):
     assert read["distance"] == pytest.approx(0.25, abs=0.002)
 
 

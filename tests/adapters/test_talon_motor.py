@@ -76,7 +76,7 @@ def test_values_beyond_the_range_of_the_device_model_are_wrapped_or_clamped(sign
     assert supply == pytest.approx(4.0, abs=0.1)
 
 
-def test_a_cancoder_reads_the_shaft_whatever_its_direction_and_offset(signs):
+def test_a_cancoder_measures_the_shaft_for_any_direction_and_offset(signs):
     for angle, rate in signs["encoders"]:
         assert angle == pytest.approx(0.2, abs=0.001)
         assert rate == pytest.approx(0.5, abs=0.01)

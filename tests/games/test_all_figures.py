@@ -164,7 +164,7 @@ def test_every_output_has_the_same_figures_of_each_robot(told):
         assert pose[:2] == pytest.approx(end.poses[f"{prefix}/Robot/Pose3d"][:2], abs=6e-4)
 
 
-def test_a_page_made_from_the_log_equals_the_page_of_the_run(told):
+def test_a_page_made_from_the_log_has_the_contents_of_the_page_of_the_run(told):
     """Equal word for word, except for computation times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
@@ -228,7 +228,7 @@ def test_console_and_both_pages_of_a_comparison_report_the_same_difference(tmp_p
         assert len(shots) == int(row["shots"]) == end.integers["Sim/Shots"]
 
 
-def test_console_page_table_and_single_runs_of_a_sweep_report_the_same(tmp_path, monkeypatch, capsys):
+def test_console_page_table_and_single_runs_of_a_sweep_report_equal_figures(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "rebuilt", "--seeds", "2", "--seconds", "3", "-j", "1", "--success", "score >= 1", "--out", "s"]
     assert cli.main(words) == 0

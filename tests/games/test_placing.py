@@ -78,7 +78,7 @@ def test_a_placed_robot_overlaps_nothing_and_reports_its_pose(name, whole):
 
 
 @pytest.mark.parametrize("name", GAMES)
-def test_pieces_can_be_put_where_a_robot_stood_before_it_was_carried_away(name):
+def test_pieces_can_be_placed_where_a_robot_stood_before_it_was_moved(name):
     """Even within a tick, only the robot's last place is occupied."""
     kind = find_game(name).pieces[0].kind
     with Match(find_game(name)) as match:

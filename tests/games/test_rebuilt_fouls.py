@@ -300,7 +300,7 @@ def test_the_score_sheet_adds_up_and_gives_the_ranking_points():
 
 
 @pytest.mark.parametrize("totals", [(7, 7), (8, 7)])
-def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one_each(totals):
+def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_gives_one_each(totals):
     with RebuiltSim() as match:
         match.tracker.add("blue", totals[0])
         match.tracker.add("red", totals[1])

@@ -228,7 +228,7 @@ def test_parking_counts_only_at_the_end_of_the_match(time, points):
 
 
 @pytest.mark.parametrize(("blue", "red", "points"), [(8, 7, (3, 0)), (7, 7, (1, 1)), (7, 8, (0, 3))])
-def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_one(blue, red, points):
+def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_gives_one(blue, red, points):
     """The assessment takes three seconds, in which pieces and robots may still fall."""
     with Match(REEFSCAPE, robots=FAR) as match:
         match.tracker.add("blue", blue)

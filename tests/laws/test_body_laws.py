@@ -107,7 +107,7 @@ def test_a_robot_rocks_by_plastic_impacts_of_its_wheels(radius, height):
     [((math.pi / 2, 0.0), 0), ((math.pi, 0.0), 0), ((0.0, math.pi / 2), 1)],
     ids=["side", "back", "end"],
 )
-def test_a_fallen_robot_slides_to_a_stop_by_friction(attitude, axis):
+def test_friction_stops_a_fallen_sliding_robot(attitude, axis):
     """a = mu g with mu = 0.4; then it stays at rest."""
     config = ChassisConfig(center_of_mass_height=0.25)
     with PhysicsWorld() as world:
@@ -146,7 +146,7 @@ def bump(world):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.5])
 @pytest.mark.parametrize("heading", [0.0, 0.5])
-def test_a_robot_coasting_over_a_bump_gains_no_energy(speed, heading):
+def test_a_robot_that_coasts_over_a_bump_gains_no_energy(speed, heading):
     with PhysicsWorld() as world:
         bump(world)
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(-2.0, 0.0, heading))

@@ -63,7 +63,7 @@ def test_a_launch_without_wheel_slip_is_exponential(h):
         assert r.vx == pytest.approx(exact, abs=top * (0.5 * 0.005 / tau) * math.exp(-0.5) + 0.01 * top)
 
 
-def test_a_sliding_robot_stops_in_v2_over_2_mu_g():
+def test_a_sliding_robot_stops_within_speed_squared_over_two_mu_g():
     r = robot()
     r.drive.reset(angles=[math.pi / 2] * 4)
     r.reset(vx=3.0)

@@ -189,7 +189,7 @@ def test_a_robot_in_neutral_never_speeds_up(config, seed, h):
 
 @given(robots(), batteries, seeds)
 @settings(max_examples=3)
-def test_a_minute_of_random_commands_stays_finite(config, battery, seed):
+def test_the_robot_state_stays_finite_through_a_minute_of_random_commands(config, battery, seed):
     *_, (drive, c) = drive_around(config, battery, seed, 0.02, n=3000)
     state = [c.x, c.y, c.yaw, c.vx, c.vy, c.omega, drive.bus_voltage, *drive.state.wheel_speed, *drive.steer_angles]
     assert all(map(math.isfinite, state))

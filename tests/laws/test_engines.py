@@ -212,7 +212,7 @@ def test_worlds_in_two_processes_agree_to_the_last_bit():
 @pytest.mark.engines("mujoco")
 @pytest.mark.parametrize("h", [0.02, 0.004])
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])
-def test_a_box_bounces_with_the_restitution_of_its_pair_wherever_in_a_step_it_hits(h, restitution):
+def test_a_box_bounces_with_the_restitution_of_its_pair_at_any_time_within_a_step(h, restitution):
     """The contact spring has some 15 steps in half a period, so the rebound is right within a tenth."""
     with PhysicsWorld(floor=HARD, gravity=1e-9) as world:
         piece = TerrainSurface(name="piece", friction=0.5, restitution=restitution)

@@ -45,7 +45,7 @@ def fallen(start, velocity, drag: float, height: float) -> tuple[float, np.ndarr
 
 @settings(max_examples=100)
 @given(places, targets, speeds, asked, drags)
-def test_a_solved_shot_falls_through_the_target(muzzle, target, velocity, question, drag):
+def test_a_piece_with_the_solved_speed_falls_through_the_target(muzzle, target, velocity, question, drag):
     try:
         shot = solve_shot(muzzle, target, drag=drag, robot_velocity=velocity, **question)
     except NoShotError:

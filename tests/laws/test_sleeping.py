@@ -47,7 +47,7 @@ def keep_awake(pieces: GamePieceManager) -> None:
 
 
 @pytest.mark.parametrize("distance", [0.5, 1.0, 2.0, 3.0, 5.0, 12.0])
-def test_a_ball_at_its_apex_falls_however_far_a_robot_is(distance):
+def test_a_ball_at_its_apex_falls_at_any_distance_from_a_robot(distance):
     """A ball that is slow for an instant must not fall asleep in mid-air."""
     with PhysicsWorld() as world:
         pieces = make(world, 1)

@@ -48,7 +48,7 @@ def test_a_second_process_compiles_nothing_and_prints_nothing():
     assert done.stdout.split()[1] == "True" and "Preparing" not in done.stderr
 
 
-def test_the_same_code_runs_without_the_compiler():
+def test_the_loop_code_also_runs_without_the_compiler():
     done = run(NUMBA_DISABLE_JIT="1")
     assert done.stdout.split() == ["None", "True"] and not done.stderr
 
@@ -150,7 +150,7 @@ with compiled.preparing("a.slow"):
 
 
 @pytest.mark.parametrize("system", ["win32", "darwin", "linux"])
-def test_each_system_has_its_own_cache_folder(system, monkeypatch, tmp_path):
+def test_each_operating_system_has_its_own_cache_folder(system, monkeypatch, tmp_path):
     monkeypatch.setattr(compiled.sys, "platform", system)
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))

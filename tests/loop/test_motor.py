@@ -106,7 +106,7 @@ class TestLaw:
         )
         assert t0 - t1 * w == pytest.approx(0.7 * self.at_speed(wanted, emf)[1])
 
-    def test_an_open_circuit_has_only_friction(self):
+    def test_at_an_open_circuit_only_friction_acts_on_the_shaft(self):
         for w, torque in ((50.0, -0.4), (-50.0, 0.4)):
             assert torque_line(True, 9.0, 12.0, 0.0, w, 60.0, 480.0, 0.1, 0.03, 0.7, 0.8, 0.4) == (0, 0, torque, 0)
         assert torque_line(True, 9.0, 12.0, 0.0, 0.0, 60.0, 480.0, 0.1, 0.03, 0.7, 0.8, 0.4)[3] == LOCKED

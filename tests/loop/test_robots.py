@@ -38,5 +38,5 @@ def test_a_current_limit_makes_the_motors_a_constant_power_load():
     assert bus == pytest.approx(12.6 - 0.02 * (10.0 + power / bus), abs=1e-3)
 
 
-def test_a_dead_battery_gives_zero_volts():
+def test_the_bus_voltage_of_a_dead_battery_is_zero():
     assert bus_of(0.0) == 0.0

@@ -44,7 +44,7 @@ def fine_euler(sim: ShaftSim, volts: float, seconds: float, h: float = 1e-5) -> 
     return x, w, charge
 
 
-def test_the_speed_follows_an_exponential_for_any_step():
+def test_the_speed_approaches_the_free_speed_exponentially_for_any_step():
     """w = w_free (1 - exp(-t / tau)) is exact, so rounding is the only error."""
     sims = {dt: ShaftSim(gearbox(), 0.05) for dt in (0.001, 0.02, 0.25)}
     for dt, sim in sims.items():
@@ -56,7 +56,7 @@ def test_the_speed_follows_an_exponential_for_any_step():
         assert sim.position == pytest.approx(free * (0.5 - tau * (1.0 - math.exp(-0.5 / tau))), rel=1e-12)
 
 
-def test_the_stall_torque_and_the_free_speed_are_those_of_the_motor():
+def test_a_shaft_has_the_stall_torque_and_free_speed_of_its_motors():
     box = gearbox(motors=1, gearing=1.0)
     assert box.stall_torque(12.0) == pytest.approx(KRAKEN.stall_torque)
     assert box.free_speed(12.0) == pytest.approx(KRAKEN.kv * 12.0)
@@ -67,7 +67,7 @@ def test_the_stall_torque_and_the_free_speed_are_those_of_the_motor():
     assert sim.supply_current == pytest.approx(KRAKEN.stall_current, rel=1e-6)
 
 
-def test_the_current_includes_every_motor():
+def test_the_shaft_current_is_the_sum_over_all_motors():
     one, four = (ShaftSim(gearbox(motors=n), 0.05 * n) for n in (1, 4))
     for sim in (one, four):
         sim.set_volts(6.0)
@@ -128,7 +128,7 @@ def test_friction_holds_the_shaft_until_the_torque_exceeds_it():
     assert sim.velocity > 0.0
 
 
-def test_friction_brings_a_coasting_wheel_to_rest_on_time():
+def test_friction_stops_a_coasting_wheel_at_the_predicted_time():
     """J dw/dt = -friction: rest after J w / friction seconds and J w^2 / (2 friction) radians."""
     sim = ShaftSim(gearbox(friction_torque=0.5), 0.05)
     sim.reset(velocity=20.0)

@@ -154,6 +154,6 @@ def test_a_battery_at_zero_volts_is_browned_out_from_the_start():
         {"reboot_time": -1.0},
     ],
 )
-def test_impossible_batteries_are_refused(wrong):
+def test_invalid_battery_values_are_refused(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         BatteryConfig(**wrong)

@@ -9,7 +9,7 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.world.shapes import Box
 
 
-def test_the_chassis_of_a_swerve_drive_stands_on_its_modules():
+def test_a_swerve_chassis_has_its_wheels_at_the_module_positions():
     module = SwerveModuleConfig(x=0.0, y=0.0, wheel_radius=0.05, wheel_cof=1.4)
     swerve = SwerveConfig.rectangle(0.6, 0.5, module, mass=60.0, height=0.25)
 
@@ -21,7 +21,7 @@ def test_the_chassis_of_a_swerve_drive_stands_on_its_modules():
     assert chassis.wheel_positions == ((0.3, 0.25), (0.3, -0.25), (-0.3, 0.25), (-0.3, -0.25))
 
 
-def test_the_chassis_of_a_tank_drive_stands_on_its_wheels_with_the_left_side_first():
+def test_a_tank_chassis_lists_the_wheels_of_the_left_side_first():
     tank = TankConfig(wheel_xs=(0.3, -0.3), trackwidth=0.6, center_of_mass=(0.05, 0.01, 0.15), mass=45.0, wheel_cof=0.9)
 
     chassis = ChassisConfig.around(tank, bumper=(0.9, 0.8))

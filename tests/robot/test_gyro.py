@@ -69,7 +69,7 @@ class TestGyro:
             jumps.append(math.degrees(gyro.yaw))
         assert np.std(jumps) == pytest.approx(1.0, rel=0.11)
 
-    def test_gyros_with_equal_seeds_read_the_same(self):
+    def test_gyros_with_equal_seeds_have_equal_readings(self):
         a, b = (self.run(GYROS["pigeon2"], 5, seconds=0.2, rate=1.0)[0] for _ in range(2))
         assert a.yaw == b.yaw
 

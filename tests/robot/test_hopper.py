@@ -82,7 +82,7 @@ def test_a_lane_feeds_balls_at_the_belt_speed_over_the_diameter(speed):
     assert (times[-1] - times[0]) * TICK == pytest.approx(took, abs=1.5 * TICK + 0.01 * took)
 
 
-def test_the_foremost_ball_leaves_first_in_whatever_order_they_came():
+def test_the_foremost_ball_leaves_first_for_any_order_of_arrival():
     """The outlet is at x = 0.3 m: the ball that came in third is the farthest through it."""
     storage = Storage(StorageConfig(capacity=4, hopper=HopperConfig(outlet_width=0.4), high=(0.3, 0.305, 0.5)))
     storage.add([7, 8, 9, 5])

@@ -235,7 +235,7 @@ def test_a_thicker_piece_slips_less():
     assert shooter(exit_efficiency=1.0)[0].config.grip(0.98) == 1.0, "without slip size does not matter"
 
 
-def test_slip_depends_on_size_by_the_compression_and_a_compression_loss_slows_the_wheel():
+def test_slip_depends_on_piece_size_and_a_compression_loss_slows_the_wheel():
     """Exit speed = rim / 2 (1 - slip c / squeeze); the foam takes E more, by which I w^2 / 2 falls with each shot."""
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.4, compression=0.3, compression_loss=5.0)
     assert made.config.slip == pytest.approx(0.2) and made.config.grip(1.03) == pytest.approx((1.0 - 0.2 / 1.1) / 0.8)

@@ -45,7 +45,7 @@ def test_a_full_rebuilt_robot_is_within_the_height_limit():
 
 
 @pytest.mark.parametrize(("order", "first"), [("fifo", [3, 4, 5]), ("lifo", [5, 4, 3])])
-def test_pieces_leave_in_their_configured_order(order, first):
+def test_pieces_leave_a_storage_in_the_configured_order(order, first):
     storage = Storage(StorageConfig(capacity=3, order=order))
     storage.add([3, 4, 5])
     assert list(storage.in_turn) == first

@@ -189,7 +189,7 @@ CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "rever
 
 
 @each("key", [key for key in DRIVETRAIN.keys if key not in MEASURES])
-def test_keys_for_described_motors_are_refused_with_a_drivetrain_that_was_found(read, key):
+def test_keys_for_described_motors_are_refused_for_a_drivetrain_found_in_the_program(read, key):
     value = values(key.form, None)[0]
     if key.name == "kind" or key.name.startswith("gyro"):
         assert getattr(read(f"[drivetrain]\n{key.name} = {toml(value)}").drivetrain, key.name) == value

@@ -89,7 +89,7 @@ def test_pause_holds_until_it_is_lifted_or_the_run_ends(wall: Wall) -> None:
     assert wall.now - before == pytest.approx(0.02), "the pause is not made up for"
 
 
-def test_a_new_run_starts_its_own_time(wall: Wall) -> None:
+def test_the_pacer_restarts_when_a_new_run_begins(wall: Wall) -> None:
     pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
     pacer.wait(0.0)
     pacer.wait(10.0)

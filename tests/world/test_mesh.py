@@ -133,7 +133,7 @@ def test_a_curved_open_surface_stays_a_mesh():
     assert isinstance(part.shape, Mesh)
 
 
-def test_slivers_alone_give_no_shape():
+def test_a_mesh_of_slivers_alone_produces_no_shape():
     assert classify(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2]])) == ()
 
 
@@ -181,7 +181,7 @@ def write(tmp_path, text, name="field.obj"):
     return path
 
 
-def test_groups_keep_their_names_whatever_their_materials_and_corners_are(tmp_path):
+def test_groups_keep_their_names_for_any_materials_and_face_corners(tmp_path):
     groups = read_obj(write(tmp_path, MIXED))
     assert [(g.name, len(g.vertices), len(g.triangles())) for g in groups] == [("slab", 4, 4), ("post_left", 5, 3)]
 
@@ -219,7 +219,7 @@ def test_the_triangles_of_a_concave_polygon_lie_within_its_outline():
         (b"glTF\x02\0\0\0", "binary"),
     ],
 )
-def test_an_error_names_the_line_of_a_broken_file(tmp_path, text, message):
+def test_the_error_names_the_invalid_line_of_a_mesh_file(tmp_path, text, message):
     with pytest.raises(FieldMeshError, match=message):
         read_obj(write(tmp_path, text))
 

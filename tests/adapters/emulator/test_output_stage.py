@@ -102,7 +102,7 @@ def test_every_gain_of_every_slot_contributes_to_the_output(bench, slot, arm):
     assert talon.get_control_mode().value.name == "POSITION_VOLTAGE_FOC"
 
 
-def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_by_the_sign_of_its_goal(bench):
+def test_a_velocity_loop_applies_kd_to_acceleration_and_ks_with_the_sign_of_its_goal(bench):
     from phoenix6 import controls, signals
 
     talon = bench.talon(

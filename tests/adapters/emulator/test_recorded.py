@@ -35,7 +35,7 @@ def test_a_request_moves_its_plant_as_in_ctres_simulation(simulated, name):
     assert not compare.misses(name, real, ours), (real, ours)
 
 
-def test_every_run_in_every_process_is_bit_identical(simulated):
+def test_every_run_gives_bit_identical_results_in_every_process(simulated):
     again = compare.run("simulated", [])
     assert json.dumps(again) == json.dumps(simulated)
 

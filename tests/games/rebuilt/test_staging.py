@@ -29,7 +29,7 @@ def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def test_the_manual_stages_504_fuel():
+def test_the_default_staging_has_the_504_fuel_of_the_manual():
     """360 in the neutral zone, 24 in each depot, 24 in each chute, 8 in each of six robots."""
     assert Staging().total == 360 + 2 * 24 + 2 * 24 + 6 * 8 == 504
 

@@ -64,7 +64,7 @@ def probed(*modules):
 
 
 @pytest.mark.parametrize("kind", [Live, Kept])
-def test_a_module_is_measured_with_and_without_its_update(kind):
+def test_the_probe_measures_modules_that_read_sensors_directly_or_in_an_update(kind):
     modules = [kind(), kind()]
     for belief in probed(*modules):
         assert belief.zero == pytest.approx(OFFSET)

@@ -66,13 +66,13 @@ def test_a_maxswerve_module_is_recognized_by_its_ratio(tmp_path):
     assert found.measures["wheel_radius"].is_guess
 
 
-def test_a_turn_of_the_motor_is_the_distance_that_the_program_counts(tmp_path):
+def test_wheel_radius_and_gearing_give_the_distance_per_motor_turn_in_the_program(tmp_path):
     found = complete_measures(swerve(0.05), RobotSettings(), tmp_path)
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
 
 @each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
-def test_a_tank_drive_may_count_in_another_unit(tmp_path, unit, size):
+def test_a_tank_drive_may_count_distance_in_another_unit(tmp_path, unit, size):
     """Wheels of 6 in at 8.45:1; the unit follows from the usual speed of robots."""
     way = math.tau * 0.0762 / 8.45
     found = replace(swerve(way / size), kind="tank")

@@ -23,7 +23,7 @@ CORNERS = ("front left", "front right", "rear left", "rear right")
         ("left.lift", None), ("roller", None), ("flywheel", None), ("climber1", None), ("arm", None), ("", None),
     ],
 )  # fmt: skip
-def test_the_name_of_a_motor_gives_its_side(name, side):
+def test_the_side_of_a_motor_is_found_in_its_name(name, side):
     assert [place for place in SIDES if says_place(name, place)] == ([side] if side else [])
 
 
@@ -36,7 +36,7 @@ def test_the_name_of_a_motor_gives_its_side(name, side):
         ("left", None), ("front", None),
     ],
 )  # fmt: skip
-def test_the_name_of_a_motor_gives_its_corner(name, corner):
+def test_the_corner_of_a_motor_is_found_in_its_name(name, corner):
     assert [place for place in CORNERS if says_place(name, place)] == ([corner] if corner else [])
 
 

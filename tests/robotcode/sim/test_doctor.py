@@ -26,7 +26,7 @@ from simcore.robotcode.sim.doctor import Finding
     [((3, 9, 18), "fail", "python3.13 -m venv"), ((3, 10, 0), "ok", ""), ((3, 14, 8), "ok", ""),
      ((3, 15, 0), "fail", "py -3.13 -m venv")],
 )  # fmt: skip
-def test_the_version_of_python_is_checked(version, level, advice):
+def test_an_unsupported_python_version_is_reported_with_advice(version, level, advice):
     found = doctor.check_python(version)
     assert found.level == level and advice in found.advice and bool(found.advice) == (level != "ok")
 
@@ -64,7 +64,7 @@ def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
         load("ntcore")
 
 
-def test_imports_of_the_robot_program_that_do_not_load_are_reported(tmp_path, monkeypatch):
+def test_failing_imports_of_the_robot_program_are_reported(tmp_path, monkeypatch):
     """A missing library is reported with the extra that installs it; optional libraries and tests do not count."""
     assert [f.level for f in doctor.check_imports(tmp_path)] == ["warn"]
     vendors = tmp_path / "vendors"
@@ -94,14 +94,14 @@ def test_imports_of_the_robot_program_that_do_not_load_are_reported(tmp_path, mo
 
 
 @pytest.mark.parametrize(("milliseconds", "level"), [(1.0, "ok"), (9.0, "warn"), (25.0, "fail")])
-def test_the_time_of_a_tick_is_checked(milliseconds, level, monkeypatch):
+def test_a_computer_too_slow_for_real_time_is_reported(milliseconds, level, monkeypatch):
     clock = iter(range(10**6))
     monkeypatch.setattr(doctor.time, "perf_counter", lambda: next(clock) * 1e-3 * milliseconds)
     *_, found = doctor.check_run()
     assert found.level == level and f"a tick takes {milliseconds:.1f} of its 20 ms" in found.text
 
 
-def test_an_impossible_run_is_reported(monkeypatch):
+def test_a_run_that_cannot_be_played_is_reported(monkeypatch):
     def games(found):
         monkeypatch.setattr("simcore.match.registry.installed_games", found)
         return list(doctor.check_run())
