@@ -24,7 +24,7 @@ __all__ = ["Described", "described"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Described:
-    """Robot of a project before calibration, with the source of the description and the motors' names in logs."""
+    """Robot of a project before calibration, the source of the description, and the side of each motor in logs."""
 
     config: RobotConfig
     settings: RobotSettings

@@ -26,13 +26,13 @@ class Run:
     way: FloatArray
     """Wheel distance [m] or mechanism angle [rad] from the start of the run, shape (n, sides)."""
     yaw: FloatArray | None = None
-    """Gyro yaw from the start of the run, counter-clockwise [rad], shape (n,)."""
+    """Gyro yaw from the start of the run, counter-clockwise [rad], shape (n,); None if not logged."""
     ground: FloatArray | None = None
-    """Distance over ground from the start of the run, measured independently of the wheels [m], shape (n,)."""
+    """Distance over ground from the start of the run, without use of the wheels [m], shape (n,); None if not logged."""
     bus: FloatArray | None = None
-    """Battery voltage [V], shape (n,)."""
+    """Battery voltage [V], shape (n,); None if not logged."""
     amps: FloatArray | None = None
-    """Battery current [A], shape (n,)."""
+    """Battery current [A], shape (n,); None if not logged."""
     origin: float = 0.0
     """Mechanism angle at the start of the run [rad]."""
 

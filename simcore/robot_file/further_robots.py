@@ -56,7 +56,7 @@ class FurtherRobot:
     """Folder that contains the module of the robot's script."""
 
     def entry(self, game: Game) -> RobotEntry:
-        """Return the robot's entry in a match.
+        """Return the robot's entry in a match; start pose and preload in the file override those of the auto.
 
         Raises:
             ConfigError: The game does not have the auto or the role.

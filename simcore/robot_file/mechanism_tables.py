@@ -356,7 +356,7 @@ def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> t
     """Check that every `on` names a mechanism that can carry other mechanisms, and that no mechanism carries itself.
 
     Returns:
-        Names of the mechanisms that can carry others.
+        Names of the mechanisms that can carry other mechanisms.
 
     Raises:
         ConfigError: A mechanism fails the check.

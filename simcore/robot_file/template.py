@@ -97,7 +97,7 @@ def _live(table: KeyTable, *names: str, every: bool, shown: Sequence[str] = ()) 
 
 
 def _drivetrain(found: Found) -> str:
-    """Format the drivetrain of the survey as a table, or as a comment line without rows."""
+    """Format the drivetrain of a survey as a table, or as a comment line if the survey has no values."""
     if "rows" in found:
         return table_text(DRIVETRAIN.head, map(tuple, found["rows"]))
     about = found.get("lines", [found.get("problem", "")])[0]

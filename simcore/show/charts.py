@@ -129,7 +129,7 @@ def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
 
 
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """Return a curve of the distance [m] between each robot's true and estimated pose.
+    """Return a curve for each robot: the distance between the true and the estimated pose [m].
 
     Values are NaN until the last placement of the robot before driving.
     """

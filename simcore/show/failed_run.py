@@ -1,4 +1,4 @@
-"""Log and page of a failed test's run, and a sentence with their paths."""
+"""Log and page of a failed test's run, and a sentence with the paths of both files."""
 
 from __future__ import annotations
 

@@ -204,12 +204,12 @@ class Scene:
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
 
     def label(self, number: int) -> str:
-        """Return a robot's label for texts: the name, else the team number, else the robot number."""
+        """Return a robot's label for texts: the name, else the team number, else `robot <number>`."""
         robot = self.robots[number] if number < len(self.robots) else None
         return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
     def with_models(self, folder: Path) -> Scene:
-        """Return a copy with the models of a folder's `Field3d_...` and `Robot_...` folders, if there are any."""
+        """Return a copy with the field model and the robot model in a folder; a missing model is left unchanged."""
         models = list(folder.glob("Robot_*")) and folder
         robots = [replace(look, models=models or look.models) for look in self.robots]
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)

@@ -29,7 +29,7 @@ from simcore.typing import alliance_in
 __all__ = ["HANGING", "RED", "add_arguments", "game_snapshot", "run", "scope_layout"]
 
 HANGING = "Hanging"
-"""Name of the field's model for swinging bodies (`Sim/Hanging`), if the field has any."""
+"""Name of the piece model that shows swinging bodies (`Sim/Hanging`) in a field model."""
 RED = " (red)"
 """Name suffix of a robot model with red bumpers, if there is one."""
 

@@ -1,7 +1,7 @@
-"""Preview of a shot: landing point and score of a piece if it left a shooter now.
+"""Preview of a shot: landing point and score of a piece that would leave a shooter now.
 
 The preview uses the loop that moves the match's balls, with contacts with the static field but not with robots and
-other pieces. It ends when the piece scores or can no longer score.
+other pieces. The preview ends when the piece scores or can no longer score.
 """
 
 from __future__ import annotations

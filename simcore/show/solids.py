@@ -115,8 +115,8 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
 
     Args:
         look: Look of the robot.
-        models: Models for the robot, used only if they have `parts` parts; if the length of the body differs from the
-            robot's, only the parts are used.
+        models: Models for the robot, used only if their number of parts is `parts`; if the body model's length differs
+            from the length over the bumpers, only the parts are used.
         parts: Number of component poses in the robot's telemetry.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
@@ -201,7 +201,7 @@ def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
 
     Args:
         scene: Scene with the field's elements.
-        names: Name prefixes; a solid gets the prefix of its element as its name.
+        names: Name prefixes; a solid is named by the prefix of the element's name, or has no name.
     """
     found: list[Solid] = []
     for element in scene.field_elements:

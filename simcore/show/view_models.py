@@ -51,7 +51,7 @@ class FieldModels:
     pieces: Mapping[str, Model]
     """Models of game pieces by name of the kind, as in `Sim/GamePieces/<name>`."""
     stations: tuple[tuple[float, float], ...] = ()
-    """Positions of the driver stations, blue 1 to 3, then red 1 to 3, field frame [m]; empty if not in the config."""
+    """Positions of the driver stations, blue 1 to 3, then red 1 to 3, field frame [m]; empty if the config has none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

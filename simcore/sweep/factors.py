@@ -2,8 +2,8 @@
 
 Values are listed or drawn from a distribution. A name is a dotted path into one of three configs, made of field names,
 table keys and row indices (`*` for all rows): `robot.battery.initial_charge`, `robot.drivetrain.modules.*.wheel_cof`,
-`scatter.spin`, `pieces.*.mass`. Names in `PLAYED` set how a run is played. Only `robot.mass` is not a field but the
-mass of the whole robot.
+`scatter.spin`, `pieces.*.mass`. Names in `PLAYED` set how a run is played. `robot.mass` is the only name without a
+field; it sets the mass of the whole robot.
 """
 
 from __future__ import annotations

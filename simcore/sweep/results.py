@@ -106,7 +106,7 @@ class Condition:
 class Results:
     """Results of all runs of an experiment.
 
-    A run that ended with an error has no metrics: it is not a success and is not in percentiles.
+    A run that ended with an error has no metrics, is not a success, and is left out of percentiles.
     """
 
     rows: Sequence[Row]

@@ -1,4 +1,4 @@
-"""Metrics of a run: standard numbers by name, and a team's own functions."""
+"""Metrics of a run: standard metrics by name, and functions that a team provides."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ class RunStore:
             raise
 
     def close(self) -> None:
-        """Retry the rows that have not been written yet, then close the file."""
+        """Write the remaining rows and close the file; log a warning if rows could not be written."""
         self._write()
         self._base.close()
         if self._unsaved:

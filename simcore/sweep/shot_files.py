@@ -14,7 +14,7 @@ from simcore.sweep.shot_table import ShotTable, ShotTableRow
 __all__ = ["table_cells", "table_csv", "table_page", "table_python"]
 
 _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s")
-"""Columns of a row for robot code."""
+"""Columns of a shot in the Python table for robot code."""
 
 
 def _values(row: ShotTableRow) -> dict[str, Any]:

@@ -97,7 +97,7 @@ def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTableRow:
-    """Row of a shot table: a distance and the shot from there."""
+    """Row of a shot table: a distance and the best shot from this distance."""
 
     stand: Stand
     """Position of the robot relative to the target; the bearing is valid only if there is a shot."""
