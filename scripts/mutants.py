@@ -46,7 +46,7 @@ MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_re
 
 MUTANTS = (
     Mutant("a shot does not push the robot", FLOW, "robot.balance.exchange(-mass,", "robot.balance.exchange(0.0,",
-           f"{MASSES}::test_a_shot_gives_the_robot_its_recoil"),
+           f"{MASSES}::test_the_recoil_of_a_shot_pushes_the_robot"),
     Mutant("what is held weighs nothing", FLOW, "robot.balance.update(self._pieces.mass, self._pieces.radius)", "pass",
            f"{MASSES}::test_fifty_fuel_in_the_hopper_slow_the_acceleration"),
     Mutant("shapes move with the center of mass on MuJoCo", "simcore/world/mujoco_engine.py",

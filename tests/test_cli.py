@@ -124,7 +124,7 @@ def test_a_missing_library_is_reported_in_one_sentence():
         (["calibrate", "--shot", "distance=2,rps=fast"], "rps must be a number above 0"),
     ],
 )
-def test_impossible_arguments_are_refused_before_anything_runs(words, said, capsys, tmp_path, monkeypatch):
+def test_invalid_arguments_are_refused_before_anything_runs(words, said, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     try:
         assert main(words) == 1

@@ -33,7 +33,7 @@ def installed(tmp_path):
     return ask
 
 
-def test_a_checkout_is_named_by_its_folder():
+def test_the_install_command_names_the_folder_of_a_checkout():
     assert (
         install_command("view", "robotpy", package=ROOT / "simcore")
         == f'`python -m pip install -e "{ROOT}[view,robotpy]"`'
@@ -60,7 +60,7 @@ def test_a_checkout_is_named_by_its_folder():
         ),
     ],
 )
-def test_a_git_address_and_a_file_from_the_network_are_named_unchanged(installed, origin, wanted):
+def test_the_install_command_repeats_a_git_address_or_the_url_of_a_file(installed, origin, wanted):
     assert installed(origin, "view") == f'`python -m pip install "{wanted}"`'
 
 
@@ -78,7 +78,7 @@ def test_the_command_names_the_source_folder_or_file_only_while_it_exists(instal
         assert installed(origin, "view") == somewhere
 
 
-def test_a_package_installed_from_an_index_is_named(tmp_path):
+def test_the_install_command_names_a_package_from_an_index(tmp_path):
     package = tmp_path / "simcore"
     (tmp_path / "simcore-1.2.0.dist-info").mkdir(parents=True)
     assert install_command("view", package=package) == '`python -m pip install "simcore[view]"`'

@@ -46,7 +46,7 @@ from simcore.world.linkage import Joint
         (CURRENT_LIMIT, -1.0, "must be a number from 0 to 10000 A, or math.inf for no limit, got -1.0"),
     ],
 )
-def test_an_impossible_value_is_refused_with_bounds_and_unit(quantity, value, said):
+def test_the_error_for_an_invalid_value_gives_the_bounds_and_the_unit(quantity, value, said):
     with pytest.raises(ConfigError) as caught:
         require("Robot", "it", value, quantity)
     assert str(caught.value) == f"Robot: it {said}"

@@ -61,7 +61,7 @@ def test_the_power_panel_shows_the_battery_current_by_channel():
         assert panel.getVoltage() == pytest.approx(robot.battery.voltage)
 
 
-def test_lateness_is_reported_in_one_sentence_with_its_total(caplog):
+def test_the_total_lateness_of_a_run_is_reported_in_one_sentence(caplog):
     report = LatenessReport(every=0.0, start=0.0)
     report.note(0.5, tick_ms=4.0)
     quiet = LatenessReport(every=60.0, start=0.0)

@@ -198,7 +198,7 @@ def test_the_robot_state_stays_finite_through_a_minute_of_random_commands(config
 
 @given(robots(), seeds, st.floats(-math.pi, math.pi))
 @settings(max_examples=30)
-def test_a_rotated_field_gives_the_rotated_run(config, seed, turn):
+def test_rotating_the_field_rotates_the_run(config, seed, turn):
     rng = np.random.default_rng(seed)
     velocity = rng.uniform(-4, 4, 2)
     paths = []

@@ -116,7 +116,7 @@ def test_an_intake_ignores_other_kinds_of_pieces(bare):
     assert bare.robots[0].held == []
 
 
-def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
+def test_every_intake_and_every_shooter_uses_its_own_storage():
     """Two balls in front and one behind; then only the wheels of the back shooter turn."""
     both = robot()
     back = replace(ZONE, x_min=-0.65, x_max=-0.45)

@@ -185,7 +185,7 @@ def shot_from_rest(launch: LaunchParameters):
         yield one, speed
 
 
-def test_a_shot_gives_the_robot_its_recoil():
+def test_the_recoil_of_a_shot_pushes_the_robot():
     """The total momentum of robot and piece stays 0."""
     with shot_from_rest(LaunchParameters(height=0.6)) as (one, speed):
         assert speed > 4.0

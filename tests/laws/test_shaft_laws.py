@@ -123,7 +123,7 @@ def _run(sim, asked, speed, load, seconds, count):
 
 @settings(max_examples=100)
 @given(shafts, st.lists(volts, min_size=1, max_size=10), st.floats(-100.0, 100.0))
-def test_a_mirrored_run_gives_the_mirrored_result(sim, orders, speed):
+def test_mirroring_the_inputs_mirrors_the_result(sim, orders, speed):
     ends = []
     for sign in (1.0, -1.0):
         sim.reset(velocity=sign * speed)

@@ -252,7 +252,7 @@ def test_non_finite_numbers_are_refused_and_change_nothing(bad):
         {"friction_torque": -0.1},
     ],
 )
-def test_an_impossible_gearbox_is_refused(change):
+def test_a_gearbox_with_invalid_values_is_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         gearbox(**change)
 

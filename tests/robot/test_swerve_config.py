@@ -42,7 +42,7 @@ def test_the_error_names_the_impossible_value_of_a_module(wrong):
 
 
 @each("wrong", [{"modules": ()}, {"mass": 0.0}, {"yaw_inertia": math.inf}, {"center_of_mass": (0.0, 0.0)}])
-def test_impossible_robots_are_refused(wrong):
+def test_invalid_robot_values_are_refused(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         replace(SQUARE, **wrong)
 

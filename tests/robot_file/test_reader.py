@@ -58,7 +58,7 @@ roller = "roller"
 """
 
 
-def test_the_tags_of_the_other_field_are_chosen_by_name(read):
+def test_the_file_selects_the_tag_layout_by_name(read):
     assert read('tags = "2025-andymark"').tags == "2025-andymark"
     with pytest.raises(ConfigError, match="2025-andymark"):
         read('tags = "andymark"')
@@ -68,7 +68,7 @@ def test_without_a_file_a_robot_gets_the_defaults(tmp_path):
     assert read_settings(tmp_path / "simcore.toml") == RobotSettings()
 
 
-def test_the_bumpers_follow_the_wheels_unless_they_are_given(read):
+def test_the_bumpers_surround_the_wheels_unless_the_file_gives_the_bumper_size(read):
     around = read("").with_bumper_around(((0.3, 0.2), (-0.3, -0.2)))
     assert around.bumper == pytest.approx((0.9, 0.7))
     given = read("[robot]\nbumper_length = 0.8\nbumper_width = 0.9").with_bumper_around(((0.3, 0.2),))

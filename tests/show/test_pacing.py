@@ -70,7 +70,7 @@ def test_a_small_delay_is_made_up_for(wall: Wall) -> None:
     assert wall.now == pytest.approx(100.2)
 
 
-def test_pause_holds_until_it_is_lifted_or_the_run_ends(wall: Wall) -> None:
+def test_a_paused_run_waits_until_the_run_is_resumed_or_ended(wall: Wall) -> None:
     pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
     pacer.wait(0.0)
     pacer.paused = True

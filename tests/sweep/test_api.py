@@ -105,7 +105,7 @@ print(len(sweep(wanted, workers=0, out=sys.argv[1]).finished))
     assert 0 < kept < 40
 
 
-def test_an_impossible_store_is_reported(tmp_path):
+def test_a_store_that_cannot_be_used_is_reported(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="cannot be written"):
         sweep(experiment(), workers=0, out=tmp_path / "file")

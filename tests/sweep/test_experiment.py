@@ -126,7 +126,7 @@ def test_the_name_of_a_function_lets_workers_find_it():
     assert Experiment(metrics=(own_metric,)).metrics == (f"{__name__}:own_metric",)
 
 
-def test_programs_outside_a_folder_are_named_without_importing_them(tmp_path, monkeypatch):
+def test_programs_outside_a_folder_are_found_without_importing_them(tmp_path, monkeypatch):
     for name in ("inside", "outside"):
         (tmp_path / name).mkdir()
         (tmp_path / name / f"{name}_code.py").write_text("raise SystemExit\n")

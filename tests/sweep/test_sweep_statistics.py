@@ -43,7 +43,7 @@ def test_the_interval_ends_where_the_score_test_just_accepts(n, data, confidence
     assert mirror.lower == pytest.approx(1 - share.upper, abs=1e-12)
 
 
-def test_impossible_counts_and_confidences_are_refused():
+def test_invalid_counts_and_confidences_are_refused():
     with pytest.raises(ConfigError, match="0 <= k <= n, got 3 of 2"):
         wilson_share(3, 2)
     with pytest.raises(ConfigError, match=r"between 0 and 1, e\.g\. 0\.95, got 95"):

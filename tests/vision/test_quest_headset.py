@@ -66,7 +66,7 @@ def test_poses_after_a_true_reset_are_true():
     assert is_same(quest.last.attitude, attitude)
 
 
-def test_the_first_reset_gives_the_mount():
+def test_the_first_reset_determines_the_headset_mount():
     quest = headset(None, **QUIET)
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)

@@ -102,7 +102,7 @@ def test_a_repeated_id_is_refused():
         (lambda: PiecePipeline(min_visible=2.0), "min_visible"),
     ],
 )
-def test_impossible_settings_are_refused(make, message):
+def test_invalid_settings_are_refused(make, message):
     with pytest.raises((ConfigError, UnknownNameError)) as error:
         make()
     assert message in str(error.value)

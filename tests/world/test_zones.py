@@ -52,7 +52,7 @@ def test_zones_accept_empty_arrays_and_contain_no_piece_at_nan(zone):
     assert not zone.crossed(nan, nan)[0]
 
 
-def test_impossible_zones_are_refused():
+def test_zones_with_invalid_dimensions_are_refused():
     with pytest.raises(ConfigError, match="low must be below high"):
         BoxZone((0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
     with pytest.raises(ConfigError, match=r"low\[0\] must be a number from -100 to 100 m, got nan"):
