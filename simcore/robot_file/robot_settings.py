@@ -248,7 +248,7 @@ class RobotSettings:
         return replace(self, bumper=(around[0], around[1]))
 
     def with_friction(self, volts: Mapping[str, float]) -> RobotSettings:
-        """Return a copy with friction from the controllers' kS where the file has no friction.
+        """Return a copy whose mechanisms have the friction of the controllers' kS where the file gives no friction.
 
         Args:
             volts: kS by name of the mechanism [V].

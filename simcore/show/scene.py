@@ -147,7 +147,7 @@ class LevelLook:
     name: str
     """Name of the level, as in `Sim/Places/<name>`."""
     alliance: str = ""
-    """Alliance that owns the level; empty for none."""
+    """Alliance that owns the level; empty for a neutral level."""
     label: str
     """Name of the level without the alliance."""
     places: tuple[str, ...] = ()

@@ -162,7 +162,11 @@ def parse_factor(text: str) -> Factor:
 
 
 def _steps(name: str, first: float, last: float, step: float) -> tuple[float, ...]:
-    """Return the values from first to last; the last value is included if a step reaches it."""
+    """Return the values from `first` to `last` in equal steps; `last` is included if a step reaches it.
+
+    Raises:
+        ConfigError: If the steps do not lead from `first` to `last`, or there are too many.
+    """
     if step == 0.0 or (last - first) / step < 0.0:
         raise ConfigError(f"factor {name}: steps of {step:g} do not lead from {first:g} to {last:g}")
     count = math.floor((last - first) / step + 1e-9) + 1

@@ -54,7 +54,7 @@ class ShotBand:
 
     @classmethod
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
-        """Return the grid of shots around those that hit the middle of the target, after flying them."""
+        """Return a grid around the shots that hit the middle of the target, with the simulated result of each shot."""
         elevations = _grid(task)
         middles = _to_middle(task, stand, elevations)
         most = task.max_speed * (1.0 + _SPARE_SPEED)

@@ -1,4 +1,4 @@
-"""Command `simcore shots`: shot table of a shooter over distance, with the share of scattered shots that go in."""
+"""Command `simcore shots`: shot table of a shooter over distance, with the fraction of scattered shots that go in."""
 
 from __future__ import annotations
 
