@@ -146,7 +146,7 @@ def test_the_table_can_be_printed_on_any_terminal(encoding):
     file.seek(0)
     lines = file.read().splitlines()
     assert max(map(len, lines)) <= 80
-    assert "1 of these cannot work" in lines[-1]
+    assert "1 of these must be fixed" in lines[-1]
     assert any("[b]" in line for line in lines), "square brackets are no markup"
 
 
