@@ -253,7 +253,7 @@ def test_a_hopper_and_its_storage_always_hold_the_same_pieces():
 def test_invalid_hoppers_are_refused():
     for change, words in (
         ({"outlet": "top"}, "outlet must be 'front', 'back', 'left', 'right' or 'bottom'"),
-        ({"inlet": "bottom"}, "inlet must be another side than the bottom, got 'bottom'"),
+        ({"inlet": "bottom"}, "inlet must not be the bottom, got 'bottom'"),
         ({"outlet_width": 0.0}, "outlet_width"),
         ({"funnel": "steep"}, "funnel must be a number from 0 to 1.2 rad"),
         ({"slope": 2.0}, "slope must be a number from 0 to 1.2 rad"),

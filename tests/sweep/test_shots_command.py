@@ -87,7 +87,7 @@ def test_the_page_has_the_best_shot_and_curves_over_distance(made) -> None:
     [
         (["shots", "reefscape"], "no shooter"),
         (["shots", "rebuilt", "--target", "BlueHubb"], "Did you mean 'BlueHub'"),
-        (["shots", "rebuilt", "--shooter", "3"], "no shooter of number 3, counted from 0. Known: 0"),
+        (["shots", "rebuilt", "--shooter", "3"], "no shooter number 3, counted from 0. Known: 0"),
         (["shots", "rebuilt", "--robot", "gone.toml"], "no file 'gone.toml'"),
         (["shots", "rebuilt", "--set", "robot.shooters.*.exit_eficiency=0.4"], "exit_efficiency"),
     ],

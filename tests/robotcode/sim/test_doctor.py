@@ -60,7 +60,7 @@ def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
     with pytest.raises(ConfigError, match=r"two seasons are mixed, pyntcore 2027\.0\.0a7 next to WPILib of 2026: make"):
         load("ntcore")
     mixture.clear()
-    with pytest.raises(ConfigError, match=r"this needs ntcore of WPILib, which cannot be imported .* brings it"):
+    with pytest.raises(ConfigError, match=r"this needs ntcore of WPILib, which cannot be imported .* installs it"):
         load("ntcore")
 
 
