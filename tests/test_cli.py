@@ -63,7 +63,7 @@ def test_every_script_has_a_help():
         (["play", "reefscap", "--hub-exits"], "no game named 'reefscap'. Did you mean 'reefscape'"),
         (
             ["shots", "--distances", "5:1:0.5"],
-            "'5:1:0.5' cannot be read: write from:to:step, the nearest first, as 2:6",
+            "'5:1:0.5' cannot be read: write from:to:step, the nearest first, e.g. 2:6",
         ),
         (["play", "--sead", "3"], "unrecognized arguments: --sead. Did you mean --seed?"),
         (["compare", "depot"], "'depot' with what? Give two folders with a robot.py, or two autos of the game"),

@@ -92,8 +92,8 @@ Shooter with an exit efficiency of {efficiency:g}. Rows with None have no shot.
 from bisect import bisect_right
 
 COLUMNS = {columns!r}
-"""Elevation above the horizontal, turns of the hood's mechanism, speeds of the piece and of the wheels, and time from the
-muzzle to the opening."""
+"""Elevation above the horizontal, turns of the hood's mechanism, speeds of the piece and of the wheels, and time
+from the muzzle to the opening."""
 SHOTS = {{  # by distance from the robot's center to the target's [m]
 {shots}}}
 
