@@ -261,7 +261,7 @@ def test_invalid_hoppers_are_refused():
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=words):
             HopperConfig(**{"outlet_width": 0.4, **change})
-    with pytest.raises(ConfigError, match="order must be 'fifo' with a hopper.*got 'lifo'"):
+    with pytest.raises(ConfigError, match=r"order must be 'fifo' with a hopper.*got 'lifo'"):
         StorageConfig(order="lifo", hopper=HopperConfig(outlet_width=0.4))
     with pytest.raises(ConfigError, match="z of outlet_place must be from 0"):
         StorageConfig(hopper=HopperConfig(outlet_width=0.4, outlet_place=(0.0, 0.9)), **ROOM)
