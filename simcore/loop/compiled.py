@@ -139,7 +139,7 @@ class _Cache(caching.FunctionCache):
             self.disable()
 
 
-not_kept = "" if cache_folder else "no folder for it can be written"
+not_kept = "" if cache_folder else "no folder for it is writable"
 """Reason for which compiled functions are not kept; empty if they are."""
 
 

@@ -58,8 +58,8 @@ TOP = KeyTable("at the top", "for the whole file", (
 ROBOT = KeyTable("[robot]", "your robot", (
     Key("team", Quantity("", 1, 99_999, is_whole=True), None, "number on the bumpers; left out: the robot's in the "
         "match", 9999),
-    Key("models", str, None, "folder beside this file with Robot_... of AdvantageScope, drawn in pages; left out: what "
-        "this file describes is drawn", "ascope_assets"),
+    Key("models", str, None, "folder next to this file with AdvantageScope's Robot_..., drawn in pages; left out: "
+        "what this file describes is drawn", "ascope_assets"),
     Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
     Key("bumper_length", _BUMPER, None, "over the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
         needs=("bumper_width", "<m>")),
