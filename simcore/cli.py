@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
-        print(f"{program}: an argument has a NUL character, which no name of a file can have", file=sys.stderr)
+        print(f"{program}: an argument contains a NUL character, which file names cannot have", file=sys.stderr)
         return 2
     if sys.stdout is None:  # closed by the caller
         sys.stdout = open(os.devnull, "w")

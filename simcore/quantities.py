@@ -439,7 +439,7 @@ def _type_text(kind: Any) -> str:
         return f"a dict by name, each {_type_text(parts[1])}"
     if origin is Callable:
         return "a function"
-    words = {NoneType: "None", bool: "True or False", str: "a text", int: "a whole number", float: "a number"}
+    words = {NoneType: "None", bool: "True or False", str: "a string", int: "a whole number", float: "a number"}
     name = getattr(kind, "__name__", str(kind))
     return words.get(kind, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
 

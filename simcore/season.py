@@ -182,7 +182,7 @@ def _module(name: str) -> ModuleType:
         mixed = mixed_seasons(
             installed_seasons((d.metadata["Name"] or "", d.version) for d in metadata.distributions())
         )
-        cure = mixed or f"{install_command('robotpy')} brings it"
+        cure = mixed or f"{install_command('robotpy')} installs it"
         raise ConfigError(f"this needs {name} of WPILib, which cannot be imported ({error}): {cure}") from error
     for class_name, names in NAMES[name].items():
         _add_names(module, getattr(module, class_name) if class_name else module, names.split())

@@ -45,7 +45,7 @@ class RebuiltRules(Rules):
         Channel("Sim/Match/AutoTowerRobot<n>", "string", lambda r: r.levels(r.towers.auto_level),
                 "level of each robot: `None`, `Level1` to `Level3`"),
         Channel("Sim/Match/EndGameTowerRobot<n>", "string", lambda r: r.levels(r.towers.final_level),
-                "the same at the end"),
+                "the same at the end of the match"),
     )  # fmt: skip
 
     def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:

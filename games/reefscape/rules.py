@@ -57,7 +57,7 @@ class ReefscapeRules(Rules):
                 "coral that an alliance's human players have"),
         Channel("Sim/Match/<Alliance>HumanPlayerAlgae", "int",
                 lambda r: {a.capitalize(): r.human_players.waiting_algae[a] for a in ALLIANCES},
-                "algae that wait for the human player behind the processor"),
+                "algae behind the processor, waiting for the human player"),
         Channel("Sim/Match/EndGameRobot<n>", "string", lambda r: r.ends,
                 "how each robot ended: `None`, `Parked`, `ShallowCage` or `DeepCage`"),
     )  # fmt: skip

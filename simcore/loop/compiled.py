@@ -139,7 +139,7 @@ class _Cache(caching.FunctionCache):
             self.disable()
 
 
-not_kept = "" if cache_folder else "no folder for it can be written"
+not_kept = "" if cache_folder else "no folder for it is writable"
 """Reason why compiled functions are not cached; empty if the functions are cached."""
 
 

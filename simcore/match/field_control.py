@@ -380,7 +380,7 @@ def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
 
 def _text(owner: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise ConfigError(f"{owner} must be a text, got {shown(value)}")
+        raise ConfigError(f"{owner} must be a string, got {shown(value)}")
     return value
 
 
@@ -407,7 +407,7 @@ def _places(_: str, value: Any) -> FloatArray:
     rows = value if np.iterable(value) else [value]
     places = np.array([_numbers("spawn: a place", place, "x, y [m]", 2) for place in rows]).reshape(-1, 2)
     if not 1 <= len(places) <= _MOST_PIECES:
-        raise ConfigError(f"spawn: want 1 to {_MOST_PIECES} places, got {len(places)}")
+        raise ConfigError(f"spawn needs 1 to {_MOST_PIECES} places, got {len(places)}")
     return places
 
 

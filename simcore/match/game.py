@@ -95,7 +95,7 @@ class FieldDefinition:
     def __post_init__(self) -> None:
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.symmetry.size != self.size:
-            raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
+            raise ConfigError(f"FieldDefinition: symmetry is for a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):
             raise ConfigError("FieldDefinition: give either a mesh or elements")
         if unknown := {rung.mount for rung in self.rungs} - {body.name for body in self.hanging} - {""}:

@@ -174,13 +174,13 @@ class PiecePool:
             ConfigError: If the count is negative.
         """
         if count < 0:
-            raise ConfigError(f"{self.types[kind].name}: how many pieces must be >= 0, got {count}")
+            raise ConfigError(f"{self.types[kind].name}: number of pieces must be >= 0, got {count}")
         free = np.nonzero((self.state.kind == kind) & (self.state.status == PieceStatus.FREE))[0]
         if len(free) < count:
             have = int((self.state.kind == kind).sum())
             raise CapacityError(
-                f"{self.types[kind].name}: {count} more wanted, but {have - len(free)} of {have} are in play: a larger "
-                f"number in the game's PieceSupply({self.types[kind].name.upper()}, {have}) has more"
+                f"{self.types[kind].name}: {count} more wanted, but {have - len(free)} of {have} are in play; for "
+                f"more, raise the number in the game's PieceSupply({self.types[kind].name.upper()}, {have})"
             )
         return free[:count]
 

@@ -181,7 +181,9 @@ def as_motor(source: Any) -> MotorModel:
     fields = ("nominal_voltage", "stall_torque", "stall_current", "free_current", "free_speed")
     values: dict[str, Any] = {name: getattr(source, name, getattr(source, _camel_case(name), None)) for name in fields}
     if None in values.values():
-        raise ConfigError(f'a motor is one of simcore, motor("Kraken X60"), or WPILib\'s DCMotor; got {shown(source)}')
+        raise ConfigError(
+            f"a motor must be one of simcore's, e.g. motor(\"Kraken X60\"), or WPILib's DCMotor; got {shown(source)}"
+        )
     return MotorModel(name="DCMotor", **values)
 
 

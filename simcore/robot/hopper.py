@@ -87,7 +87,7 @@ class HopperConfig:
             belt_travel=RATIO, funnel=_LEAN, slope=_LEAN, friction=FRICTION,
         )  # fmt: skip
         if self.inlet == "bottom":
-            raise ConfigError("HopperConfig: inlet must be another side than the bottom, got 'bottom'")
+            raise ConfigError("HopperConfig: inlet must not be the bottom, got 'bottom'")
         if self.slope and self.outlet == "bottom":
             raise ConfigError("HopperConfig: a floor with a slope needs an outlet in a wall, got 'bottom'")
 

@@ -61,7 +61,7 @@ class PlacerConfig:
             handover=(ROBOT_PLACE,) * 3,
         )
         if self.handover is not None and not self.from_storage:
-            raise ConfigError("PlacerConfig: handover is where a storage hands pieces on; set from_storage, too")
+            raise ConfigError("PlacerConfig: handover is where a storage hands over pieces; set from_storage, too")
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:

@@ -49,7 +49,10 @@ class StorageConfig:
         corner = (ROBOT_PLACE,) * 3
         require_fields(self, capacity=COUNT, low=corner, high=corner, attitude=ATTITUDE)
         if self.hopper is not None and self.order != "fifo":
-            raise ConfigError(f"StorageConfig: out of a hopper comes what is at its outlet, not order={self.order!r}")
+            raise ConfigError(
+                "StorageConfig: order must be 'fifo' with a hopper, which releases what is at its outlet, got "
+                f"{self.order!r}"
+            )
         for low, high in zip(self.low, self.high, strict=True):
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")

@@ -156,7 +156,7 @@ def make_table(
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
     """Return the row for a distance: the shot from the first place with hits, or the reason why there is no shot."""
-    problem, band = "the robot has no place on the field there", None
+    problem, band = "the robot does not fit on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)
         usable = band.inside & task.can_tilt(band.elevations)[:, None] & (band.speeds <= task.max_speed)

@@ -78,8 +78,10 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
     for run in runs:
         run.match.close()
     quiet, asked = runs
-    assert quiet.match.rules.breakdown() == asked.match.rules.breakdown(), f"{game.name}: asking counts"
-    assert quiet.report.digest == asked.report.digest, f"{game.name}, auto {auto}: asking changes the match"
+    assert quiet.match.rules.breakdown() == asked.match.rules.breakdown(), (
+        f"{game.name}: querying the rules changes the score"
+    )
+    assert quiet.report.digest == asked.report.digest, f"{game.name}, auto {auto}: querying the rules changes the match"
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
@@ -94,9 +96,9 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
     x, y = blue.path[first, :2].tolist()
     assert apart[first] < _NEAR, (
         f"{game.name}, auto {auto}: red's path, flipped, leaves blue's by {_NEAR:g} m at {(first + 1) * TICK:.2f} s, "
-        f"where blue is at ({x:.2f}, {y:.2f}) m, and by {apart.max():.3f} m at most: what stands there is not "
-        "mirrored, or the auto does not ask for its alliance; pushed pieces, too, part a little: try an auto that "
-        "pushes none"
+        f"where blue is at ({x:.2f}, {y:.2f}) m, and by {apart.max():.3f} m at most: the element there is not "
+        "mirrored, or the auto ignores its alliance; pushed pieces also drift apart a little: try an auto that pushes "
+        "none"
     )
     assert blue.report.score.blue == red.report.score.red, (
         f"{game.name}, auto {auto}: blue scores {blue.report.score.blue}, red {red.report.score.red}"

@@ -511,7 +511,9 @@ class _BulletShapes:
         parts = [part for part in parts if not isinstance(part.shape, Hull)]
         n = len(parts) + bool(hulls)
         if n > _MOST_SHAPES:
-            raise EngineError(f"PyBullet takes {_MOST_SHAPES} shapes in one, all hulls counted as one, got {n}")
+            raise EngineError(
+                f"PyBullet takes at most {_MOST_SHAPES} shapes in a compound, all hulls counted as one, got {n}"
+            )
         types, radii, halves, lengths = [p.GEOM_MESH] * n, [0.0] * n, [[0.0] * 3] * n, [0.0] * n
         files = [""] * n
         for i, part in enumerate(parts):

@@ -64,7 +64,7 @@ class HangingConfig:
         if self.hinge not in (None, "x", "y"):
             raise ConfigError(f"{owner}: hinge must be along 'x' or 'y', or None for a chain, got {self.hinge!r}")
         if self.hinge is None and (self.spring or self.drivable):
-            raise ConfigError(f"{owner}: only what has a hinge has a spring, or carries robots")
+            raise ConfigError(f"{owner}: only a body with a hinge can have a spring or carry robots")
 
 
 class HangingBody:

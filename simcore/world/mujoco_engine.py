@@ -114,7 +114,7 @@ class MuJoCoEngine(Engine):
         self._require_open()
         body, d = self._body[row], self._definitions[row]
         if body < 0:
-            raise EngineError("MuJoCo: a static cannot be moved; make the world anew")
+            raise EngineError("MuJoCo: a static cannot be moved; make a new world")
         center, (x, y, z, w) = frame_pose(pos, quat, d.center_of_mass, d.inertia_axes)
         self._qpos[body] = (*center, w, x, y, z)
         self._qvel[body] = 0.0
@@ -645,7 +645,7 @@ def _prisms(mesh: Mesh) -> list[FloatArray]:
 def _require_group(group: int) -> None:
     """Raise `EngineError` if MuJoCo's rays cannot tell a collision group from others."""
     if group >= 1 << _MOST_GROUPS:
-        raise EngineError(f"MuJoCo tells {_MOST_GROUPS} collision groups apart, the bits 1 to 16; got {group}")
+        raise EngineError(f"MuJoCo supports {_MOST_GROUPS} collision groups, bits 1 to 16; got {group}")
 
 
 def _ray_flags(mask: int) -> Any:

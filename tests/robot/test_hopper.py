@@ -253,7 +253,7 @@ def test_a_hopper_and_its_storage_always_hold_the_same_pieces():
 def test_invalid_hoppers_are_refused():
     for change, words in (
         ({"outlet": "top"}, "outlet must be 'front', 'back', 'left', 'right' or 'bottom'"),
-        ({"inlet": "bottom"}, "inlet must be another side than the bottom, got 'bottom'"),
+        ({"inlet": "bottom"}, "inlet must not be the bottom, got 'bottom'"),
         ({"outlet_width": 0.0}, "outlet_width"),
         ({"funnel": "steep"}, "funnel must be a number from 0 to 1.2 rad"),
         ({"slope": 2.0}, "slope must be a number from 0 to 1.2 rad"),
@@ -261,7 +261,7 @@ def test_invalid_hoppers_are_refused():
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=words):
             HopperConfig(**{"outlet_width": 0.4, **change})
-    with pytest.raises(ConfigError, match="not order='lifo'"):
+    with pytest.raises(ConfigError, match=r"order must be 'fifo' with a hopper.*got 'lifo'"):
         StorageConfig(order="lifo", hopper=HopperConfig(outlet_width=0.4))
     with pytest.raises(ConfigError, match="z of outlet_place must be from 0"):
         StorageConfig(hopper=HopperConfig(outlet_width=0.4, outlet_place=(0.0, 0.9)), **ROOM)

@@ -108,7 +108,7 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
             )
     mine = [seat for side in sides.values() for seat in side if seat.role == ME]
     if len(mine) > 1:
-        raise ConfigError(f"one robot of a match can be {ME!r}, got {len(mine)}")
+        raise ConfigError(f"only one robot of a match can be {ME!r}, got {len(mine)}")
     seats = sorted((seat for side in sides.values() for seat in side), key=lambda seat: seat.role != ME)
     if not seats:
         raise ConfigError("nobody plays: give --red or --blue players, e.g. --blue collector:3,idle")

@@ -96,7 +96,7 @@ class ControlTopics:
                 elif value.time() > self._since:
                     self._take_of_people(topic.removeprefix(_HUMAN_TABLE), value.value())
             except SimcoreError as error:
-                self._control.refuse(f"do what {topic} asks for", str(error))
+                self._control.refuse(f"carry out {topic}", str(error))
 
     def close(self) -> None:
         """Unpublish the topics and stop listening; safe to call more than once."""

@@ -350,8 +350,8 @@ class _DecidingMotor(_Mounted):
             return
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
         _log.warning(
-            "drivetrain: steer motors of modules %s turn clockwise with positive output, as the program's loops want "
-            "it: nothing says so before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
+            "drivetrain: steer motors of modules %s turn clockwise with positive output, judging by the program's "
+            "loops: nothing shows it before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
             *(", ".join(map(str, turned)), turned),
         )
 

@@ -208,15 +208,15 @@ class Maker:
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
         """Return the configuration of a motor controller."""
-        raise ConfigError(f"{motor} is no motor controller")
+        raise ConfigError(f"{motor} is not a motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
         """Return the simulated side of a motor controller, with robot code's signs."""
-        raise ConfigError(f"{motor} is no motor controller")
+        raise ConfigError(f"{motor} is not a motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
         """Return the most likely mechanism of motors that simcore.toml does not describe."""
-        raise ConfigError(f"{group} is configured with nothing that tells what it turns")
+        raise ConfigError(f"the configuration of {group} does not say what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
         """Connect motors to a mechanism.
@@ -226,7 +226,7 @@ class Maker:
             mechanism: Mechanism that the motors turn.
             mounting: Mounting of the motors; None for the defaults of `Mounting`.
         """
-        raise ConfigError(f"{group} is no motor controller on CAN")
+        raise ConfigError(f"{group} is not a motor controller on CAN")
 
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
@@ -253,11 +253,11 @@ class Maker:
             encoder: Encoder of this maker, or a motor controller with an encoder wired to it.
             port: Port of the motor controller, if `encoder` is one.
         """
-        raise ConfigError(f"{encoder} has no encoder that is simulated")
+        raise ConfigError(f"{encoder} has no encoder that simcore simulates")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
         """Connect a gyro; its port takes the rotation since power-on, counter-clockwise positive."""
-        raise ConfigError(f"{gyro} is no gyro that is simulated")
+        raise ConfigError(f"{gyro} is not a gyro that simcore simulates")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
         """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`, or None.
@@ -332,7 +332,7 @@ def maker_of(device: BuiltDevice) -> Maker:
     for maker in makers():
         if device.model in (*maker.motors, *maker.encoders, *maker.gyros, *maker.others):
             return maker
-    raise ConfigError(f"{device}: the program imports no package of its maker")
+    raise ConfigError(f"{device}: the program does not import its maker's package")
 
 
 def device_of(made: Any) -> BuiltDevice | None:
@@ -353,8 +353,8 @@ def known_device(made: Any) -> BuiltDevice:
     device = made if isinstance(made, BuiltDevice) else device_of(made)
     if device is None:
         raise ConfigError(
-            f"{type(made).__name__}: built before simcore was loaded; a physics.py calls "
-            "simcore.robotcode.program.makers.watch_makers() at its top"
+            f"{type(made).__name__}: built before simcore was loaded; call "
+            "simcore.robotcode.program.makers.watch_makers() at the top of physics.py"
         )
     return device
 

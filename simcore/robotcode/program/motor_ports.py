@@ -250,7 +250,7 @@ class SwervePorts(DrivetrainPorts):
             ("wheel encoders", wheel_encoders),
         ):
             if len(ports) != n:
-                raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; want as many")
+                raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; there must be one for each")
         super().__init__([*drive_motors, *steer_motors], gyro)
         self._drive = drive
         self._drive_ports, self._steer_ports = self._motors[:n], self._motors[n:]
@@ -348,7 +348,7 @@ class ShaftPorts(DrivetrainPorts):
         n = len(drive.shaft_speeds)
         if len(shafts) != n or not all(shafts):
             got = ", ".join(str(len(ports)) for ports in shafts)
-            raise ConfigError(f"drivetrain: want a motor controller or more for each of {n} shafts, got {got}")
+            raise ConfigError(f"drivetrain: each of the {n} shafts needs at least one motor controller, got {got}")
         super().__init__([port for ports in shafts for port in ports], gyro)
         self._drive = drive
         self._shafts = [list(ports) for ports in shafts]

@@ -51,7 +51,8 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
         owner = (*drives, *kinematics, *odometry)[0].name
         raise DrivetrainNotFoundError(
             f"it has a {owner}, but which of its motors are left and which are right is not known: their names do not "
-            f"say so ({', '.join(sorted(filter(None, names))) or 'it has none'}); left and right under [drivetrain] do"
+            f"say so ({', '.join(sorted(filter(None, names))) or 'it has none'}); name them as left and right under "
+            "[drivetrain]"
         )
     width = float(kinematics[0].made.trackwidth) if kinematics else None
     half = 0.28 if width is None else 0.5 * width
@@ -85,7 +86,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     else:
         given = _by_name(_named_motors(graph), CORNERS)
     if given is None:
-        raise DrivetrainNotFoundError("which motors of its mecanum drive are at which corner is not known")
+        raise DrivetrainNotFoundError("it is not known which motors of its mecanum drive are at which corner")
     places = [(0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28)]
     if kinematics:
         made = kinematics[0].made

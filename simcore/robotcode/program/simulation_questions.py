@@ -101,8 +101,8 @@ def _serial_number(original: Any) -> Any:
         said = _settings(path.resolve().parent).serial_number
         if not said:
             _log.warning(
-                "%s: the program asks for the serial number of the roboRIO, which has none here: serial_number "
-                "under [robot] of %s says which robot it is",
+                "%s: the program asks for the serial number of the roboRIO, which has none in simulation: set "
+                "serial_number under [robot] in %s to say which robot it is",
                 *(place, FILE_NAME),
             )
         return said or str(original())

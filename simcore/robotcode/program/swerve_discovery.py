@@ -22,15 +22,16 @@ __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 _STEER = re.compile(r"steer|turn|azimuth|angle|angular|rotat|pivot|direction", re.IGNORECASE)
 _DRIVE = re.compile(r"driv|speed|propul|wheel|throttle|translat", re.IGNORECASE)
 _DEAF = (
-    "{} say the same positions whatever their sensors read, so zeros, signs and the wheel are guessed; if the program "
-    "reads them on the real robot alone (isReal, isSimulation), let it read them here too: simcore moves them"
+    "{} report the same positions whatever their sensors read, so zeros, signs and the wheel are guessed; if the "
+    "program reads the sensors only on the real robot (isReal, isSimulation), let it read them in simulation too: "
+    "simcore moves them"
 )
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
 """Attributes that a program subtracts from encoder readings; the encoder itself subtracts a magnet offset."""
 _HALF = 0.28  # [m], x and y distance from the center to a wheel without a known position
-_UNPLACED = "no kinematics or settings say where modules stand"
+_UNPLACED = "no kinematics or settings give the module positions"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
@@ -72,7 +73,7 @@ def _drivetrain(
     if not kinematics:
         measures["x and y"] = Measure("0.56 x 0.56 m" + (", by corner" if is_named else ""), _UNPLACED, is_guess=True)
     elif not is_named and not all(holder.name.split(".")[-1].isdigit() for holder in modules):
-        measures["x and y"] = Measure(order, "no name says a corner", is_guess=True)
+        measures["x and y"] = Measure(order, "no name gives a corner", is_guess=True)
     about = f"{len(wheels)} modules ({type(modules[0].made).__name__})"
     return FoundDrivetrain(
         kind="swerve",
@@ -267,7 +268,7 @@ def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None]
     ]
     found = [next(((n, v) for n, v in row if hasattr(v, "radians") or type(v) in (int, float)), None) for row in rows]
     if None in found:
-        why = "no method says a module's angle, and no attribute its offset"
+        why = "no method returns a module's angle, and no attribute holds its offset"
         return [0.0] * len(modules), {"zeros_deg": Measure("0", why, is_guess=True)}
     name = found[0][0]  # type: ignore[index]
     values = [v.radians() if hasattr(v, "radians") else float(v) for _, v in found]  # type: ignore[misc]
@@ -278,7 +279,7 @@ def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None]
         unit = math.radians(1.0) if "deg" in name or most > math.tau else 1.0 if most > 1.0 else math.tau
     zeros = [-v * unit for v in values]
     text = ", ".join(f"{math.degrees(zero):.1f}" for zero in zeros)
-    return list(zeros), {"zeros_deg": Measure(text, f"reading less {name}", is_guess=True)}
+    return list(zeros), {"zeros_deg": Measure(text, f"reading minus {name}", is_guess=True)}
 
 
 def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWheel:

@@ -201,7 +201,7 @@ def load_physics(folder: Path) -> types.ModuleType | None:
     except ImportError as error:
         raise ConfigError(f"{path} cannot be imported: {error}") from error
     if not hasattr(module, "PhysicsEngine"):
-        raise ConfigError(f"{path} has no class PhysicsEngine: it needs one (docs/connect.md), or do without the file")
+        raise ConfigError(f"{path} has no class PhysicsEngine: add one (docs/connect.md), or remove the file")
     _log.info("physics.py is there: its PhysicsEngine runs in each robot loop")
     return module
 

@@ -200,8 +200,8 @@ def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
     if may_drive or not (settings.mechanisms or 0 < len(motors) <= _MOST_OF_A_BENCH):
         raise error
     _log.warning(
-        "no drivetrain found, so the robot stands where it is put, and its mechanisms move; a [drivetrain] table in %s "
-        "describes one (docs/which_robots.md)",
+        "no drivetrain found, so the robot stays where it is placed, and only its mechanisms move; describe a "
+        "drivetrain in a [drivetrain] table in %s (docs/which_robots.md)",
         FILE_NAME,
     )
     return _Stand(settings)

@@ -123,7 +123,9 @@ class AutoStart:
             )
             return
         self._found = self._robot.chassis.pose
-        _log.info("the auto begins at %s, as robot code has set its pose: the robot is carried there", pose_text(goal))
+        _log.info(
+            "the auto begins at %s, because robot code has set that pose: the robot is placed there", pose_text(goal)
+        )
 
     # --- internals ----------------------------------------------------------------------------------------------------
 

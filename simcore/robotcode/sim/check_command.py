@@ -51,7 +51,9 @@ _STILL = 1e-6  # largest travel of a mechanism that does not move [rad]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `simcore check`."""
     parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
-    parser.add_argument("--game", metavar="NAME", help="game to play; in a folder without a robot: check its own robot")
+    parser.add_argument(
+        "--game", metavar="NAME", help="game to play; in a folder without a robot, check the game's own robot"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/robot.html"), help="the page (default: %(default)s)")
 
 
@@ -190,7 +192,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         codes = _codes(settings, motors)
         problems += _of_program(settings, motors)
     problems += [
-        RobotFinding(f"{m.name}: guessed, until the file says it: {m.guesses}", is_wrong=False)
+        RobotFinding(f"{m.name}: guessed, as the file does not say: {m.guesses}", is_wrong=False)
         for m in settings.mechanisms
         if m.guesses
     ]

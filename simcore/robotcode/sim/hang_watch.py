@@ -102,9 +102,9 @@ class HangWatch:
                 "; wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
             )
         return (
-            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until "
-            "then no time goes by and nothing moves, so waiting there never ends; go on in the next loop "
-            "(simcore_hang in pytest.ini allows slow ones more)"
+            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until then "
+            "simulated time stands still and nothing moves, so waiting there never ends; continue in the next loop "
+            "(simcore_hang in pytest.ini gives slow loops more time)"
         )
 
     def _watch(self) -> None:

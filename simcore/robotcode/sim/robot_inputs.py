@@ -75,7 +75,7 @@ class DriverStationLink:
         """Reset the field if the robot has been enabled since the last reset."""
         if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
             self._match.reset_field()
-            _log.info("autonomous begins again: pieces and preloads are back where a match begins")
+            _log.info("autonomous begins again: pieces and preloads are back where they are at the start of a match")
 
     def _follow_alliance(self) -> None:
         """Move the robot to the start of the chosen alliance before the first enable."""

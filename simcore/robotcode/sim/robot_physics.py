@@ -356,8 +356,8 @@ class LatenessReport:
         if tick_ms > _MOST_MS:
             why = f"the computer is too slow: physics alone takes {tick_ms:.0f} ms for a tick of 20 ms"
         _log.warning(
-            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not judge times "
-            "by it (robot tests do not mind)",
+            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not trust its "
+            "timing (robot tests are not affected)",
             *(self.given_up, max(1.0, now - self._since), why),
         )
         self._is_first = False

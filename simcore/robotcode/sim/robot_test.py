@@ -159,7 +159,7 @@ class RobotTest:
             ConfigError: The alliance or station does not exist.
         """
         if (color, station) not in _STATIONS:
-            raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
+            raise ConfigError(f"alliance must be 'blue' or 'red', and station 1..3, got {color!r}, {station!r}")
         if self.was_enabled and color != self._alliance:
             _log.warning(
                 "alliance(%r) after the robot was enabled changes its color and leaves it where it stands: call it "
@@ -176,7 +176,7 @@ class RobotTest:
             ConfigError: `text` is not a string.
         """
         if not isinstance(text, str):
-            raise ConfigError(f"game_data: want a text, as the field sends it, got {text!r}")
+            raise ConfigError(f"game_data must be a string, as the field sends it, got {text!r}")
         DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
@@ -203,7 +203,7 @@ class RobotTest:
             self._control._thread.join(_ENDS)  # the program ends if the physics could not be built
             self._raise_error_of_robot()
             raise SimcoreError(
-                f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
+                f"no physics: {self._robot_name} has its own loop, which calls neither _simulationInit nor "
                 f"_simulationPeriodic; {self._place()}"
             )
         physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
@@ -311,8 +311,8 @@ class RobotTest:
         """
         if not callable(condition):
             raise ConfigError(
-                f"run_until: want a function that is asked after each tick, e.g. lambda: sim.pieces.held >= 8; "
-                f"got {condition!r}"
+                "run_until needs a function that is called after each tick, e.g. lambda: sim.pieces.held >= 8; got "
+                f"{condition!r}"
             )
         require("run_until", "timeout", timeout, _SPAN)
         self.start()
@@ -337,7 +337,7 @@ class RobotTest:
             if name in dir(cls) or name in getattr(cls, "__dataclass_fields__", ()):
                 near = f" Did you mean 'sim.{part}.{name}'?"
                 break
-        raise _NoSuchNameError(f"sim has no {name!r}.{near} All that it has: docs/testing.md")
+        raise _NoSuchNameError(f"sim has no {name!r}.{near} Everything it has: docs/testing.md")
 
     # --- true state -----------------------------------------------------------------------------------------------
 
@@ -440,8 +440,8 @@ class RobotTest:
         """
         if not self._is_played:
             raise ConditionError(
-                f"{self._mode} was begun and 0 s of it were played: say how long, e.g. {self._mode}(seconds=10), or go "
-                "on with run(10)"
+                f"{self._mode} has begun, but 0 s of it have run: say how long, e.g. {self._mode}(seconds=10), or "
+                "continue with run(10)"
             )
 
     def __repr__(self) -> str:
@@ -579,5 +579,6 @@ def _require_name(mode: str, name: object) -> None:
     """Check that the name of a mode is text, because a duration may have been passed by mistake."""
     if name is not None and not isinstance(name, str):
         raise ConfigError(
-            f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"
+            f"{mode}({name!r}): the auto's name must be a string, and seconds a keyword argument: "
+            f"{mode}(seconds={name!r})"
         )

@@ -66,14 +66,14 @@ class StartupSummary:
         """
         rows = [("drivetrain", self.drivetrain)]
         if self.assumed:
-            rows.append(("", f"guessed, to be written in [drivetrain]: {self.assumed}"))
+            rows.append(("", f"guessed; set them in [drivetrain]: {self.assumed}"))
         rows += _some("described", list(self.described))
         rows += _some("sensors", list(self.sensors))
         rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
         if self.own:
             rows.append(("own physics", self.own))
         if self.nobody:
-            rows.append(("nobody moves", f"{self.nobody}: keeps its reading from the start"))
+            rows.append(("not moved", f"{self.nobody}: keeps its reading from the start"))
         if self.lights:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
         if self.pushed:
@@ -91,7 +91,7 @@ class StartupSummary:
                 _WIDTH,
                 initial_indent=f"  {label:<{_LABEL}}",
                 subsequent_indent=" " * (2 + _LABEL),
-                max_lines={"": 5, "nobody moves": 4}.get(label, 2),
+                max_lines={"": 5, "not moved": 4}.get(label, 2),
             )
         return lines
 

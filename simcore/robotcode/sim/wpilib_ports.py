@@ -191,7 +191,9 @@ def _port_of(encoder: Any) -> tuple[str, int]:
         return "DIO", encoder.get_source_channel()
     if isinstance(encoder, AnalogEncoder):
         return "Analog", encoder.get_channel()
-    raise ConfigError(f"AbsoluteEncoderPort: want a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}")
+    raise ConfigError(
+        f"AbsoluteEncoderPort: the encoder must be a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}"
+    )
 
 
 class WPILibGyroPort:
@@ -212,7 +214,9 @@ class WPILibGyroPort:
         elif isinstance(gyro, AnalogGyro):
             self._sim = AnalogGyroSim(gyro)
         else:
-            raise ConfigError(f"WPILibGyroPort: want an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}")
+            raise ConfigError(
+                f"WPILibGyroPort: the gyro must be an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}"
+            )
         self._turned = self._zero = 0.0  # clockwise [deg]
         _analog.attach(gyro, self)
         for cls in (ADXRS450_Gyro, AnalogGyro):

@@ -118,9 +118,9 @@ def require_distinct() -> None:
         other = known.setdefault((device.model, device.address.number), device)
         if other is not device:
             raise ConfigError(
-                f"{other} and {device}, on two CAN buses, are one device in CTRE's own simulation, which knows models "
-                "and ids alone: give one of them another id, or start with SIMCORE_PHOENIX=simulated in the "
-                "environment, simcore's emulator, which tells them apart"
+                f"{other} and {device}, on two CAN buses, are one device in CTRE's own simulation, which only "
+                "distinguishes models and ids: give one of them another id, or set SIMCORE_PHOENIX=simulated in the "
+                "environment to use simcore's emulator, which tells them apart"
             )
 
 

@@ -198,7 +198,7 @@ def only_drivetrain() -> Any:
         return found[-1]
     if len(found) != 1:
         raise ConfigError(
-            f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
+            f"there must be one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
             + (f": {[type(d).__name__ for d in found]}" if found else "; without one, write a physics.py")
         )
     return found[0]
@@ -350,7 +350,7 @@ class SwerveDrivetrainSim(SwervePorts):
         if not len(constants) == len(drivetrain.modules) == len(drive.config.modules):
             raise ConfigError(
                 f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
-                f"{len(drive.config.modules)} in the model; want the same number"
+                f"{len(drive.config.modules)} in the model; the numbers must be equal"
             )
         pairs = list(zip(drivetrain.modules, constants, strict=True))
         devices = _device_keys(pairs, drivetrain.pigeon2)
@@ -375,8 +375,8 @@ class SwerveDrivetrainSim(SwervePorts):
             _stop_stepping(twin)
         if len(self._twins) > 1:
             _log.warning(
-                "the program builds %d drivetrains on the same devices (%s): on the robot, too, each commands the "
-                "motors against the others; build one, and hand it on",
+                "the program builds %d drivetrains on the same devices (%s): on the real robot, too, each would "
+                "command the motors against the others; build one, and pass it on",
                 *(len(self._twins), ", ".join(type(twin).__name__ for twin in self._twins)),
             )
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))

@@ -230,7 +230,7 @@ class TalonFXMotorSim(MotorSim):
         if motor_type is not None:
             for device in (talon, *followers):
                 if not isinstance(device, TalonFX):
-                    raise ConfigError(f"{name}: motor_type is of a TalonFX; a TalonFXS has it in its configuration")
+                    raise ConfigError(f"{name}: motor_type is for a TalonFX; a TalonFXS has it in its configuration")
                 device.sim_state.set_motor_type(motor_type)
         self._encoder = encoder
         self.write()

@@ -258,7 +258,7 @@ class SparkPort(MotorPort):
     def _show(self) -> None:
         (rotor, rotor_rps), (encoder, encoder_rps) = self._rotor, self._encoder
         if not math.isfinite(rotor + rotor_rps + encoder + encoder_rps):
-            raise NonFiniteError(f"{self.device}: want finite numbers, got {rotor} turns, {rotor_rps} rps")
+            raise NonFiniteError(f"{self.device}: values must be finite numbers, got {rotor} turns, {rotor_rps} rps")
         config, sign = self.config, self._sign
         if config.is_brushed:
             if self._at_start is None:
