@@ -158,7 +158,7 @@ class PieceFlow:
                 if (robot.number, name) not in self._is_jammed:
                     self._is_jammed.add((robot.number, name))  # until a piece leaves the storage
                     its = f"its hopper{name and f' {name!r}'}"
-                    _log.warning("robot %d at %.2f s: two pieces jam the outlet of %s", robot.number, time, its)
+                    _log.warning("robot %d at %.2f s: pieces jam the outlet of %s", robot.number, time, its)
             for number, shooter in enumerate(robot.shooters):
                 self._let_shoot(robot, number, shooter, time)
             for placer in robot.placers:

@@ -305,10 +305,10 @@ class Robot:
         self.gyro = Gyro(built.gyro, rng)
         self.odometry = SwerveOdometry(drivetrain.positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
-        self.storage = Storage(config.storage)
+        self.storage = Storage(config.storage, lambda: world.balls.balls)
         """First storage of the robot."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
-        self._storages |= {c.name: Storage(c) for c in config.more_storages}
+        self._storages |= {c.name: Storage(c, lambda: world.balls.balls) for c in config.more_storages}
         self.storages = list(dict.fromkeys(self._storages.values()))
         """All storages, in order, beginning with `storage`."""
         self._hoppers = [storage for storage in self.storages if storage.hopper is not None]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError
+from simcore.loop.state import Balls
 from simcore.quantities import ATTITUDE, COUNT, ROBOT_PLACE, require_fields
 from simcore.robot.hopper import FACES, Hopper, HopperConfig
 from simcore.typing import FloatArray
@@ -124,17 +125,21 @@ def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
 class Storage:
     """Storage of a robot and the pieces in it.
 
+    Args:
+        config: Config of the storage.
+        balls: Function that returns all balls of the match, by slot; needed for pieces in a hopper.
+
     >>> storage = Storage(StorageConfig(capacity=2))
     >>> storage.add([7, 8])
     >>> storage.take(), storage.room
     (7, 1)
     """
 
-    def __init__(self, config: StorageConfig) -> None:
+    def __init__(self, config: StorageConfig, balls: Callable[[], Balls] | None = None) -> None:
         self.config = config
         self.pieces: list[int] = []
         """Slots of the pieces in order of arrival."""
-        self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
+        self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high, balls)
         """Simulation of the hopper; None if the storage is a plain queue."""
         self._radii: list[float] = []  # radii of the pieces for which `_places` was computed
         self._places: FloatArray = np.empty((0, 3))
