@@ -114,12 +114,7 @@ def test_a_hopper_fills_to_a_loose_packing_of_spheres(radius, least, most):
     assert least < len(storage.pieces) * 4.0 / 3.0 * math.pi * radius**3 / np.prod(size) < most
     assert storage.room > 0 and storage.room_for(radius) == 0, "the intake has no free place"
     pos = storage.hopper.pos
-<<<<<<< HEAD
-    assert (pos >= np.add(ROOM["low"], radius) - 1e-9).all() and (pos <= np.subtract(ROOM["high"], radius) + 1e-9).all()
-    # k balls on a contact: 2 k g h^2 / share; twice that where balls wedge others apart
-=======
     # k balls on a wall squeeze it by k m g over the stiffness, and more in a heap's middle; a pair is half as stiff
->>>>>>> hopper
     layers = (size[2] - 2.0 * radius) / (math.sqrt(2.0) * radius)
     squeeze = 2.0 * layers * WEIGHT / FUEL.foam[0]
     assert (pos >= np.add(ROOM["low"], radius) - squeeze).all()
@@ -139,11 +134,7 @@ def test_two_intakes_share_the_places_at_an_inlet():
     assert storage.room_for(R) == 0
 
 
-<<<<<<< HEAD
 # --- what the robot does to the balls ---------------------------------------------------------------------------------
-=======
-# --- what the robot does to the balls
->>>>>>> hopper
 
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
@@ -202,36 +193,6 @@ def test_hoppers_with_a_sloping_floor_or_a_bottom_outlet_need_no_belt():
 # --- jams -----------------------------------------------------------------------------------------------------------
 
 
-<<<<<<< HEAD
-def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
-    """Return the contacts of two balls that touch each other and the edges of an opening 1.5 diameters wide.
-
-    Returns:
-        The normals at the two edges, the first at an angle [rad] to the opening, and the vector between the balls.
-    """
-    (ex, ey), (fx, fy) = (0.0, 1.5 * R), (0.0, -1.5 * R)
-    x, y = ex - R * math.cos(angle), ey - R * math.sin(angle)
-    dx, dy = fx - x, fy - y
-    far = math.hypot(dx, dy)
-    along = (4.0 * R * R - R * R + far * far) / (2.0 * far)  # the other is 2 R from it and R from its edge
-    aside = math.sqrt(4.0 * R * R - along * along)
-    other = (x + along * dx / far + aside * dy / far, y + along * dy / far - aside * dx / far)
-    normals = [((x - ex) / R, (y - ey) / R), ((other[0] - fx) / R, (other[1] - fy) / R)]
-    return normals, (other[0] - x, other[1] - y)
-
-
-def test_an_arch_holds_within_the_limit_of_friction():
-    """Side by side, at 30 deg, it needs no friction; turned by 10, it holds with the friction of foam, not of ice."""
-    for turn, friction, holds in ((0.0, 0.001, True), (10.0, 0.5, True), (3.0, 0.01, False), (10.0, 0.05, False)):
-        for sign in (1.0, -1.0):
-            normals, between = arch(math.radians(30.0 + sign * turn))
-            assert arch_holds(normals, between, ((1.0, 0.0), (1.0, 0.0)), friction) is holds, (turn, friction, sign)
-            assert not arch_holds(normals, between, ((-1.0, 0.0), (-1.0, 0.0)), friction), "pulled back it never does"
-    assert not arch_holds(normals, (0.0, 0.0), ((1.0, 0.0), (1.0, 0.0)), 0.5)
-
-
-=======
->>>>>>> hopper
 @each(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
 def test_narrow_outlets_jam_sometimes_and_wide_outlets_never_do(width, least, most):
     """Four balls in a channel of 2.7 diameters, from many initial places: the narrower the outlet, the more jams.
@@ -262,11 +223,7 @@ def test_reversing_the_belt_clears_a_jam():
     fore = made.pos[:, 0].max()
     run(made, 25, belt=-BELT)
     assert not made.is_jammed and made.pos[:, 0].max() < fore - 0.1
-<<<<<<< HEAD
-    made.pos[0] += (0.2, 0.0, 0.0)  # one ball gets ahead of the other
-=======
     made.pos[0] = (0.2, 0.0, R)  # one ball gets ahead of the other
->>>>>>> hopper
     assert len(run(made, 200, belt=BELT)) >= 1
 
 
@@ -279,11 +236,7 @@ def test_a_jolt_stronger_than_the_belt_clears_a_jam():
     assert not made.is_jammed
 
 
-<<<<<<< HEAD
 # --- invalid input ----------------------------------------------------------------------------------------------------
-=======
-# --- invalid input
->>>>>>> hopper
 
 
 def test_a_hopper_and_its_storage_always_hold_the_same_pieces():
