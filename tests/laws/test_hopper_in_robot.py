@@ -27,7 +27,8 @@ def robot(**config) -> RobotConfig:
     return replace(base, storage=replace(base.storage, hopper=HopperConfig(**config)))
 
 
-WIDE = robot(outlet_width=0.36, belt="spindexer", belt_travel=0.1, funnel=0.5)
+WIDE = robot(outlet_width=0.45, belt="spindexer", belt_travel=0.1, funnel=0.5)
+"""Robot with an outlet three diameters wide, which balls do not bridge."""
 
 
 def center(match) -> np.ndarray:
