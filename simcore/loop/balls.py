@@ -648,7 +648,7 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
             rolling += resistance * push
             if b >= 0:
                 by_bodies += push
-                seen[i] |= bodies[b].mark
+                seen[i] |= bodies[b].model.mark
                 apply_impulse(bodies[b], -h * gx, -h * gy, -h * gz, ax, ay, az)
         contacts[i] = touched
         if touched > 0:

@@ -75,7 +75,7 @@ def listed_balls(balls, bodies, grid, way, h):
             if depth[i] < 0 and (way[i] > _SLOW) == fast and _is_here(is_ball, status, pos, i):
                 if not sleeps(status, i):
                     queue[count], depth[i], count = i, 0, count + 1
-    origin, moving, turning, extent = bodies.pos, bodies.vel, bodies.rate, bodies.reach
+    origin, moving, turning, extent = bodies.pos, bodies.vel, bodies.rate, bodies.model.reach
     for b in range(len(bodies)):
         if not bodies[b].is_active:
             continue
@@ -160,7 +160,8 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
-    is_active, extent, first_solid, last_solid = bodies.is_active, bodies.reach, bodies.first_solid, bodies.last_solid
+    is_active, model = bodies.is_active, bodies.model
+    extent, first_solid, last_solid = model.reach, model.first_solid, model.last_solid
     start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     for k in range(count):

@@ -231,9 +231,9 @@ def first_hits(
                     nearest, met = part, solids.row[s]
         for b in range(len(bodies)):
             body = bodies[b]
-            if body.row == ignored or (body.is_robot and (drivable or not with_robots)):
+            if body.model.row == ignored or (body.model.is_robot and (drivable or not with_robots)):
                 continue
-            if not body.is_robot and not (drivable and solids.is_drivable[body.first_solid]):
+            if not body.model.is_robot and not (drivable and solids.is_drivable[body.model.first_solid]):
                 continue
             axes, pos = body.axes, body.pos
             px, py, pz = ox - pos[0], oy - pos[1], oz - pos[2]
@@ -243,11 +243,11 @@ def first_hits(
             ux = axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz
             uy = axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz
             uz = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz
-            for s in range(body.first_solid, body.last_solid):
+            for s in range(body.model.first_solid, body.model.last_solid):
                 if _passes_box(solids.box, s, lx, ly, lz, ux, uy, uz, nearest):
                     part = _hit_triangles(solids, s, lx, ly, lz, ux, uy, uz, nearest)
                     if part < nearest:
-                        nearest, met = part, body.row
+                        nearest, met = part, body.model.row
         fraction[k] = nearest
         row[k] = met
 

@@ -235,7 +235,7 @@ class _Robots:
 
     def __init__(self, match: PublishedMatch) -> None:
         self.match, self.robots, self.records = match, match.robots, match.record.robots
-        loop = match.world.robots.robots
+        loop = match.world.robots.robots["model"]
         self.view = FleetView(self.robots)
         self.shaft_of: dict[int, int] = {}
         """Row of each mechanism among the loop's shafts, by the mechanism's `id`."""

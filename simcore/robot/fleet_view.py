@@ -112,7 +112,7 @@ def _look(
     """Write the values of all robots to the arrays of `FleetView`."""
     for number in range(len(robots)):
         robot = robots[number]
-        body = bodies[robot["body"]]
+        body = bodies[robot["model"]["body"]]
         pos, quat = body["pos"], body["quat"]
         x, y, z, w = quat[0], quat[1], quat[2], quat[3]
         place = places[number]
@@ -125,14 +125,14 @@ def _look(
         heights[number] = height
         slip = 0.0
         if robot["is_sliding"]:
-            for k in range(robot["first_wheel"], robot["last_wheel"]):
+            for k in range(robot["model"]["first_wheel"], robot["model"]["last_wheel"]):
                 slip = max(slip, wheels[k]["slip"])
         slips[number] = slip
         yaw = _rounded(beliefs[number, 2], 1e3)
         believed[number, 0], believed[number, 1] = _rounded(beliefs[number, 0], 1e3), _rounded(beliefs[number, 1], 1e3)
         believed[number, 3], believed[number, 6] = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
         first, last = first_module[number], first_module[number + 1]
-        shaft = robot["first_shaft"]
+        shaft = robot["model"]["first_shaft"]
         is_told = last > first and robot["request"]["is_enabled"] and shafts[shaft]["request"]["mode"] == TARGET
         has_targets[number] = is_told
         for k in range(first, last):

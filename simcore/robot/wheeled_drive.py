@@ -136,8 +136,9 @@ def launch_accel(
 def static_loads(robot: RobotMass) -> list[float]:
     """Compute the normal force on each wheel of a robot on level ground [N]; see `simcore.loop.tires.share_loads`."""
     wheels = records(WHEEL, len(robot.positions))
-    wheels["x"], wheels["y"] = zip(*robot.positions, strict=True)
-    wheels["is_lowered"][list(robot.lowered)] = 1
+    model = wheels["model"]
+    model["x"], model["y"] = zip(*robot.positions, strict=True)
+    model["is_lowered"][list(robot.lowered)] = 1
     share_loads(wheels, 0, len(wheels), robot.mass * GRAVITY, 0.0, 0.0)
     loads: list[float] = wheels["load"].tolist()
     return loads
@@ -258,17 +259,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             model["slip_ratio"], model["slip_speed"] = shaft.slip_ratio, shaft.slip_speed
             for k in shaft.wheels:
                 self._shaft_of_wheel[k] = g
-        for k, wheel in enumerate(wheels):
-            one = self.wheel_records[k : k + 1]
-            one["cof"], one["rolling"], one["shaft"] = (
-                wheel.wheel_cof,
-                wheel.rolling_resistance,
-                self._shaft_of_wheel[k],
-            )
-        self.wheel_records["is_lowered"][list(config.lowered)] = 1
-        robot = self.robot_record
-        robot["last_shaft"], robot["drive_shafts"] = len(self.shafts), len(shafts)
-        robot["last_wheel"], robot["request"]["is_enabled"] = self._wheels, 1
+        model = self.wheel_records["model"]
+        model["cof"] = [wheel.wheel_cof for wheel in wheels]
+        model["rolling"] = [wheel.rolling_resistance for wheel in wheels]
+        model["is_lowered"][list(config.lowered)] = 1
+        robot = self.robot_record["model"]
+        robot["last_shaft"], robot["drive_shafts"], robot["last_wheel"] = len(self.shafts), len(shafts), self._wheels
+        self.robot_record["request"]["is_enabled"] = 1
         cx, cy, _ = config.center_of_mass
         self._wheel_places = [(x + cx, y + cy) for x, y in config.positions]
         self._robot: RobotMass = config
@@ -343,7 +340,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     def _stand(self, robot: RobotMass) -> None:
         """Write the wheel positions to the records and compute the static loads."""
-        self.wheel_records["x"], self.wheel_records["y"] = zip(*robot.positions, strict=True)
+        model = self.wheel_records["model"]
+        model["x"], model["y"] = zip(*robot.positions, strict=True)
         self.static_loads = static_loads(robot)
         """Normal force on each wheel while the robot stands on level ground [N]."""
 

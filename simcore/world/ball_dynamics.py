@@ -90,7 +90,7 @@ class BallDynamics:
 
     def reach(self, row: int) -> float:
         """Return the largest distance of a body's shape from its origin [m]."""
-        return float(self._bodies.of(row)["reach"][0])
+        return float(self._bodies.of(row)["model"]["reach"][0])
 
     def leave(self, ball: int, row: int) -> None:
         """Ignore contact between a ball and a body until the ball has left the body once."""
@@ -98,7 +98,7 @@ class BallDynamics:
 
     def robots_touching(self, ball: int) -> list[int]:
         """Return the rows of the robots that a ball touched in this tick."""
-        marks, marked = int(self.balls.bodies[ball]), self._bodies.records["mark"]
+        marks, marked = int(self.balls.bodies[ball]), self._bodies.records["model"]["mark"]
         return [self._bodies.rows[number] for number in self._bodies.robots if marks & int(marked[number])]
 
     # --- motion ---------------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ class BallDynamics:
         """
         self.balls.bodies[:] = 0
         bodies = self._bodies
-        bodies.records["is_active"] = bodies.records["is_robot"]
+        bodies.records["is_active"] = bodies.records["model"]["is_robot"]
         self._others = [number for number in map(bodies.number_of.__getitem__, others) if number not in bodies.carriers]
         bodies.records["is_active"][bodies.carriers] = 1
         bodies.records["is_active"][self._others] = 1
@@ -125,8 +125,8 @@ class BallDynamics:
             body = bodies.records[number]
             body["pos"], body["quat"] = engine.pose(bodies.rows[number])
             vel, body["rate"] = engine.velocity(bodies.rows[number])
-            body["vel"] = (0.0, 0.0, 0.0) if body["swings"] else vel
-            if body["carries"]:  # what hinge and engine have changed, without the impulses of the loop
+            body["vel"] = (0.0, 0.0, 0.0) if body["model"]["swings"] else vel
+            if body["model"]["carries"]:  # what hinge and engine have changed, without the impulses of the loop
                 body["pull"] = (body["rate"] - self._turned.get(number, body["rate"])) / h
                 self._turned[number] = body["rate"].copy()
 
@@ -135,17 +135,17 @@ class BallDynamics:
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
-            impulse = body["impulse"]
+            model, impulse = body["model"], body["impulse"]
             if number in self._fixed or not impulse.any():
                 continue
             row = bodies.rows[number]
             pos, quat = engine.pose(row)
-            axes = matrix(quat) @ body["principal"]
-            turn = axes @ ((impulse[3:] @ axes) / body["inertia"])
+            axes = matrix(quat) @ model["principal"]
+            turn = axes @ ((impulse[3:] @ axes) / model["inertia"])
             vel, rate = engine.velocity(row)
             spin = rate + turn
-            linear = np.cross(spin, pos - body["center"]) if body["swings"] else vel + impulse[:3] / body["mass"]
-            if body["carries"]:
+            linear = np.cross(spin, pos - model["center"]) if model["swings"] else vel + impulse[:3] / model["mass"]
+            if model["carries"]:
                 self._turned[number] += turn
             engine.wake(row)
             engine.set_velocity(row, linear.tolist(), spin.tolist())

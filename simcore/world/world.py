@@ -395,7 +395,7 @@ class PhysicsWorld:
         low, high = np.array((x - reach, y - reach, bottom)), np.array((x + reach, y + reach, top))
         for other in self.robot_rows:
             body = self.bodies.of(other)
-            if other != row and _is_near(low, high, body["pos"][0], float(body["reach"][0])):
+            if other != row and _is_near(low, high, body["pos"][0], float(body["model"]["reach"][0])):
                 corner_a, corner_b = self._extent(other)
                 if (corner_a < high).all() and (corner_b > low).all():
                     return True, is_ramp
@@ -405,7 +405,7 @@ class PhysicsWorld:
     def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
         """Return the low and high corners of a robot's bounding box, field frame [m]."""
         body, solids = self.bodies.of(row)[0], self.solids
-        boxes = solids.box[int(body["first_solid"]) : int(body["last_solid"])]
+        boxes = solids.box[int(body["model"]["first_solid"]) : int(body["model"]["last_solid"])]
         low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
         axes = matrix(tuple(body["quat"].tolist()))
         middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
@@ -540,7 +540,7 @@ class PhysicsWorld:
             pose: Planar pose, field frame [m, m, rad].
         """
         x, y, _ = pose
-        reach = float(self.robots.robots["reach"][number])
+        reach = float(self.robots.robots["model"]["reach"][number])
         if self.is_flat(x, y, reach):
             return (x, y, 0.0), from_yaw(pose[2])
         ramps = self._ramps
@@ -549,8 +549,9 @@ class PhysicsWorld:
         height = float(ramps[is_near, 5].max(initial=0.0))
         for plate in self.bodies.carriers:
             body = self.bodies.records[plate]
-            if math.dist((x, y), body["pos"][:2].tolist()) < reach + float(body["reach"]):
-                height = max(height, float(body["pos"][2] + body["reach"]))
+            extent = float(body["model"]["reach"])
+            if math.dist((x, y), body["pos"][:2].tolist()) < reach + extent:
+                height = max(height, float(body["pos"][2]) + extent)
         return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
