@@ -226,7 +226,7 @@ class ChassisConfig:
 
     @property
     def bumpers(self) -> tuple[BumperPart, ...]:
-        """Parts that collide with walls and robots: the bumpers and the frame above them."""
+        """Parts that collide with walls and robots: the bumpers, and the frame above the bumpers."""
         inset = 2.0 * self.bumper_thickness
         length, width = self.bumper_length, self.bumper_width
         layers = [(length, width, self.clearance, self.bumper_top, BUMPER_STIFFNESS)]
@@ -249,7 +249,7 @@ class ChassisConfig:
         return _points(self)
 
     def around_bay(self, length: float, width: float, top: float) -> list[Part]:
-        """Return a box from the ground clearance up to `top` [m], divided into three boxes if there is a bay."""
+        """Return a box from the ground clearance up to `top` [m]; with a bay, three boxes around the bay."""
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
         if self.bay is None:
             return [Part(Box((length, width, tall)), (0.0, 0.0, z))]

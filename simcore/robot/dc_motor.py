@@ -52,10 +52,7 @@ MOTOR_NAMES = tuple(_DATA)
 """Product names of the motors in WPILib's `DCMotor`."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
-"""Moment of inertia of a brushless rotor [kg m^2]; estimate, +-50 %.
-
-Vendors publish no values for Kraken, Falcon, NEO or Vortex.
-"""
+"""Moment of inertia of the rotor of a brushless motor such as Kraken X60, Falcon or NEO [kg m^2]; estimate, +-50 %."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,7 +190,7 @@ _SPARK_LIMITS = (80.0, math.inf)
 def controller_limits(
     model: MotorModel, stator: float | None = None, supply: float | None = None
 ) -> tuple[float, float]:
-    """Return the stator and supply limit [A]: configured values or, if None, factory defaults of the controller.
+    """Return the stator and supply current limit [A]: `stator` and `supply`, or the factory default for None.
 
     A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK limits a NEO or Vortex to 80 A.
     Other motors, mostly brushed motors with a PWM controller, are limited only by a 40 A breaker, which takes seconds

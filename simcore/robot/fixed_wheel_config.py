@@ -52,9 +52,9 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     supply_limit: float | None = None
     """Supply current limit per motor, drawing and regenerating [A]; None and `math.inf` as for `stator_limit`."""
     brake: bool = True
-    """Whether the motors brake in neutral, instead of coasting."""
+    """Whether the motors brake (short circuit) in neutral, instead of coasting (open circuit)."""
     kp: float = 1.0
-    """Proportional gain of the on-board velocity loop [V per m/s]."""
+    """Proportional gain of the on-board velocity loop [V per m/s]; feed-forward follows from the motor."""
     mass: float = 50.0
     """Mass of the robot [kg]."""
     yaw_inertia: float = 5.3
@@ -80,7 +80,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         DrivetrainConfig.require_robot(self, owner)
 
     def shaft_motor(self, count: int) -> LimitedMotor:
-        """Return the combined constants of all motors on a drive shaft.
+        """Return the constants of all motors on a drive shaft, with gears and current limits.
 
         Args:
             count: Number of motors on the shaft.
@@ -99,16 +99,16 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     def speed_share(self) -> float:
         """Ratio of actual to datasheet free speed [-]: `free_speed_share` if given, otherwise 1 or .885.
 
-        The default is .885 for motors with contradictory datasheets such as the NEO, whose stall torque and free speed
-        are not both possible (`MotorModel`): a kit chassis with four NEOs reached .87 to .89 in a measurement. A tank
-        drive with Falcons reached the datasheet speed.
+        The default is .885 for motors with `kt * kv` above 1.1 such as the NEO, whose stall torque and free speed in
+        the datasheet are not both possible (`MotorModel`): a kit chassis with four NEOs reached .87 to .89 in a
+        measurement. A tank drive with Falcons reached the datasheet speed.
         """
         if self.free_speed_share is not None:
             return self.free_speed_share
         return _CONTRADICTED if self.motor.kt * self.motor.kv > 1.1 else 1.0
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
-        """Return the moment of inertia of a shaft's wheels and geared rotors about the axle [kg m^2]."""
+        """Return the moment of inertia of a shaft with wheels and geared motor rotors, about the axle [kg m^2]."""
         return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
 
 
@@ -151,7 +151,7 @@ class TankConfig(FixedWheelConfig):
 
     @property
     def sides(self) -> tuple[TankConfig, TankConfig]:
-        """Configs of the left and right side, each as a drivetrain with two equal sides."""
+        """Configs of the left and right side, each as the config of a drive with two identical sides."""
         right = self.efficiency if self.right_efficiency is None else self.right_efficiency
         return replace(self, right_efficiency=None), replace(self, efficiency=right, right_efficiency=None)
 
@@ -163,7 +163,10 @@ class TankConfig(FixedWheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MecanumConfig(FixedWheelConfig):
-    """Config of a mecanum drive: four wheels, each with a gearbox, whose 45 degree rollers form an X from above."""
+    """Config of a mecanum drive: four wheels with 45-degree rollers, each wheel with a gearbox.
+
+    Seen from above, the rollers on top of the wheels form an X.
+    """
 
     places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
     """Centers of the front left, front right, rear left and rear right wheel, robot frame [m]."""
