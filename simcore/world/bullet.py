@@ -76,7 +76,7 @@ _POINT_RADIUS = 0.01  # [m], of the static to which a pivot is tied
 
 
 def load_pybullet() -> Any:
-    """Import PyBullet without printing its build time, and return the module.
+    """Import and return the module `pybullet`, without the build time that PyBullet prints.
 
     Raises:
         EngineError: If PyBullet is not installed.
@@ -142,7 +142,7 @@ class BulletEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """Set the parameters of an empty world."""
+        """Start an empty world: set the engine parameters and clear the lists of bodies."""
         p = self._p
         p.setGravity(0.0, 0.0, -self.gravity, **self._kw)
         p.setPhysicsEngineParameter(
@@ -230,7 +230,7 @@ class BulletEngine(Engine):
         return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Tie a body to a static without collisions at its pivot, as PyBullet has no point joint to the world."""
+        """Tie a body to a new static without collisions at the pivot: PyBullet has no point joint to the world."""
         p, d = self._p, definition
         point = self._shapes.static(Sphere(_POINT_RADIUS))
         fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
@@ -323,7 +323,7 @@ class BulletEngine(Engine):
             self._fixed.add(row)
 
     def _unfix(self, row: int, **extra: Any) -> None:
-        """Restore the mass of a fixed body."""
+        """Restore mass and inertia of a body if it is fixed."""
         if row in self._fixed:
             self._fixed.remove(row)
             d = self._definitions[row]
@@ -601,6 +601,6 @@ def _without_margin(points: bytes) -> list[list[float]]:
 
 @lru_cache(maxsize=4096)
 def _corners(points: bytes) -> list[list[float]]:
-    """Convert the bytes of float64 corners to a list; equal hulls share one list, because PyBullet never frees it."""
+    """Convert the bytes of float64 corners to a list; equal hulls share a list, because PyBullet never frees lists."""
     rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
     return rows

@@ -90,17 +90,17 @@ class Engine(Protocol):
         ...
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
-        """Set the velocity of a body's center of mass [m/s] and its angular velocity [rad/s] without waking the body.
+        """Set a body's velocity of the center of mass [m/s] and angular velocity [rad/s], without waking the body.
 
-        Both are in the field frame.
+        Both velocities are in the field frame.
         """
         ...
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change the mass properties of a body and wake it.
+        """Change the mass properties of a body and wake the body.
 
-        The pose of the origin stays. The velocity keeps its value, which then applies to the new center of mass. The
-        engine finds the body's contacts again in the next step.
+        The pose of the origin stays. The velocity of the old center of mass becomes the velocity of the new center of
+        mass. The engine finds the body's contacts again in the next step.
 
         Args:
             row: Row of the body.
@@ -123,7 +123,7 @@ class Engine(Protocol):
         ...
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:
-        """Return a body's velocity of the center of mass [m/s] and angular velocity [rad/s], field frame."""
+        """Return the velocity of a body's center of mass [m/s] and the body's angular velocity [rad/s], field frame."""
         ...
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
@@ -155,7 +155,7 @@ class Engine(Protocol):
         ...
 
     def depth(self, row: int) -> float:
-        """Return the largest overlap of a body with statics at its current pose, without a step [m]; 0 for none."""
+        """Return the largest overlap of a body with statics at the current pose [m]; 0 without overlap."""
         ...
 
     def touching(self, row: int) -> list[int]:

@@ -41,7 +41,7 @@ def choose_engine(name: str | None = None) -> str:
 
 
 def engine_label(name: str | None = None) -> str:
-    """Return the name of the engine that a world would use, for run records; "none" if no engine is installed."""
+    """Return the result of `choose_engine` for run records, or "none" if no engine is installed."""
     try:
         return choose_engine(name)
     except EngineError:

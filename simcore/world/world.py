@@ -63,7 +63,7 @@ class CollisionGroup:
 
 _HINGED = 1e4  # moment of inertia of a hinged body about axes other than its hinge, per largest real moment
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-_SWINGS = 0.03  # [m]; a hanging body throws a robot that is placed closer than this
+_SWINGS = 0.03  # [m]; smallest distance of a placed robot from a hanging body, which would throw a closer robot
 
 
 class PhysicsWorld:
@@ -111,7 +111,7 @@ class PhysicsWorld:
         self.robot_rows: list[int] = []
         """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
-        """Hanging bodies: row, pivot [m], and largest distance from the pivot to a point of the body [m]."""
+        """Hanging bodies: row, pivot [m], and upper bound on the distance from pivot to any point of the body [m]."""
         self._builder = SolidsBuilder()
         self.bodies = Bodies(self._builder)
         """Robots, and the engine's bodies that balls can touch."""
@@ -159,13 +159,13 @@ class PhysicsWorld:
         self.close()
 
     def reset(self) -> None:
-        """Remove everything but the floor."""
+        """Remove all bodies and field elements; the floor stays."""
         if self._engine is not None:
             self._engine.reset()
         self._begin()
 
     def close(self) -> None:
-        """Free the engine; may be called twice."""
+        """Free the engine, if one has started; may be called twice."""
         if self._engine is not None:
             self._engine.close()
 
@@ -246,7 +246,10 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         bumpers: Sequence[BumperPart] = (),
     ) -> int:
-        """Add the body of a robot and return its row; a robot without bumpers passes through walls and robots."""
+        """Add the body of a robot and return the row of the body.
+
+        A robot without bumper parts passes through walls and robots.
+        """
         require(name, "mass", mass, MASS)
         row = self._add(
             *(name, shape, pos, surface),
@@ -333,12 +336,12 @@ class PhysicsWorld:
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
-        """Switch the contacts of a game piece on or off; `robots` False leaves out contacts with robots."""
+        """Switch the contacts of a game piece on or off; with `robots` False, contacts with robots are always off."""
         mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest and wake it.
+        """Place a body at rest, and wake a body of the engine.
 
         Raises:
             NonFiniteError: If a value is not finite; the body then stays where it is.
@@ -355,7 +358,7 @@ class PhysicsWorld:
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        """Set the velocity of a body [m/s, rad/s], field frame, and wake it.
+        """Set the velocity of a body [m/s, rad/s], field frame, and wake a body of the engine.
 
         Raises:
             NonFiniteError: If a value is not finite; the velocity then stays unchanged.
@@ -455,7 +458,12 @@ class PhysicsWorld:
         return self._ramps_of[1]
 
     def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return `is_flat` for n points and reaches [m], shapes (n, 2) and (n,)."""
+        """Return whether the floor is the only drivable surface within reach of each point; see `is_flat`.
+
+        Args:
+            places: x and y of the points, field frame [m], shape (n, 2).
+            reach: Radius around each point [m], shape (n,).
+        """
         if self.floor is None:
             return np.zeros(len(places), dtype=bool)
         flat: BoolArray = np.ones(len(places), dtype=bool)
@@ -479,7 +487,7 @@ class PhysicsWorld:
         return near
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Return whether no bounding box of a field element, except the floor, overlaps a box [m]."""
+        """Return whether a box [m] overlaps no bounding box of a field element other than the floor."""
         return not self.field_in(low, high)
 
     def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
@@ -585,7 +593,7 @@ class PhysicsWorld:
                 self.end_engine(dt / n)
 
     def advance(self, h: float) -> None:
-        """Advance robots and balls by h [s]; the engine's steps over the same time come after this.
+        """Advance robots and balls by h [s], before the engine's steps over the same time.
 
         Raises:
             EngineError: If the state of a robot is not finite.
