@@ -240,7 +240,7 @@ def find_spring(springs, r, key, stamp):
 
 @inner
 def unexplained(depth, closing, h):
-    """Return the part of a new contact's depth [m] that the closing speed [m/s] does not explain [m]."""
+    """Return the part of a new contact's depth [m] that the closing speed [m/s] over h [s] does not explain [m]."""
     return max(0.0, depth - max(0.0, closing) * h - _SLACK)
 
 
@@ -361,7 +361,7 @@ def _limited_damping(damping, mobility, count, h):
 
 @inner
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
-    """Add the load of a contact to a point; normal and arm of the point are means weighted by load."""
+    """Add the load [N] of a contact to a point, and update normal and arm, which are means weighted by load."""
     share = load / (point.load + load)
     point.normal[0] += share * (nx - point.normal[0])
     point.normal[1] += share * (ny - point.normal[1])
@@ -691,7 +691,10 @@ def touch_plates(fleet, r, bodies, solids, h):
 
 @inner
 def _box_gap(part, x, y, z):
-    """Return the distance of a point from a box of a robot [m] and the outward unit normal, robot frame."""
+    """Return the distance of a point from a part of a robot, negative inside [m], and the outward unit normal.
+
+    Point and normal are in the robot frame.
+    """
     middle = 0.5 * (part.bottom + part.top)
     half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
     at = (x - part.x, y - part.y, z - middle)
@@ -771,7 +774,7 @@ def _press_into(fleet, r, q, body, other, h):
 
 @compiled
 def touch_each_other(fleet, r, q, bodies, h):
-    """Apply the contact forces between two robots, one of which lies or is above the other."""
+    """Apply the contact forces between two robots that do not collide in plan view: tipped, or one above the other."""
     body = bodies[fleet.robots[r].body]
     other = bodies[fleet.robots[q].body]
     _press_into(fleet, r, q, body, other, h)

@@ -81,7 +81,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
 
 @inner
 def _part_robots(fleet, bodies):
-    """Shift robots out of the initial overlaps of their contacts."""
+    """Shift robots out of the initial overlaps with other objects, without a change of velocity."""
     for r in range(len(fleet.robots)):
         body = bodies[fleet.robots[r].body]
         for k in range(3):
