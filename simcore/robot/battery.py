@@ -53,8 +53,8 @@ class BatteryConfig:
     outputs that a heartbeat has disabled stay off until the next heartbeat. Source: WPILib documentation, "FRC CAN
     Device Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
     reset_voltage: float = 4.5
-    """Voltage below which the roboRIO shuts down [V]; it boots when the voltage has recovered. Source: NI roboRIO user
-    manual, table 2, stage 3."""
+    """Voltage below which the roboRIO shuts down [V]; the roboRIO boots when the voltage has recovered. Source: NI
+    roboRIO user manual, table 2, stage 3."""
     reset_hold: float = 0.015
     """Time for which the roboRIO's capacitors bridge a voltage below `reset_voltage` [s]; estimate, +-50 %: no value is
     published, and at events, robots with weak batteries often brown out but rarely reboot (Chief Delphi 144371)."""

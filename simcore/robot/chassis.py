@@ -45,7 +45,7 @@ class GroundClearance:
     height: float
     """Smallest gap between a wheel and the surface below [m]; slightly negative when a tire is compressed."""
     is_airborne: bool
-    """Whether no wheel touches the ground."""
+    """Whether all wheels are more than the tolerance above the ground."""
 
 
 def ground_clearance(
@@ -216,7 +216,7 @@ class ChassisSimulation:
 
     @property
     def normal_loads(self) -> list[float]:
-        """Normal force on each wheel in the last sub-step [N]; zeros without a drivetrain."""
+        """Mean normal force on each wheel in the last sub-step [N]; zeros without a drivetrain."""
         if self._drivetrain is None:
             return [0.0] * len(self.config.wheel_positions)
         return self._drivetrain.normal_loads
@@ -278,7 +278,7 @@ class ChassisSimulation:
         return self._world.standing(self._number, pose)
 
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lowest point of each wheel and the ground height under it.
+        """Return the lowest point of each wheel and the ground height under each wheel.
 
         Returns:
             Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable surface vertically

@@ -2,7 +2,8 @@
 
 Mass, center of mass and inertia in a robot's config are those of the whole robot at the start, without game pieces. The
 body is the robot without its moving masses. Moving masses and held pieces are point masses: the inertia of moving
-masses about their own centers stays with the body; that of pieces is ignored (0.02 kg m^2 for 50 balls of 0.215 kg).
+masses about their own centers stays with the body; the inertia of pieces about their own centers is ignored
+(0.02 kg m^2 for 50 balls of 0.215 kg).
 """
 
 from __future__ import annotations

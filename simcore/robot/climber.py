@@ -1,8 +1,8 @@
 """Climbers: hooks, moved by mechanisms, that hang on rungs of the field.
 
-A hook engages a rung by moving down onto it. The rung then pushes the hook like a stiff spring, never downward. The
-force lifts the robot and loads the mechanism through the gears. A hook disengages by rising off the rung. A rung on a
-hanging body moves with the body and passes the reaction force on to the body.
+A hook engages a rung by moving down onto the rung. The rung then pushes the hook like a stiff spring, never downward.
+The force lifts the robot and loads the mechanism through the gears. A hook disengages by rising off the rung. A rung on
+a hanging body moves with the body and passes the reaction force on to the body.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         self.require_robot("fixed wheels")
 
     def require_robot(self, owner: str) -> None:
-        """Validate the fields of wheels, motors and robot, and compute `positions`; messages name `owner`."""
+        """Validate the fields of wheels, motors and robot, and compute `positions`; error messages name `owner`."""
         self.require_wheel(owner)
         require_fields(
             self,
@@ -116,21 +116,21 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
 class TankConfig(FixedWheelConfig):
     """Config of a tank drive with a row of chained wheels and one gearbox per side.
 
-    The defaults describe the KitBot chassis, FIRST's AM14U series.
+    The defaults describe a KitBot on the AM14U chassis.
     """
 
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
     """x coordinates of the wheels on one side, forward of the robot center [m]."""
     dropped_center: bool = True
     """Whether the inner wheels of a row of three or more are lower, by about 3 mm in a kit chassis. The robot then
-    stands on the inner wheels and on one end, so that it turns without scrubbing both ends."""
+    stands on the inner wheels and on one end, so that the robot turns without scrubbing both ends."""
     trackwidth: float = 0.56
     """Distance between left and right wheels [m]."""
     friction_volts: float = 0.65
     """Friction voltage measured by SysId, including rolling resistance [V]. Constants of public tank drives range from
     .13 to 1.31 V, with a median near .65; a kit chassis (4 NEO, 8.46) was measured at .7 to .8 V."""
     rolling_resistance: float = 0.0
-    """Coefficient of rolling resistance [-]; 0 because `friction_volts` includes it."""
+    """Coefficient of rolling resistance [-]; 0 because `friction_volts` includes rolling resistance."""
     motors_per_side: int = 2
     """Number of motors on each side."""
     right_efficiency: float | None = None

@@ -55,7 +55,7 @@ class GearboxConfig:
     """Supply current limit of each motor, for drawing and for regenerating [A]; applied with the speed at the start of
     a step."""
     friction_torque: float = 0.0
-    """Coulomb friction at the mechanism, equal in motion and at rest [N m]."""
+    """Coulomb friction torque at the mechanism, in motion and at rest [N m]."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motor", as_motor(self.motor))
@@ -98,7 +98,7 @@ class GearboxConfig:
         return volts / self.volts_per_speed
 
     def stall_torque(self, volts: float) -> float:
-        """Return the stall torque at a voltage [V], without friction and within the current limit [N m]."""
+        """Return the stall torque at a voltage [V], without friction and within the stator current limit [N m]."""
         require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
         return self.torque_per_amp * min(
             max(volts / self.resistance, -self.stator_current_limit), self.stator_current_limit

@@ -139,7 +139,7 @@ class ShaftSim:
 
     @property
     def position(self) -> float:
-        """Angle of the mechanism [rad]."""
+        """Angle of the mechanism's shaft [rad]."""
         return float(self._position[0])
 
     @position.setter
@@ -148,7 +148,7 @@ class ShaftSim:
 
     @property
     def velocity(self) -> float:
-        """Angular velocity of the mechanism [rad/s]."""
+        """Angular velocity of the mechanism's shaft [rad/s]."""
         return float(self._speed[0])
 
     @velocity.setter
@@ -162,17 +162,17 @@ class ShaftSim:
 
     @property
     def motor_output(self) -> tuple[float, float]:
-        """Voltage [V] and current [A] of each motor at the end of the last step."""
+        """Voltage [V] and stator current [A] of each motor at the end of the last step."""
         return float(self.record["volts"][0]), float(self.record["current"][0])
 
     @property
     def current(self) -> float:
-        """Total stator current of all motors, averaged over the last step [A]."""
+        """Total stator current of all motors, averaged over the last call of `step` or of the loop [A]."""
         return float(self.record["mean_current"][0])
 
     @property
     def supply_current(self) -> float:
-        """Total supply current of all motors, averaged over the last step [A]; negative while regenerating."""
+        """Total supply current of all motors, averaged like `current` [A]; negative while regenerating."""
         return float(self.record["mean_supply"][0])
 
     @property
@@ -240,7 +240,7 @@ class ShaftSim:
 
         Args:
             dt: Duration, split into steps of at most 1 ms [s].
-            battery_voltage: Voltage at full duty cycle and largest motor voltage [V]; pistons and servos ignore it.
+            battery_voltage: Voltage at full duty cycle and largest motor voltage [V]; not used by pistons and servos.
 
         Raises:
             ConfigError: If `dt` is not positive and finite, or the battery voltage is negative or not finite.
@@ -274,7 +274,7 @@ class ArmConfig:
     gravity: float = GRAVITY
     """Gravitational acceleration [m/s^2]; 0 for an arm that turns about a vertical axis."""
     spring_share: float = 0.0
-    """Fraction of the gravity torque that springs balance, equal at all angles [-]."""
+    """Fraction of the gravity torque that springs balance, independent of the angle [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -661,7 +661,7 @@ class ServoConfig:
 
 
 class ServoSim(ArmSim):
-    """Servo whose internal controller drives it to `goal`; without a signal the servo holds its position.
+    """Servo with an internal controller that drives the servo to `goal`; without a signal the servo holds its position.
 
     The controller is proportional, with the highest gain that does not overshoot: (volts / speed) / (4 tau) for a motor
     with the time constant tau. The last 4 tau of a motion are slower.

@@ -1,7 +1,7 @@
 """Placers: claws or roller pairs at the end of arms and elevators that hold and release a single game piece.
 
-A held piece moves with the placer. A released piece keeps its position and velocity at the release, and the engine
-moves it from then on.
+A held piece moves with the placer. A released piece starts with the position and velocity at the release, and the world
+moves the piece from then on.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class SwerveOdometry:
         Args:
             pose: New pose, field frame [m, m, rad].
             distances: Current readings of the drive encoders [m], shape (n,); None for zeros.
-            gyro_yaw: Current yaw reading of the gyro [rad]; None if it equals the heading of `pose`.
+            gyro_yaw: Current yaw reading of the gyro [rad]; None for a reading equal to the heading of `pose`.
 
         Raises:
             ConfigError: If an argument is invalid or the number of distances is not the number of modules; the estimate
@@ -260,7 +260,7 @@ class RobotDevices(Protocol):
 
 
 class Robot:
-    """One robot; robots share only the world.
+    """Robot with all parts and devices; several robots share only the world.
 
     Args:
         world: World that contains the robot.
@@ -336,7 +336,7 @@ class Robot:
         self.setpoints: dict[str, float] = {}
         """Setpoints of closed loops, by mechanism and quantity in a telemetry name, for example `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
-        """Setpoints of robot code for the swerve modules, as in `SwerveDrive.module_setpoints`; None if not set."""
+        """Speed [m/s] and steer angle [rad] that robot code sets for each module, shape (n, 2); None if not set."""
         self.estimated_pose: tuple[float, float, float] | None = None
         """Pose estimate of robot code's drivetrain, field frame [m, m, rad]; None to use `odometry` instead."""
         self.require_place: Callable[[Pose], object] | None = None
@@ -391,7 +391,7 @@ class Robot:
         self._note_put(pose, believed, self.gyro.yaw, "carried")
 
     def _note_put(self, pose: Pose, believed: Pose | None, yaw: float, reason: str) -> None:
-        """Reset gyro and odometry after a placement; `yaw` is the new gyro reading [rad]."""
+        """Reset gyro and odometry after a placement, and call `on_put`; `yaw` is the new gyro reading [rad]."""
         self.gyro.reset(yaw=yaw, true_yaw=pose[2])
         self.odometry.reset(pose if believed is None else believed, gyro_yaw=yaw)
         self._start = None if believed is None else (pose, believed)
@@ -457,7 +457,7 @@ class Robot:
     # --- mechanisms -----------------------------------------------------------------------------------------------
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Add a mechanism with estimated parameters; `step_devices` advances it without drawing battery current."""
+        """Add a mechanism with estimated parameters; `step_devices` advances the mechanism without battery current."""
         self._estimated.append(mechanism)
 
     def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:

@@ -307,7 +307,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def enabled(self) -> bool:
-        """Whether the robot is enabled; while it is disabled, all motors are in neutral."""
+        """Whether the robot is enabled; the motors of a disabled robot are in neutral."""
         return bool(self.robot_record["request"]["is_enabled"][0])
 
     @enabled.setter
@@ -414,7 +414,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @abstractmethod
     def motor_currents(self) -> dict[str, list[float]]:
-        """Return the stator current of every motor in the last step, by group [A]."""
+        """Return the stator current of every motor in the last step [A], by group, such as `drive` and `steer`."""
 
     @property
     @abstractmethod
