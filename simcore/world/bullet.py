@@ -7,8 +7,8 @@ Settings and their reasons:
 - Every contact of a game piece has the piece's stiffness and a damper, set as Bullet's contact stiffness and damping,
   which carry load only without split impulses. The solver starts from the forces of the previous step: otherwise a
   robot that presses against a wall needs more iterations.
-- Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off: it
-  removes the bounce, and sub-steps are cheaper while few pieces are fast.
+- Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off,
+  because it removes the bounce, and sub-steps are cheaper while few pieces are fast.
 - simcore puts bodies to sleep: Bullet's thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 
@@ -502,8 +502,8 @@ class _BulletShapes:
     def _compound(self, compound: Compound) -> int:
         """Create a compound shape; PyBullet reads the hulls from a temporary file.
 
-        PyBullet takes at most 16 shapes and drops the rest silently; a file counts as one shape, however many hulls it
-        contains. PyBullet never frees these hulls: a compound of 24 hulls leaks 0.22 MB per world.
+        PyBullet takes at most 16 shapes and drops the rest silently; a file with any number of hulls counts as one
+        shape. PyBullet never frees these hulls: a compound of 24 hulls leaks 0.22 MB per world.
         """
         p = self._p
         parts = [_plain(part) for part in compound.parts]

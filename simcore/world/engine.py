@@ -57,7 +57,7 @@ class RayHits:
     fraction: FloatArray
     """Fraction of the ray before the hit, 1.0 for no hit, shape (n,)."""
     row: IntArray
-    """Row of the body that was hit, -1 for none, shape (n,)."""
+    """Row of the body that was hit, -1 without a hit, shape (n,)."""
     normal: FloatArray
     """Unit normal of the surface at the hit, field frame, shape (n, 3)."""
 
@@ -82,11 +82,11 @@ class Engine(Protocol):
         self.close()
 
     def add_body(self, definition: BodyDefinition) -> int:
-        """Add a moving body or a static and return its row."""
+        """Add a moving body or a static and return the row of the body."""
         ...
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        """Place a body by its origin [m] and attitude, field frame, and set its velocity to zero."""
+        """Place a body at rest by the origin [m] and attitude of the body, field frame."""
         ...
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
@@ -143,7 +143,7 @@ class Engine(Protocol):
         ...
 
     def sleep(self, row: int) -> None:
-        """Stop a body and put it to sleep until an awake body touches it or `wake` is called."""
+        """Stop a body and put it to sleep until contact with an awake body or a call of `wake`."""
         ...
 
     def fix(self, row: int) -> None:
@@ -172,7 +172,7 @@ class Engine(Protocol):
         ...
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
-        """Change the collision group and mask of a body; 0, 0 removes it from all collisions."""
+        """Change the collision group and mask of a body; 0, 0 removes the body from all collisions."""
         ...
 
     def step(self, h: float) -> None:

@@ -76,7 +76,7 @@ def add_engine_option(parser: argparse.ArgumentParser) -> None:
 
 
 def require_known(name: str) -> str:
-    """Check that an engine has this name, and return the name.
+    """Check that `name` is the name of an engine, and return `name`.
 
     Raises:
         UnknownNameError: If no engine has this name.

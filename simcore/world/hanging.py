@@ -225,7 +225,7 @@ class HangingBody:
         """Extent and speed of the body, for waking game pieces.
 
         The values are x, y, yaw [m, m, rad], half length and half width [m], speed [m/s], heights of the lowest and
-        highest point [m], and the speed [m/s] below which the body wakes only the pieces it touches, because a swing
+        highest point [m], and the speed [m/s] below which the body wakes only pieces in contact, because a swing
         lasts half a minute.
         """
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()

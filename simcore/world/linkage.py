@@ -58,11 +58,11 @@ class PartState(NamedTuple):
     """Pose and motion of a part or a robot, in the robot frame unless stated otherwise."""
 
     pos: Vector
-    """Position [m]."""
+    """Position of the origin [m]."""
     quat: Quaternion
-    """Attitude: rotation from the part's axes to those of the frame, x, y, z, w."""
+    """Attitude: rotation from the axes of the part to the axes of the frame, quaternion x, y, z, w."""
     vel: Vector
-    """Velocity [m/s]."""
+    """Velocity of the origin [m/s]."""
     rate: Vector
     """Angular velocity [rad/s]."""
 

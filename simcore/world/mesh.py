@@ -161,7 +161,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
 
 
 def _convex_part(points: FloatArray) -> MeshPart:
-    """Compute the convex hull of points, as a `Box` if it is an axis-aligned box, otherwise as a `Hull`."""
+    """Compute the convex hull of points, as a `Box` if the hull is an axis-aligned box, else as a `Hull`."""
     hull = ConvexHull(points)
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low

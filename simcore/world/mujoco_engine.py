@@ -7,8 +7,8 @@ Settings and their reasons:
   split into sub-steps of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
 - Integration is semi-implicit Euler, x += h v with v at the end of the step, as in PyBullet.
 - `sleep` uses MuJoCo's sleep: MuJoCo skips the body until an awake body touches it. `fix` also puts the body to sleep,
-  makes it so heavy that it acts as a wall, and restores its pose after each step.
-- The model is compiled when it is first needed after a body was added; moving bodies keep their state.
+  multiplies the mass so that the body acts as a wall, and restores the pose of the body after each step.
+- The model is compiled at the first use after a body was added; moving bodies keep their state.
 """
 
 from __future__ import annotations
@@ -566,7 +566,7 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
-    """Tie a body to the pivot of its definition, and set the initial pose, in which pivot and tied point coincide."""
+    """Tie a body to the pivot in `definition`, and set the initial pose, in which pivot and tied point coincide."""
     assert definition.pivot is not None
     quat = multiply(definition.quat, definition.inertia_axes)
     center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
@@ -593,7 +593,7 @@ class _Geoms:
         self._meshes: dict[bytes, str] = {}
 
     def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> int:
-        """Add a shape with contact parameters and return the number of geoms made for it."""
+        """Add a shape with contact parameters to a body, and return the number of new geoms."""
         if isinstance(shape, Mesh):
             prisms = _prisms(shape)
             for prism in prisms:

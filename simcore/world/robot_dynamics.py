@@ -128,7 +128,7 @@ class _Shaft(Protocol):
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Return whether bumpers collide with the outline of a static, instead of with its solids.
+    """Return whether bumpers collide with the outline of a static, instead of with the solids of the static.
 
     Bumpers collide with the solids of concave shapes and of shapes low enough for wheels or the frame's lower edge.
     """
@@ -196,7 +196,7 @@ class RobotDynamics:
         self._forget_outlines()
 
     def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
-        """Add a robot and return its number.
+        """Add a robot and return the number of the robot.
 
         Args:
             row: Row of the robot's body in the world.
@@ -451,7 +451,7 @@ def _outward(corners: FloatArray) -> FloatArray:
 def _covered(
     number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
 ) -> npt.NDArray[np.uint8]:
-    """Return whether other outlines cover each side of an outline from end to end, so nothing can touch it.
+    """Return whether other outlines cover each side of an outline from end to end, so that nothing can touch the side.
 
     Args:
         number: Number of the outline.

@@ -114,7 +114,7 @@ class Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """Two-sided triangle mesh, for statics only; slower than other shapes, and more balls pass through it."""
+    """Two-sided triangle mesh, for statics only; slower than other shapes, and more balls pass through."""
 
     vertices: FloatArray
     """Vertices [m], shape (n, 3)."""
@@ -247,7 +247,10 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Compute the smallest distance between two parallel planes that enclose a part, one of them along a face [m]."""
+    """Compute the smallest thickness of a shape [m], for a compound the smallest thickness of all parts.
+
+    The thickness of a hull is the distance between two parallel planes around the hull, one of them along a face.
+    """
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
     if isinstance(shape, Cylinder):

@@ -179,7 +179,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         drivable: bool = False,
     ) -> int:
-        """Add a static body and return its row.
+        """Add a static body and return the row of the body.
 
         Args:
             name: Name, for messages.
@@ -200,7 +200,7 @@ class PhysicsWorld:
     def _add(
         self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
     ) -> int:
-        """Add a body and return its row; extra keywords are fields of its `BodyDefinition`."""
+        """Add a body and return the row of the body; extra keywords are fields of `BodyDefinition`."""
         at = _checked_pos(name, pos)
         row = len(self._definitions)
         self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
@@ -270,7 +270,7 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece that is not a ball, awake and touchable, and return its row.
+        """Add the awake and touchable body of a game piece that is not a ball, and return the row of the body.
 
         The density is uniform; the origin of the shape must be the center of mass.
         """
@@ -296,13 +296,13 @@ class PhysicsWorld:
         hinge: str | None = None,
         drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a fixed point or a hinge, and return its row.
+        """Add a body that swings about a fixed point or a hinge, and return the row of the body.
 
         Hanging bodies do not block lines of sight.
 
         Args:
             name: Name, for messages.
-            shape: Collision shape; its origin is the center of mass.
+            shape: Collision shape with the center of mass at the origin.
             mass: Mass [kg].
             surface: Surface of the body.
             pos: Center of mass at rest, field frame [m].
@@ -344,7 +344,7 @@ class PhysicsWorld:
         """Place a body at rest, and wake a body of the engine.
 
         Raises:
-            NonFiniteError: If a value is not finite; the body then stays where it is.
+            NonFiniteError: If a value is not finite or the quaternion is zero; the pose then stays unchanged.
         """
         at = _checked_pos(self._names[row], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
@@ -382,7 +382,7 @@ class PhysicsWorld:
         Solid obstacles are walls, hanging bodies and other robots.
 
         Args:
-            row: Row of the robot that the box stands for.
+            row: Row of the robot that the box represents, which is no obstacle.
             x: x coordinate of the center of the box, field frame [m].
             y: y coordinate of the center of the box, field frame [m].
             yaw: Yaw of the box's length axis, field frame [rad].
@@ -502,7 +502,8 @@ class PhysicsWorld:
 
         Args:
             places: Points, field frame [m], shape (n, 3).
-            depth: Largest distance below a point [m]; without ground within it, the height is `depth` below the point.
+            depth: Largest distance below a point [m]; without ground within this distance, the height is `depth` below
+                the point.
         """
         end = places - (0.0, 0.0, depth)
         fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
@@ -517,7 +518,8 @@ class PhysicsWorld:
         Args:
             start: Start of all lines, field frame [m].
             ends: Ends of the lines, field frame [m].
-            ignore: Row of a robot that blocks no line, usually the robot that carries the camera; -1 for none.
+            ignore: Row of a robot that blocks no line, usually the robot that carries the camera; -1 to ignore no
+                robot.
         """
         there = np.array(ends).reshape(-1, 3)
         here = np.repeat(np.array([start]), len(there), axis=0)
@@ -529,11 +531,11 @@ class PhysicsWorld:
         Args:
             start: Starts of the segments, field frame [m], shape (n, 3); solids around a start are ignored.
             end: Ends of the segments, field frame [m], shape (n, 3).
-            ignore: Row of a robot that segments do not hit; -1 for none.
+            ignore: Row of a robot that segments do not hit; -1 to ignore no robot.
 
         Returns:
             Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body hit,
-            -1 for none, shape (n,).
+            -1 without a hit, shape (n,).
         """
         fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
         has_floor = self.floor is not None
