@@ -9,10 +9,11 @@ the step into parts. Balls whose contacts with each other are too stiff for the 
 together; the forces of their other pairs are constant during the step.
 
 A ball changes the velocity of a robot, or of a body that carries robots, at once. Other bodies move at constant
-velocity during the call, and the engine applies the balls' impulses to them afterwards.
+velocity during the call, and the engine gets the balls' impulses afterwards.
 
 A sleeping ball does not move and takes almost no time. The ball wakes when a nearby ball moves, or when the force of a
-ball or body differs from the force at which the ball fell asleep. The force that wakes a ball also accelerates it.
+ball or body differs from the force at which the ball fell asleep. The force that wakes a ball also accelerates the
+ball.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class Listed(NamedTuple):
     which: IntArray
     """Row of the solid of each contact, or -2 for the floor, and 1 for a contact with a face, shape (12, size, 2)."""
     is_leaving: npt.NDArray[np.uint8]
-    """1 for balls that still overlap the body that launched them, shape (size,)."""
+    """1 for balls that still overlap the body by which they were launched, shape (size,)."""
     reach: FloatArray
     """Distance from each ball's center within which `gap` is exact [m], shape (size,)."""
     gap: FloatArray
@@ -434,7 +435,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
 
 @inner
 def find_contacts(balls, solids, bodies, floor, listed, places, first, last, late, h):
-    """Find the contacts and smallest gaps of listed balls with floor, field and bodies, and store them in `listed`.
+    """Find contacts and smallest gaps of listed balls with floor, field and bodies, and store both in `listed`.
 
     Sleeping balls only get contacts with bodies.
 
@@ -570,7 +571,7 @@ def choose_parts(balls, solids, floor, listed, h):
 def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass, radius, h):
     """Return the velocity and spin of a ball after h [s] of an acceleration [m/s^2] and a torque [N m].
 
-    Rolling resistance `rolling` [N m] and air drag with the decay `fading` [-] reduce the spin, but do not reverse it.
+    Rolling resistance `rolling` [N m] and air drag with the decay `fading` [-] reduce the spin, at most to zero.
     """
     turnability = 2.5 / (mass * radius * radius)
     vx, vy, vz = vx + h * ax, vy + h * ay, vz + h * az
@@ -695,7 +696,7 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
 
 @compiled
 def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff, force, first, last, h, ahead):
-    """Advance some balls by one step, divided into equal parts; the ball that needs the most parts sets their number.
+    """Advance some balls by one step, divided into equal parts; the ball that needs the most parts sets the number.
 
     Args:
         balls: All balls, with positions in the middle of the step.
@@ -829,7 +830,7 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
 
 @inner
 def end_balls(balls, listed, h):
-    """Rotate all listed balls that do not sleep by their spin over h [s], and update the time for which each is still.
+    """Rotate all listed balls that do not sleep over h [s], and update the time for which each ball has been still.
 
     A ball is still while it has a contact and is slow. The time restarts when the ball gains speed.
     """

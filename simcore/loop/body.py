@@ -216,9 +216,9 @@ def add_touch(robot, row):
 
 @inner
 def find_spring(springs, r, key, stamp):
-    """Return the index of a contact in the records of robot r, and whether the contact is new.
+    """Return the index of a contact in the records of robot r, and whether the contact is new; update the stamp.
 
-    A new contact replaces the record with the oldest stamp.
+    A new contact replaces the record with the oldest stamp, and starts without stretch and initial overlap.
     """
     oldest = 0
     for k in range(SPRINGS):
@@ -519,6 +519,8 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
 @compiled
 def touch_field(fleet, r, bodies, solids, has_floor, h):
     """Apply the contact forces of floor and field on the wheels, bumpers and frame of a robot.
+
+    The function also sets gap, load, normal and arm of the robot's contact points.
 
     Args:
         fleet: All robots.

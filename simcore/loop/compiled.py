@@ -208,7 +208,7 @@ def preparing(name: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _lock() -> Iterator[None]:
-    """Lock the cache folder against other processes that compile; the lock ends with its process."""
+    """Lock the cache folder against other processes that compile; the lock ends with the process at the latest."""
     file = None
     with contextlib.suppress(OSError):
         if cache_folder is not None:

@@ -2,10 +2,10 @@
 
 A ball is a soft sphere (P. A. Cundall, O. D. L. Strack, "A discrete numerical model for granular assemblies", 1979): at
 an overlap d the foam gives the normal force F(d) (1 + c s). The memory s of a contact goes to 1 during loading, to -1
-during unloading, and to 0 at rest. Foam loses energy by this hysteresis. The loss depends neither on
-speed, nor on mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring, attached where
-the contact began, which slips at mu N. The laws hold from a light touch to the force of a robot. All functions take and
-return plain numbers; `simcore.loop.balls` finds the contacts.
+during unloading, and to 0 at rest. Foam loses energy by this hysteresis. The loss depends neither on speed, nor on
+mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring, attached where the contact
+began, which slips at mu N. The laws hold from a light touch to the force of a robot. All functions take and return
+plain numbers; `simcore.loop.balls` finds the contacts.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ STIFFEST = 0.05
 _THINNEST = 0.003  # smallest band w of the memory [-]; restitution is then at least 0.04
 _TURNING = 0.12
 """Square of the restitution e below which a contact needs shorter steps [-]: while the memory changes sign, the contact
-is up to 4 / e^2 times as stiff as the foam."""
+is about 4 / e^2 times as stiff as the foam."""
 _FORGETS = 0.15
 """Decay time of the memory of foam at rest [s]: at constant overlap the memory decays with the time constant
 band * _FORGETS / 2, where `foam_loss` computes the band. Long compared with a bounce, short compared with a pin.

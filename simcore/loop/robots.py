@@ -67,7 +67,7 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
 
 @inner
 def end_robots(fleet: Fleet, h: float) -> None:
-    """Divide the motor currents summed over a call by its duration h [s], to get mean currents."""
+    """Divide the motor currents summed over a call by the duration h of the call [s], to get mean currents."""
     for r in range(len(fleet.robots)):
         for i in range(fleet.robots[r].first_shaft, fleet.robots[r].last_shaft):
             fleet.shafts[i].mean_current /= h
@@ -123,7 +123,7 @@ def advance_robots(
 def _pull_plates(bodies, h):
     """Accelerate plates that carry robots by the angular acceleration from hinge and engine in the engine's last step.
 
-    Without this, the wheel loads would turn a plate at rest in each step, and robots on the plate would creep with it:
+    Without this, the wheel loads would turn a plate at rest in each step, and robots on the plate would creep:
     0.3 mm/s at 5 cm above the hinge.
     """
     for b in range(len(bodies)):

@@ -39,7 +39,7 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
         h: Duration [s].
 
     Returns:
-        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1.
+        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1 if all are finite.
     """
     lost = begin_robots(fleet, bodies)
     if lost >= 0:
