@@ -217,9 +217,9 @@ def add_touch(robot, row):
 
 @inner
 def find_spring(springs, r, key, stamp):
-    """Return the index of a contact in the records of robot r, and whether the contact is new.
+    """Return the index of a contact in the records of robot r, and whether the contact is new; update the stamp.
 
-    A new contact replaces the record with the oldest stamp.
+    A new contact replaces the record with the oldest stamp, and starts without stretch and initial overlap.
     """
     oldest = 0
     for k in range(SPRINGS):
@@ -241,7 +241,7 @@ def find_spring(springs, r, key, stamp):
 
 @inner
 def unexplained(depth, closing, h):
-    """Return the part of a new contact's depth [m] that the closing speed [m/s] does not explain [m]."""
+    """Return the part of a new contact's depth [m] that the closing speed [m/s] over h [s] does not explain [m]."""
     return max(0.0, depth - max(0.0, closing) * h - _SLACK)
 
 
@@ -363,7 +363,7 @@ def _limited_damping(damping, mobility, count, h):
 
 @inner
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
-    """Add the load of a contact to a point; normal and arm of the point are means weighted by load."""
+    """Add the load [N] of a contact to a point, and update normal and arm, which are means weighted by load."""
     share = load / (point.load + load)
     point.normal[0] += share * (nx - point.normal[0])
     point.normal[1] += share * (ny - point.normal[1])
@@ -522,6 +522,8 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
 @compiled
 def touch_field(fleet, r, bodies, solids, has_floor, h):
     """Apply the contact forces of floor and field on the wheels, bumpers and frame of a robot.
+
+    The function also sets gap, load, normal and arm of the robot's contact points.
 
     Args:
         fleet: All robots.
@@ -699,7 +701,10 @@ def touch_plates(fleet, r, bodies, solids, h):
 
 @inner
 def _box_gap(part, x, y, z):
-    """Return the distance of a point from a box of a robot [m] and the outward unit normal, robot frame."""
+    """Return the distance of a point from a part of a robot, negative inside [m], and the outward unit normal.
+
+    Point and normal are in the robot frame.
+    """
     model = part.model
     middle = 0.5 * (model.bottom + model.top)
     half = (model.half_length, model.half_width, 0.5 * (model.top - model.bottom))
@@ -781,7 +786,7 @@ def _press_into(fleet, r, q, body, other, h):
 
 @compiled
 def touch_each_other(fleet, r, q, bodies, h):
-    """Apply the contact forces between two robots, one of which lies or is above the other."""
+    """Apply the contact forces between two robots that do not collide in plan view: tipped, or one above the other."""
     body = bodies[fleet.robots[r].model.body]
     other = bodies[fleet.robots[q].model.body]
     _press_into(fleet, r, q, body, other, h)

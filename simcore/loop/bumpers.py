@@ -23,7 +23,7 @@ from simcore.loop.compiled import compiled, inner
 __all__ = ["DAMPING_RATIOS", "place_parts", "touch_outlines", "touch_robots"]
 
 _BESIDE = 0.003
-"""Smallest overlap of two sides that collide [m]."""
+"""Smallest length along two sides in which the sides overlap and collide [m]."""
 _COMMON = 1e-3
 """Smallest common height of two robots' parts that collide [m]; a frame begins at the top of the bumpers."""
 _EQUAL = 1e-6

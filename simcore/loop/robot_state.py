@@ -65,7 +65,7 @@ _f, _i, _b = np.float64, np.int64, np.uint8
 
 _MOTOR = np.dtype(
     [
-        # --- equal motors with controller and gear, referred to the shaft; see `simcore.robot.wheel_config` ---
+        # --- identical motors with controller and gear, referred to the shaft; see `simcore.robot.wheel_config` ---
         ("kind", _i),  # WHEELS, AZIMUTH, MECHANISM, PISTON or SERVO
         ("inertia", _f),  # moment of inertia of all parts that turn with the shaft [kg m^2]
         ("emf", _f),  # back-EMF per shaft speed [V s/rad]

@@ -42,7 +42,7 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
     """Clear the sums of the last call, and check that poses and velocities are finite.
 
     Returns:
-        Index of a robot with a position or velocity that is not finite, or -1.
+        Index of a robot with a position or velocity that is not finite, -1 if all are finite.
     """
     for r in range(len(fleet.robots)):
         robot = fleet.robots[r]
@@ -67,7 +67,7 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
 
 @inner
 def end_robots(fleet: Fleet, h: float) -> None:
-    """Convert the sums over a call of h [s] to means."""
+    """Divide the motor currents summed over a call by the duration h of the call [s], to get mean currents."""
     for r in range(len(fleet.robots)):
         model = fleet.robots[r].model
         for i in range(model.first_shaft, model.last_shaft):
@@ -122,9 +122,10 @@ def advance_robots(
 
 @inner
 def _pull_plates(bodies, h):
-    """Accelerate plates as hinge and engine did in the last step: what stands on them must not see them sink.
+    """Accelerate plates that carry robots by the angular acceleration from hinge and engine in the engine's last step.
 
-    Tires would follow a plate that the load turns in each step: 0.3 mm/s at 5 cm above the hinge.
+    Without this, the wheel loads would turn a plate at rest in each step, and robots on the plate would creep:
+    0.3 mm/s at 5 cm above the hinge.
     """
     for b in range(len(bodies)):
         if bodies[b].model.carries:
@@ -134,7 +135,7 @@ def _pull_plates(bodies, h):
 
 @inner
 def _are_near(robot, other, body, met):
-    """Return whether two robots are near enough to touch."""
+    """Return whether two robots are near enough to touch, by bounding circles around the centers of mass."""
     dx = body.com[0] - met.com[0]
     dy = body.com[1] - met.com[1]
     far = robot.model.reach + other.model.reach
@@ -157,7 +158,7 @@ def _meet_in_plan(fleet, robot, other):
 
 @inner
 def _control(robot, shafts, battery):
-    """Compute the outputs of all motor controllers of a robot for one step."""
+    """Compute the outputs of all motor controllers of a robot for a step; all are off while disabled or browned out."""
     for i in range(robot.model.first_shaft, robot.model.last_shaft):
         s = shafts[i]
         model = s.model
@@ -236,7 +237,7 @@ def _follow_target(shafts, i, first_shaft):
 
 @inner
 def scrub(azimuth, wheel, least):
-    """Return dry friction [N m] and viscous drag [N m s/rad] of a contact patch that turns on the carpet.
+    """Return the dry friction [N m] and viscous drag [N m s/rad] that carpet exerts on a turning contact patch.
 
     A wheel at rest has dry friction mu N r and no drag. Coulomb friction acts along the slip. If the patch already
     slips by s because the wheel rolls, and steering at omega adds r omega < s, only the fraction r omega / s of the
@@ -277,7 +278,7 @@ def _steer(robot, shafts, wheels, h, bus):
 
 @inner
 def _kick(fleet, r, bodies, gravity, h, part):
-    """Apply the forces of a step of h [s] to the velocity of one robot.
+    """Apply the forces of a step of h [s] to the velocity of one robot, and advance motors, shafts and battery.
 
     All other forces act first. Tires react to the velocity at the end of the step, with forces at the wheel contacts.
     """
@@ -436,7 +437,7 @@ def _ground_velocity(fleet, robot, bodies):
 
 @compiled
 def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
-    """Lower a robot vertically until the robot is at rest, supported by the ground only.
+    """Let a robot sink vertically onto the ground for 3 s of simulated time, and then stop the robot.
 
     Args:
         fleet: All robots.

@@ -43,7 +43,7 @@ class Solids(NamedTuple):
     plane: FloatArray
     """Outward unit normal and offset [m] of each triangle's plane, shape (t, 4)."""
     corner: FloatArray
-    """Corners of each triangle, counter-clockwise from outside [m], shape (t, 9)."""
+    """Corners of each triangle, counter-clockwise seen from outside [m], shape (t, 9)."""
     cell_first: IntArray
     """First entry of each grid cell in `cell_solid`, and the number of entries, shape (nx * ny + 1,)."""
     cell_solid: IntArray
@@ -155,7 +155,7 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
 
 @inner
 def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
-    """Return the fraction of a ray's length at which the ray enters a solid, but at most `nearest`."""
+    """Return the fraction of a ray's length at which the ray enters a solid, or `nearest` if that is smaller."""
     corner, plane = solids.corner, solids.plane
     for t in range(solids.first[s], solids.first[s + 1]):
         slope = plane[t, 0] * dx + plane[t, 1] * dy + plane[t, 2] * dz
@@ -211,7 +211,7 @@ def first_hits(
         start: Starts of the segments, field frame [m], shape (n, 3).
         end: Ends of the segments, field frame [m], shape (n, 3).
         with_robots: Whether segments hit robots; ignored if `drivable`.
-        ignored: Row of a robot that segments do not hit, -1 for none.
+        ignored: Row of a robot that segments do not hit, -1 to hit all robots.
         drivable: Whether segments hit only surfaces that robots drive on, on the field and on bodies.
         fraction: Filled with the fraction of each segment before the hit, 1 without a hit, shape (n,).
         row: Filled with the row of the body or field element that is hit, -1 without a hit, shape (n,).

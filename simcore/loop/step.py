@@ -39,7 +39,7 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
         h: Duration [s].
 
     Returns:
-        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1.
+        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1 if all are finite.
     """
     lost = begin_robots(fleet, bodies)
     if lost >= 0:
@@ -81,7 +81,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
 
 @inner
 def _part_robots(fleet, bodies):
-    """Shift robots out of the initial overlaps of their contacts."""
+    """Shift robots out of the initial overlaps with other objects, without a change of velocity."""
     for r in range(len(fleet.robots)):
         body = bodies[fleet.robots[r].model.body]
         for k in range(3):

@@ -27,7 +27,7 @@ _Layer = tuple[_Row, _Row]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageConfig:
-    """Config of a robot's space for game pieces."""
+    """Config of a storage: the space in a robot that holds game pieces."""
 
     name: str = ""
     """Name by which intakes and shooters refer to this storage; may be empty if the robot has no other storage."""
@@ -140,7 +140,7 @@ class Storage:
         self.pieces: list[int] = []
         """Slots of the pieces in order of arrival."""
         self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high, balls)
-        """Simulation of the hopper; None if the storage is a plain queue."""
+        """Simulation of the hopper; None for a storage that is a plain queue."""
         self._radii: list[float] = []  # radii of the pieces for which `_places` was computed
         self._places: FloatArray = np.empty((0, 3))
 
@@ -173,7 +173,7 @@ class Storage:
         return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
-        """Match the hopper's contents to `pieces`; `radii` are the radii of these pieces [m]."""
+        """Match the contents of a hopper, if any, to `pieces`; `radii` are the radii of these pieces [m]."""
         if self.hopper is not None:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
@@ -181,7 +181,7 @@ class Storage:
         """Add pieces by slot.
 
         Raises:
-            CapacityError: If there is no room for all of the pieces; none is then added.
+            CapacityError: If there is no room for all of the pieces; no piece is then added.
         """
         if len(slots) > self.room:
             raise CapacityError(f"a storage of {self.config.capacity} has room for {self.room} more, got {len(slots)}")
@@ -195,7 +195,7 @@ class Storage:
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
 
     def take(self) -> int:
-        """Remove the next piece to leave and return its slot.
+        """Remove the next piece to leave, and return the slot of this piece.
 
         Raises:
             CapacityError: If no piece can leave now.
@@ -215,5 +215,5 @@ class Storage:
         self.follow([])
 
     def discard(self, slot: int) -> None:
-        """Remove a piece that left without `take`."""
+        """Remove a piece that left the storage without `take`, if the storage contains the piece."""
         self.pieces = [piece for piece in self.pieces if piece != slot]

@@ -49,7 +49,7 @@ class StandingField(NamedTuple):
         return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
-        """Advance test balls by h [s]; `memory` holds the friction state of their contacts."""
+        """Advance test balls by h [s]; `memory` is the contact memory of these balls."""
         advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
 
 
@@ -78,7 +78,7 @@ class BallDynamics:
         """Contact memory of all balls."""
 
     def set_balls(self, balls: Balls) -> None:
-        """Replace all balls of the world."""
+        """Replace all balls of the world, and clear the contact memory."""
         if len(balls.status):
             prepare()
         self.balls, self.memory = balls, make_memory(len(balls.status))
@@ -104,7 +104,7 @@ class BallDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set the bodies, in addition to robots, that balls can touch in a tick.
+        """Set the bodies, in addition to robots and bodies that carry robots, that balls can touch in a tick.
 
         Args:
             others: Rows of the bodies other than robots.
@@ -126,7 +126,7 @@ class BallDynamics:
             body["pos"], body["quat"] = engine.pose(bodies.rows[number])
             vel, body["rate"] = engine.velocity(bodies.rows[number])
             body["vel"] = (0.0, 0.0, 0.0) if body["model"]["swings"] else vel
-            if body["model"]["carries"]:  # what hinge and engine have changed, without the impulses of the loop
+            if body["model"]["carries"]:  # change by hinge and engine, without the impulses of the loop
                 body["pull"] = (body["rate"] - self._turned.get(number, body["rate"])) / h
                 self._turned[number] = body["rate"].copy()
 
@@ -156,5 +156,5 @@ class BallDynamics:
         return StandingField(self._builder.solids, self.floor._replace(with_pairs=False))
 
     def fly(self, balls: Balls, h: float) -> None:
-        """Advance test balls by h [s] through the static field, without contacts with bodies or each other."""
+        """Advance test balls by h [s] through the static field, without contacts with bodies or between balls."""
         self.standing.fly(balls, make_memory(len(balls.status)), h)

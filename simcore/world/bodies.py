@@ -49,7 +49,7 @@ class Bodies:
         is_robot: bool = False,
         drivable: bool = False,
     ) -> int:
-        """Add a body and return its number.
+        """Add a body and return the number of the body.
 
         Args:
             row: Row of the body in the world.

@@ -56,7 +56,7 @@ _ABOVE = 0.002  # [m]; height above the ground from which a placed robot settles
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BumperPart:
-    """Rectangle that collides with walls and robots: bumpers, or the frame above them."""
+    """Rectangular part that collides with walls and robots: bumpers, or the frame above the bumpers."""
 
     x: float
     """x coordinate of the center, robot frame [m]."""
@@ -128,7 +128,7 @@ class _Shaft(Protocol):
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Return whether bumpers collide with the outline of a static, instead of with its solids.
+    """Return whether bumpers collide with the outline of a static, instead of with the solids of the static.
 
     Bumpers collide with the solids of concave shapes and of shapes low enough for wheels or the frame's lower edge.
     """
@@ -187,7 +187,7 @@ class RobotDynamics:
     # --- building -------------------------------------------------------------------------------------------------
 
     def add_static(self, row: int, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
-        """Add a static that bumpers can touch; `pos` is its origin, field frame [m]."""
+        """Add a static whose outline bumpers can touch; `pos` is the origin of the static, field frame [m]."""
         turn = matrix(quat).T
         assert not isinstance(shape, Mesh)
         members = shape.parts if isinstance(shape, Compound) else (Part(shape),)
@@ -196,7 +196,7 @@ class RobotDynamics:
         self._forget_outlines()
 
     def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
-        """Add a robot and return its number.
+        """Add a robot and return the number of the robot.
 
         Args:
             row: Row of the robot's body in the world.
@@ -266,7 +266,7 @@ class RobotDynamics:
     def set_mass(
         self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
     ) -> None:
-        """Set mass, center of mass and moments of inertia of a robot without changing its pose.
+        """Set mass, center of mass and moments of inertia of a robot; the pose of the robot does not change.
 
         Args:
             number: Number of the robot.
@@ -292,7 +292,7 @@ class RobotDynamics:
     # --- queries --------------------------------------------------------------------------------------------------
 
     def touching(self, row: int) -> list[int]:
-        """Return the rows of the walls and robots that a robot touched in the last step."""
+        """Return the rows of the field elements and bodies that a robot touched in the last call of the loop."""
         if row not in self._number_of:
             return []
         robot = self.robots[self._number_of[row]]
@@ -300,7 +300,7 @@ class RobotDynamics:
         return touched
 
     def wheel_gaps(self, number: int, count: int) -> list[float]:
-        """Return the distance of each of a robot's wheels from nearby ground [m]."""
+        """Return the gap between each wheel of a robot and floor or field in the last step, negative in contact [m]."""
         first = int(self.robots["model"]["first_point"][number])
         gaps: list[float] = self._points.taken["gap"][first : first + count].tolist()
         return gaps
@@ -331,7 +331,13 @@ class RobotDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def put(self, row: int, pos: Sequence[float], quat: Quaternion) -> None:
-        """Place a robot at rest."""
+        """Place a robot at rest; the loop removes new overlaps by position, without force.
+
+        Args:
+            row: Row of the robot's body in the world.
+            pos: Origin of the robot, field frame [m].
+            quat: Attitude of the robot, field frame.
+        """
         robot = self.robots[self._number_of[row]]
         model = robot["model"]
         body = self._bodies.records[int(model["body"])]
@@ -343,7 +349,7 @@ class RobotDynamics:
         robot["is_put"] = 1
 
     def choose_outlines(self) -> None:
-        """Select the field outlines that bumpers can touch at the robots' current heights."""
+        """Select the field outlines that bumpers can touch, if the height of any robot has changed by over 3 mm."""
         if self._parts.count:
             heights = self._bodies.records["pos"][self.robots["model"]["body"], 2][self._parts.taken["model"]["robot"]]
             if not np.abs(heights - self._heights).max() <= _LIFT:
@@ -351,7 +357,7 @@ class RobotDynamics:
                 self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Have the batteries report new brown-outs and resets."""
+        """Call `report` of all batteries if a brown-out or reset has begun since the last call."""
         batteries = self._batteries.taken
         begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
         if begun != self._reported:
@@ -361,7 +367,7 @@ class RobotDynamics:
                     drive.battery.report()
 
     def fail(self, number: int) -> NoReturn:
-        """Raise an error for a robot whose state is not finite.
+        """Raise an error that contains position and velocity of a robot whose state is not finite.
 
         Raises:
             EngineError: Always.
@@ -374,7 +380,7 @@ class RobotDynamics:
     # --- the engine's bodies ---------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Copy the robots' motion in this step to the engine, so that the engine's bodies collide with robots.
+        """Copy the mean motion of robots in a step to the engine, so that the engine's bodies collide with robots.
 
         Args:
             engine: Engine of all other bodies.
@@ -388,7 +394,7 @@ class RobotDynamics:
             engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
 
     def take_from(self, engine: Engine, h: float) -> None:
-        """Apply to each robot the change of velocity by the engine's step of h [s], and move the robot accordingly."""
+        """Add to robots the velocity change by contacts with the engine's bodies in h [s], and move the robots."""
         for number in self._bodies.robots:
             row, body = self._bodies.rows[number], self._bodies.records[number]
             if not engine.touching(row):
@@ -450,7 +456,7 @@ def _outward(corners: FloatArray) -> FloatArray:
 def _covered(
     number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
 ) -> npt.NDArray[np.uint8]:
-    """Return whether other outlines cover each side of an outline from end to end, so nothing can touch it.
+    """Return whether other outlines cover each side of an outline from end to end, so that nothing can touch the side.
 
     Args:
         number: Number of the outline.
