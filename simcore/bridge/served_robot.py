@@ -37,7 +37,7 @@ class Program:
 
 
 class ServedRobot(RobotTest):
-    """Fixture `sim` for a program in another process.
+    """Robot under test for a program in another process, like the fixture `sim`.
 
     Args:
         process: Process of the program, started but not yet connected.
@@ -85,10 +85,10 @@ class ServedRobot(RobotTest):
         super().__init__(control, Program(), PhysicsHook([AttachedPhysics], nullcontext))
 
     def connect(self) -> None:
-        """Wait until the program reaches its main loop, and open the ports that it has opened.
+        """Connect to the program, wait until the program reaches its main loop, and mirror its open ports.
 
         Raises:
-            ProgramError: The program has not reached its main loop in time.
+            ProgramError: The program has not connected or not reached its main loop in time.
         """
         end = time.monotonic() + self._process.patience
         self._ports.take(self._process.connect())
@@ -103,14 +103,14 @@ class ServedRobot(RobotTest):
             self._exchange(0.0, [])
 
     def ask_choosers(self) -> None:
-        """Request the program's choosers, and publish them on simcore's NetworkTables from now on."""
+        """Request the program's choosers, and publish them on simcore's NetworkTables."""
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
     def _run_robot(self) -> None:
         self.connect()
 
     def _build(self) -> None:
-        """Build the robot model from the ports that the program has opened, and place the robot on the field."""
+        """Build robot and field from the program's open ports, and step the program's clock by half a part."""
         self._hook.begin(self.robot)
         assert self._hook.engine is not None
         self._served = self._hook.engine[0]
