@@ -49,7 +49,7 @@ class NavxPort:
         _answers.attach(ahrs, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the rotation since power-on, as in `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the angles since power-on [rad] and body rates [rad/s], counter-clockwise positive as in `GyroPort`."""
         self._turned = -math.degrees(yaw)
         self.pitch, self.roll, self.rate = -math.degrees(pitch), -math.degrees(roll), -math.degrees(rates[2])
         self._attitude = Rotation3d(roll, pitch, yaw)
@@ -111,7 +111,7 @@ class Navx3Port:
         _navx3[number] = self
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the rotation since power-on, as in `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the angles since power-on [rad] and body rates [rad/s], counter-clockwise positive as in `GyroPort`."""
         self._turned = turned = math.degrees(yaw)
         self._yaw.set(math.remainder(turned - self._zero, 360.0))
         for value, angle in zip(self._angles, (turned, math.degrees(pitch), math.degrees(roll)), strict=True):
@@ -167,7 +167,7 @@ def _address_of_navx3(made: Any, args: tuple[Any, ...], settings: dict[str, Any]
 
 
 def _create_spi() -> navx.AHRS:
-    """Construct the AHRS class using SPI communication and default settings."""
+    """Construct an `AHRS` on the MXP port's SPI bus with default settings."""
     return navx.AHRS(navx.AHRS.NavXComType.kMXP_SPI)
 
 

@@ -51,8 +51,8 @@ def is_configured_clockwise(talon: Talon) -> bool:
 class TalonPort(MotorPort):
     """Simulated side of one Talon.
 
-    The simulated state is in the chassis frame for either inversion: sign(get_position) = inversion x orientation. An
-    orientation equal to the configured inversion cancels it, so robot code and physics agree on the positive direction.
+    `get_position` has the sign of the raw rotor position if the simulated orientation and the configured inversion are
+    equal, else the opposite sign. Robot code and physics therefore agree on the positive direction with equal settings.
 
     Args:
         talon: Device object of robot code.
@@ -140,6 +140,8 @@ class TalonPort(MotorPort):
 
     def write(self, rotations: float, rps: float) -> None:
         """Write the rotor position [rotations] and velocity [rotations/s], with the sign of `volts`.
+
+        An encoder wired to a TalonFXS is written as well. The velocity is clamped to the device model's range of 160.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.

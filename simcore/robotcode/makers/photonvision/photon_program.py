@@ -1,4 +1,4 @@
-"""Record of the photonlibpy objects that a robot program builds: cameras, their lenses and their mountings.
+"""Record of the photonlibpy objects that a robot program builds: cameras, camera models and camera mountings.
 
 Classes of photonlibpy are wrapped only when the program loads them, since most programs do not use them. Wrapped
 classes work as before, with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
@@ -109,7 +109,7 @@ def photon_program() -> PhotonProgram:
     return _program
 
 
-# --- lenses and mountings of its cameras ----------------------------------------------------------------------------
+# --- models and mountings of the cameras ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +150,7 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return the lens of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program has none.
+    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program simulates no camera.
 
     Noise, latency and frame rate left at zero, photonlib's default, are taken from `PHOTON_LENS`.
     """
@@ -291,7 +291,7 @@ def _watch(
     built: Callable[[Any, Arguments, Settings], None],
     called: Mapping[str, Callable[[Any, Any, Arguments, Settings], None]],
 ) -> None:
-    """Record a class's existing and future objects, and calls of the named methods."""
+    """Call `built` for a class's existing and future objects, and `called[name]` after each call of a method."""
     record_class(cls, built)
     for name, note in called.items():
         if hasattr(cls, name):
@@ -301,7 +301,7 @@ def _watch(
 
 
 def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
-    """Replace a method with a function of the original method, the object and the arguments."""
+    """Replace a method by `call`, which receives the original method, the object and the arguments."""
     method = getattr(cls, name, None)
     if method is not None:
 
@@ -325,7 +325,7 @@ def _name_of(camera_sim: Any) -> str:
 
 
 def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings) -> None:
-    """Tag results with the name of their camera."""
+    """Store the camera's name in an attribute of each result."""
     for result in results if isinstance(results, list) else [results]:
         setattr(result, _TAG, camera.getName())
 

@@ -67,7 +67,7 @@ def configuration_count(key: DeviceKey) -> int:
 
 
 def is_zero_centered(key: DeviceKey) -> bool:
-    """Return whether a SPARK's absolute encoder reads -1/2 to 1/2 turn, a setting that REVLib cannot read back."""
+    """Return whether the program has configured a SPARK's absolute encoder to read -1/2 to 1/2 turn."""
     return _centered.get(key, False)
 
 

@@ -113,7 +113,7 @@ class _Rev(Maker):
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return a device's leader by address, since a SPARK MAX may follow a SPARK Flex, and whether it is inverted."""
+    """Return the leader's address, or None without a leader, and whether the follower is inverted."""
     accessor, is_follower = device.hardware.config_accessor, device.hardware.is_follower()
     leader = DeviceAddress(accessor.get_follower_mode_leader_id(), device.address.bus) if is_follower else None
     return leader, leader is not None and bool(accessor.get_follower_mode_inverted())

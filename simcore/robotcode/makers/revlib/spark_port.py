@@ -32,7 +32,7 @@ ANALOG_SPAN = 3.3
 
 
 class _Sensor:
-    """Sensor wired to the controller, with position and velocity conversion factors.
+    """SimDevice of a sensor wired to the controller.
 
     Args:
         name: Name of the sensor's SimDevice.
@@ -157,7 +157,7 @@ class SparkPort(MotorPort):
             self.loop.config = read_spark_configuration(self.device.hardware)
 
     def run(self, dt: float) -> None:
-        """Run the controller's 1 kHz loop for dt [s] with constant sensor readings."""
+        """Run the controller's 1 kHz loop for dt [s] with constant sensor readings; while disabled, reset the loop."""
         self._pending_time += dt
         loops = int(self._pending_time / LOOP + 0.5)
         self._pending_time -= loops * LOOP
@@ -287,7 +287,7 @@ def _loop_of(controller: Any) -> SparkLoop | None:
 
 
 def _answer_from_loops() -> None:
-    """Make closed-loop controllers read their state from `SparkLoop`, because SimDevices have no values for it."""
+    """Make closed-loop controllers read set-point, integral and profile state from `SparkLoop`, not from SimDevices."""
     cls: Any = rev.SparkClosedLoopController
     for name, read in (
         ("is_at_setpoint", lambda loop: loop.is_at_setpoint),
