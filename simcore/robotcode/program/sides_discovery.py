@@ -111,7 +111,7 @@ def _wheels(
     places: Sequence[tuple[float, float]],
     leaders: Sequence[Sequence[BuiltDevice]],
 ) -> tuple[FoundWheel, ...]:
-    """Return the wheel or side at each place, with leaders, followers and encoder."""
+    """Return the wheel or side at each position, with leaders, followers, drive sign and encoder."""
     encoders = _encoders(graph, names, leaders)
     return tuple(
         FoundWheel(
@@ -196,7 +196,7 @@ def _named_motors(graph: ObjectGraph) -> dict[str, BuiltDevice]:
 
 
 def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Return the leaders at each place by attribute names, or None if a place has no motor."""
+    """Return the leaders at each side or corner by attribute names, or None if a side or corner has no motor."""
     found = []
     for place in places:
         own = [d for name, d in names.items() if says_place(name, place)]
@@ -232,12 +232,12 @@ def _encoders(
 
 
 def wired_encoder(leader: BuiltDevice) -> BuiltDevice | None:
-    """Return the leader if it reads an encoder on the wheel, else None."""
+    """Return the leader if the leader reads an encoder on the wheel, else None."""
     return leader if maker_of(leader).has_wheel_encoder(leader) else None
 
 
 def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
-    """Return the distance per turn configured on an encoder [m], or None if robot code converts the reading."""
+    """Return the configured distance per encoder turn [m], or None without an encoder or a configured distance."""
     if encoder is None:
         return None
     if encoder.model != "Encoder":  # the encoder is wired to a motor controller
@@ -248,7 +248,7 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:
-    """Return the distance per rotor turn [m] from the controller's conversion factor; empty without one."""
+    """Return `meters_per_rotor_turn` from the leader's conversion factor; empty without one or with a wheel encoder."""
     leader = wheel.motors[0]
     units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
     if wheel.wheel_encoder is not None or units in (0.0, 1.0):
