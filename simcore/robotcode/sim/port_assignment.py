@@ -73,7 +73,7 @@ class _PortDevices:
 
 
 def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
-    """Return an output that turns a servo by its pulse; without a pulse, disabled or browned out, the servo coasts."""
+    """Return an output that sets a servo's goal from the PWM pulse; without a pulse or enabled output it coasts."""
     pwm = PWMSim(m.leader.number)
     low, high = servo.stops[::-1] if m.reversed else servo.stops
 

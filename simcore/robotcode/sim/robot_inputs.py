@@ -72,7 +72,7 @@ class DriverStationLink:
             self._send(self._match.rules.game_data())
 
     def _begin_match(self) -> None:
-        """Reset the field if the robot has been enabled since the last reset."""
+        """Reset the field if the robot has been enabled since the last reset and no FMS is attached."""
         if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
             self._match.reset_field()
             _log.info("autonomous begins again: pieces and preloads are back where a match begins")

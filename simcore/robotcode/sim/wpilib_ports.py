@@ -66,11 +66,11 @@ class ChannelMotor(MotorPort):
         return self._coasts
 
     def volts(self) -> float:
-        """Return the motor voltage [V]."""
+        """Return the motor voltage [V]; 0 while disabled."""
         return self._share() * self._supply if RobotState.is_enabled() else 0.0
 
     def duty_cycle(self) -> float:
-        """Return the duty cycle [-]."""
+        """Return the duty cycle [-]; 0 while disabled."""
         return self.volts() / self._supply
 
     def write(self, rotations: float, rps: float) -> None:
@@ -295,7 +295,7 @@ _adis = Answers[ADISGyroPort]()
 
 
 def _answer_for_adis() -> None:
-    """Replace the methods of both IMU classes that WPILib's simulation lacks; repeated calls are harmless."""
+    """Replace methods of both IMU classes that WPILib's simulation lacks; safe to call more than once."""
     common: dict[str, Any] = {
         "reset": lambda port: port.reset(),
         "calibrate": lambda port: port.reset(),
