@@ -58,7 +58,7 @@ def wrap(angle: float) -> float:
 
 
 def exp(start: Pose, dx: float, dy: float, turn: float) -> Pose:
-    """Return the end of a constant twist (robot frame) from `start`, along an arc.
+    """Return the pose after a constant twist (dx, dy [m] and turn [rad], robot frame) from `start`.
 
     Source: WPILib's Pose2d.Exp; R. Murray et al., A Mathematical Introduction to Robotic Manipulation, 2.3.
     """
@@ -79,7 +79,7 @@ def between(start: Pose, end: Pose) -> Pose:
 
 
 def then(start: Pose, way: Pose) -> Pose:
-    """Return `way`, a pose in the frame of `start`, in the field frame."""
+    """Transform `way`, a pose in the frame of `start`, to the field frame."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return start[0] + cos * way[0] - sin * way[1], start[1] + sin * way[0] + cos * way[1], start[2] + way[2]
 
@@ -156,7 +156,7 @@ class Kinematics:
 
 
 def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[float, float]]:
-    """Scale all module speeds by one factor so that no speed exceeds `limit` [m/s]."""
+    """Return the module states, with all speeds scaled by one factor so that none exceeds `limit` [m/s]."""
     fastest = max(abs(speed) for speed, _ in states)
     if fastest <= limit:
         return states
@@ -384,7 +384,7 @@ class ModuleDevices:
 
     Args:
         emulator: Emulator that holds the devices.
-        constants: Module constants, including CAN ids and output types.
+        constants: Module constants, including CAN IDs and output types.
         bus: Name of the CAN bus of both motors.
     """
 
@@ -599,7 +599,7 @@ class Brake:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Point every wheel at the robot's center."""
+        """Turn every wheel towards the robot's center, at zero speed."""
         _send(self, drivetrain, [(0.0, math.atan2(y, x)) for x, y in drivetrain.kinematics.positions])
 
 
@@ -613,7 +613,7 @@ class Point:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn every wheel to the requested direction."""
+        """Turn every wheel to the requested direction, at zero speed."""
         _send(self, drivetrain, [(0.0, self.angle)] * len(drivetrain.modules))
 
 
@@ -635,7 +635,7 @@ class Speeds:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send the module states."""
+        """Send module states for the requested velocity, with wheel forces as feed-forward."""
         states, turn = _module_states(self, drivetrain, self.vx, self.vy, self.omega)
         forces = list(zip_longest(self.forces_x, self.forces_y, fillvalue=0.0))
         if self.is_field:
@@ -663,7 +663,7 @@ class Centric:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send the module states."""
+        """Send module states for the requested velocity after the deadbands."""
         vx, vy, omega = self.vx, self.vy, self.omega
         if math.hypot(vx, vy) < self.deadband:
             vx = vy = 0.0
@@ -698,7 +698,7 @@ def _module_states(
 ) -> tuple[list[tuple[float, float]], float]:
     """Return module states [m/s, rad] for a velocity in the request's axes [m/s, rad/s].
 
-    Also return the rotation from the request's axes to the robot's [rad]; 0 for a robot-centric request.
+    Also return the rotation from the request's axes to the robot's axes [rad]; 0 for a robot-centric request.
     """
     turn = 0.0
     if request.is_field:
@@ -786,7 +786,7 @@ class EmulatedDrivetrain:
         self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: EmulatedPigeon2) -> None:
-        """Start odometry at the present readings of the wheels and gyro."""
+        """Start odometry; the first start sets the pose to zero at the present readings of wheels and gyro."""
         if not self.modules:
             self.modules.extend(EmulatedModule(c, d) for c, d in zip(self.module_constants, devices, strict=True))
             self._gyro = gyro

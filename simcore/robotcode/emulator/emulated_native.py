@@ -455,7 +455,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_platform_canbus_get_status(self, *values: Any) -> int:
-        """Return the status of a bus without traffic or errors, as five numbers (26.3) or one structure (26.70)."""
+        """Write the status of a bus without traffic or errors to five numbers (26.3) or one structure (26.70)."""
         for out in map(target_of, values[:1] if len(values) == 2 else values[:5]):
             ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
@@ -495,7 +495,10 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
-        """Fill in signal values; `rest` ends with a wait flag and a timeout, preceded by the network in 26.3."""
+        """Fill in signal values, from a new frame if the caller waits.
+
+        `rest` ends with a wait flag and a timeout, preceded by the network in 26.3.
+        """
         wait, timeout = rest[-2:]
         # Read and write whole structures as bytes: access by ctypes fields takes three times as long.
         by_hash = self.emulator.by_hash
