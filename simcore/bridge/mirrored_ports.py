@@ -82,7 +82,7 @@ class MirroredPorts:
     # --- from the program -----------------------------------------------------------------------------------------
 
     def take(self, found: Iterable[Record]) -> None:
-        """Store outputs, choosers and errors of the program; once the program has started, mirror its open ports."""
+        """Store the program's outputs, choosers and errors; after its start, mirror its open ports and SimDevices."""
         changed: list[Record] = []
         choosers: list[list[str]] = []
         opens = False

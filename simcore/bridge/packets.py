@@ -100,7 +100,7 @@ def definitions() -> list[Record]:
 
 
 def frame(time: int, values: list[Record]) -> bytes:
-    """Encode a frame to the program.
+    """Encode a frame for the program.
 
     Args:
         time: Time step of the program's clock [us].

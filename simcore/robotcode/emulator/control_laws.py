@@ -207,7 +207,7 @@ class Expo(Profile):
             goal: Final position, at rest.
             kv: Voltage per unit of velocity.
             ka: Voltage per unit of acceleration.
-            cruise: Largest velocity; 0 for no limit except the motor's.
+            cruise: Largest velocity; 0 for no limit below the motor's free speed.
             dt: Step [s].
         """
         key = (goal, kv, ka, cruise)
@@ -458,7 +458,7 @@ def _elapsed(m: LoopState, loops: int) -> float:
 
 
 def _shift_to_nearest(profile: SCurve | Expo, goal: float) -> None:
-    """Shift the setpoint by whole turns to within half a turn of the goal."""
+    """Restart the profile at a setpoint shifted by whole turns, if the goal is more than half a turn away."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
         profile.start(profile.p + turns, profile.v)

@@ -477,7 +477,7 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
+        """Return the `sim_state` value called `name`, or None without such a value; this base class has no values."""
         return None
 
     # ---- status
@@ -518,7 +518,7 @@ class EmulatedDevice:
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:
-        """Set the rate of one signal [Hz]; the status frame uses the fastest rate of all signals."""
+        """Set the rate of one signal [Hz]; the status frame uses the fastest requested rate of all signals."""
         if spn not in self.signals:
             return  # versions, faults and constants are in other frames, whose rate has no effect here
         self._asked[spn] = hz
@@ -530,7 +530,7 @@ class EmulatedDevice:
             self.set_rate(hz)
 
     def reset_rate(self) -> None:
-        """Reset to the default rate."""
+        """Reset the status frame to the default rate, and forget the requested rates of all signals."""
         self._asked.clear()
         self.set_rate(DEFAULT_HZ)
 

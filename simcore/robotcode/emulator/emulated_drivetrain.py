@@ -242,7 +242,10 @@ class PoseEstimator:
         self.pose = self._corrected(new) if self._updates else new
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
-        """Correct the estimate with a camera's pose at `time` [s]; `std_devs` also apply to later measurements."""
+        """Correct the estimate with a camera's pose at `time` [s]; `std_devs` also apply to later measurements.
+
+        A measurement is ignored if no pose is stored or `time` is over 1.5 s before the oldest stored pose.
+        """
         if std_devs is not None:
             self.set_vision_std_devs(std_devs)
         if not self._times or time < self._times[0] - HISTORY:
@@ -434,7 +437,7 @@ class ModuleDevices:
             drive.apply(self._velocity.name, update_freq_hz=0.0, velocity=rps, feed_forward=volts, enable_foc=foc)
 
     def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
-        """Steer to a position [rotations] the shorter way, with velocity feed-forward [rotations/s]."""
+        """Steer to a position [rotations] in the shorter direction, with velocity feed-forward [rotations/s]."""
         steer = self._steer
         if steer.renew(self._position, foc):
             steer.loop.goal_p = rotations
@@ -445,7 +448,7 @@ class ModuleDevices:
             steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps, enable_foc=foc)
 
     def steer_profiled(self, rotations: float, foc: bool) -> None:
-        """Steer to a position [rotations] the shorter way under Motion Magic Expo."""
+        """Steer to a position [rotations] in the shorter direction under Motion Magic Expo."""
         if self._steer_torque:
             self._steer.apply("MotionMagicExpoTorqueCurrentFOC", update_freq_hz=0.0, position=rotations)
         else:
@@ -489,7 +492,7 @@ class EmulatedModule:
         self.speed = 0.0
         """Speed of the drive motor, including the part caused by steering, as in `SwerveModuleState` [m/s]."""
         self.target = (0.0, 0.0)
-        """Last target speed [m/s] and direction [rad], after optimization for the shorter way."""
+        """Last target speed [m/s] and direction [rad], after reversal of the wheel for a shorter steer move."""
         self._per_meter = constants.rotations_per_meter
         self._coupling = constants.coupling
         self._volts_per_rps = 12.0 / (self._per_meter * constants.speed_at_12_volts)

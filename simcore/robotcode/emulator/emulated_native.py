@@ -320,7 +320,7 @@ def _table() -> dict[int, str]:
 
 
 UNITS: dict[int, str] = _table()
-"""Unit of each signal or setting with a unit, by number."""
+"""Unit text of each signal or setting that has a unit, by number."""
 
 
 _log = logging.getLogger(__name__)
@@ -576,7 +576,7 @@ class EmulatedNative(NativeLibrary):
     # ---- hoot replay: `CANBus(name, "logs/example.hoot")` in generated constants requests replay, which is refused
 
     c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
-    c_ctre_phoenix6_platform_replay_is_running = always(True)  # as CTRE's simulation library, even without replay
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # as in CTRE's simulation library, even without replay
     c_ctre_phoenix6_platform_replay_is_finished = always(True)
     c_ctre_phoenix6_platform_replay_close_file = always(None)
     c_ctre_phoenix6_platform_replay_set_speed = always(None)

@@ -32,7 +32,7 @@ _log = logging.getLogger(__name__)
 
 
 class CANcoderFrame(NamedTuple):
-    """Status frame of a CANcoder [rotations, rotations/s]."""
+    """Status frame of a CANcoder [rotations, rotations/s, V]."""
 
     position: float
     since_boot: float
@@ -279,7 +279,7 @@ class EmulatedCANdi(EmulatedDevice):
 
 
 class PigeonFrame(NamedTuple):
-    """Status frame of a Pigeon 2 [deg, deg/s]."""
+    """Status frame of a Pigeon 2 [deg, deg/s, V, ns]."""
 
     yaw: float
     pitch: float
@@ -358,7 +358,7 @@ class EmulatedPigeon2(EmulatedDevice):
     def set_input(self, name: str, value: float) -> None:
         """Set yaw, pitch, roll [deg], an angular velocity [deg/s] or the supply voltage [V]."""
         if name == "RawYaw":
-            # The device turns the shorter way to a new yaw.
+            # The device turns in the shorter direction to a new yaw.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
         elif name == "AddYaw":
             self.raw_yaw += value
@@ -416,11 +416,11 @@ class EmulatedPigeon2(EmulatedDevice):
 
 
 _STRONG = 3000.0
-"""Constant signal strength reported by the simulated sensor."""
+"""Constant signal strength reported by the simulated CANrange."""
 
 
 class CANrangeFrame(NamedTuple):
-    """Status frame of a CANrange."""
+    """Status frame of a CANrange [m, s, V]; field of view as center x, y and range x, y [deg]."""
 
     distance: float
     detected: bool
@@ -508,7 +508,7 @@ LIGHT_REQUESTS = (
     "TwinkleAnimation",
     "TwinkleOffAnimation",
 )
-"""Names of requests to a CANdle."""
+"""Names of the control requests of a CANdle."""
 
 
 class EmulatedCANdle(EmulatedDevice):

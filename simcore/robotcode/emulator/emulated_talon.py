@@ -310,7 +310,8 @@ def _opposes(talon: EmulatedTalon) -> bool:
 def turning(talon: EmulatedTalon) -> float:
     """Return the sign of the rotation under a positive output: 1 counter-clockwise, -1 clockwise.
 
-    A `Follower` adopts the leader's inversion; a `StrictFollower` keeps its configured inversion. Source: measured.
+    A `Follower` adopts the leader's inversion; a `StrictFollower` keeps its configured inversion. Source: measured on
+    CTRE's simulation 26.3.
     """
     if talon.kind.axis is not Axis.FOLLOW or talon.kind.name == "StrictFollower":
         return talon.sign
@@ -719,7 +720,7 @@ class EmulatedTalon(EmulatedDevice):
         self._accept(request, tuple(values.get(f, _DEFAULTS.get(f, 0.0)) for f in request.fields))
 
     def renew(self, kind: RequestKind, foc: bool) -> bool:
-        """Extend a one-shot request of this kind if active; return whether its setpoints may be changed in place.
+        """Extend a one-shot request of this kind if active; return whether its setpoints may be changed directly.
 
         Args:
             kind: Kind of the request.
@@ -828,7 +829,11 @@ class EmulatedTalon(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return a `sim_state` value; shafts are counter-clockwise positive, torque current has robot code's sign."""
+        """Return a `sim_state` value, or None for an unknown name.
+
+        Rotor values and motor voltage are counter-clockwise positive; torque current and duty cycle have robot code's
+        sign.
+        """
         bridge = self.bridge
         if name == "MotorVoltage":
             return bridge.volts * self.turn

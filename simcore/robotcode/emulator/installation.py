@@ -5,7 +5,7 @@ The installation also changes three features of the Python library:
 - The enable feed of device objects, a WPILib Notifier, stops at install and uninstall.
 - The copies to WPILib SimDevices are off by default. Each device object copies its state before every robot tick for
   the simulation GUI. Tests do not need the copies, which would take most of a tick (17-39 us per device).
-- In simulated time, a `sim_state` identifies its device by the device hash instead of type and id without the bus.
+- In simulated time, a `sim_state` identifies its device by the device hash instead of type and ID without the bus.
 """
 
 from __future__ import annotations

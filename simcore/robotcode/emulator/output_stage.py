@@ -329,7 +329,7 @@ class Bridge:
         _, self._current, self._volts, _, _ = solve_limited(_HELD, *held)  # type: ignore[no-untyped-call]
 
     def _time_limit(self, loops: int) -> None:
-        """Lower the supply limit after the configured time at the limit; undo this once the current is lower."""
+        """Lower the supply limit after the configured time at the limit; restore the limit at a lower current."""
         limit = self._lower if self._is_lowered else self._supply_limit
         if self._current * self._volts <= _LIMITED * limit * self.supply:
             self._over, self._is_lowered = 0.0, False

@@ -35,7 +35,7 @@ class ControlTopics:
     Args:
         match: Match whose `control` executes the commands before each tick.
         instance: NetworkTables instance of the dashboards, owned by the caller.
-        robot: Index of the robot that commands place.
+        robot: Index of the robot to which the commands apply.
     """
 
     def __init__(self, match: Match, instance: season.NetworkTables, *, robot: int = 0) -> None:

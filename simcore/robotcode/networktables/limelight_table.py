@@ -400,7 +400,7 @@ class LimelightTable:
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
             return []
-        # An invalid value, such as a topic's first one, is not a request.
+        # An invalid value, such as the first value of a topic, is not a request.
         requests = [self._request(_ORIENTATION, value) for value in orientation.read_queue() if value.is_valid()]
         for event in self._poller.read_queue():
             if event.listener == self._others:

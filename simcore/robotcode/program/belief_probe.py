@@ -1,6 +1,6 @@
 """Signs, zeros and distances that robot code assumes for the sensors of swerve modules.
 
-Robot code hides signs, offsets and wheel sizes in its own arithmetic, so they are measured here: before the first loop,
+Robot code hides signs, offsets and wheel sizes in its arithmetic, so this module measures them: before the first loop,
 each sensor is moved a little, and the angles and distances that the swerve module returns are compared. For a module
 that returns readings from its last `update` or `periodic`, these methods are called before each query; if that does
 not help, the program's own loop is called as well, as it would be while the robot is disabled.
@@ -304,7 +304,7 @@ def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
 
 
 def _homes(made: Any) -> list[Any]:
-    """Return the classes of an object that belong to the program, or the object itself if it is a module."""
+    """Return the classes of an object that belong to the program; for a module, return the module itself."""
     return [made] if isinstance(made, types.ModuleType) else [cls for cls in type(made).__mro__ if not is_foreign(cls)]
 
 

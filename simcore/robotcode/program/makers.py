@@ -74,7 +74,7 @@ class MotorFacts:
     supply_limit: float | None = None
     """Supply current limit [A]; None for the factory default."""
     brakes: bool = True
-    """Whether the neutral mode is brake; if not, it is coast."""
+    """Whether the neutral mode is brake instead of coast."""
     units_per_rotor_turn: float = 1.0
     """Change of the position reading per rotor turn, in robot code's units; 1 if the controller has no encoder."""
     sensor: DeviceKey | None = None

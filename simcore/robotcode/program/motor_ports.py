@@ -89,7 +89,7 @@ class MotorDevices(Protocol):
     """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may have `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Set the controllers' supply [V], and the mechanism's volts from the controllers."""
+        """Set the controllers' supply [V], and the mechanism's volts from the controllers; coast unless `powered`."""
         ...
 
     def write(self) -> None:
@@ -259,7 +259,7 @@ class SwervePorts(DrivetrainPorts):
         self._kv = [(m.free_speed_share * m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
     def read(self, battery_voltage: float) -> None:
-        """Set the controllers' supply voltage [V]; pass their volts or duty cycles and current limits to the model."""
+        """Set the supply voltage [V]; pass the controllers' volts or duty cycles and current limits to the model."""
         super().read(battery_voltage)
         modes, drive = _requests(self._drive_ports, self._drive_emf)
         more, steer = _requests(self._steer_ports, self._steer_emf)
@@ -357,7 +357,7 @@ class ShaftPorts(DrivetrainPorts):
         self._encoders = list(encoders) or [None] * n
 
     def read(self, battery_voltage: float) -> None:
-        """Set the controllers' supply voltage [V]; pass their volts or duty cycles and current limits to the model."""
+        """Set the supply voltage [V]; pass the controllers' volts or duty cycles and current limits to the model."""
         super().read(battery_voltage)
         self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
         self._drive.keep_limits([port.limits() for port in self._first])

@@ -70,11 +70,11 @@ class ObjectGraph:
         return found
 
     def objects(self) -> Iterator[tuple[str, Any]]:
-        """Yield the attribute path of every reachable object, and the object."""
+        """Yield attribute path and object for every reachable object."""
         return ((self._names[key], made) for key, made in self._objects.items())
 
     def built(self, kind: str, name: str) -> list[Built]:
-        """Return the WPILib objects that the program has built, reachable ones first.
+        """Return the WPILib objects that the program has built, reachable objects first.
 
         Args:
             kind: Kind of object, as in `Built.kind`.

@@ -136,7 +136,7 @@ def _is_updated(made: Any) -> bool:
 
 
 def why_still() -> str:
-    """Return the reason why the program's pose does not follow the sensors; empty if the odometry is updated."""
+    """Return the reason why the program's pose does not follow the sensors; empty for an updated or no odometry."""
     main, asked = _main(), place_of_question()
     if main is None or _is_updated(main):
         return ""

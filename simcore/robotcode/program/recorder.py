@@ -41,7 +41,7 @@ class Built:
     """Keyword arguments of the constructor."""
 
     def argument(self, place: int, name: str) -> Any:
-        """Return a constructor argument by position or keyword, or None if it was omitted."""
+        """Return a constructor argument by position or keyword; None for an omitted argument."""
         return self.settings.get(name, self.args[place] if len(self.args) > place else None)
 
 

@@ -29,10 +29,13 @@ _PULSES = 2048.0  # pulses per turn that simcore assumes for an encoder on the r
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
     """Find a tank drive from a `DifferentialDrive`, else from `left` and `right` or their initials in motor names.
 
-    Without a WPILib tank drive object, the names must also say that the motors drive.
+    Without a WPILib tank drive object, the names must also suggest drive motors.
+
+    Returns:
+        Drivetrain, or None if the program has no tank drive.
 
     Raises:
-        DrivetrainNotFoundError: The program has a WPILib tank drive object, but its motors are unknown.
+        DrivetrainNotFoundError: The program has a WPILib tank drive object, but the motors of a side are unknown.
     """
     drives, kinematics, odometry = (
         graph.built(kind, "DifferentialDrive") for kind in ("drive", "kinematics", "odometry")
@@ -70,10 +73,13 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
 
 
 def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find a mecanum drive from a `MecanumDrive`, else from its kinematics and corners in motor names.
+    """Find a mecanum drive from a `MecanumDrive`, else from mecanum kinematics and corners in motor names.
+
+    Returns:
+        Drivetrain, or None if the program has no mecanum drive.
 
     Raises:
-        DrivetrainNotFoundError: The program has a WPILib mecanum drive object, but its motors are unknown.
+        DrivetrainNotFoundError: The program has a WPILib mecanum drive object, but the motors of a corner are unknown.
     """
     drives, kinematics = graph.built("drive", "MecanumDrive"), graph.built("kinematics", "MecanumDrive")
     if not (drives or kinematics):

@@ -300,7 +300,7 @@ load_extension = loadExtension
 
 
 def is_port_taken(port: int = _NETWORKTABLES) -> bool:
-    """Return whether a program on this computer already listens on a port, so that dashboards would connect to it.
+    """Return whether a program on this computer already listens on a port; dashboards would connect to that program.
 
     Call this function before the robot program starts its own server, whose failure is easily missed in the log.
     """

@@ -226,7 +226,7 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
         match: Value of the option `--match`.
 
     Raises:
-        SimcoreError: simcore.toml is invalid, or the game or engine is not installed.
+        SimcoreError: simcore.toml is invalid, or the game, match or engine is unknown or not installed.
     """
     settings = read_settings(folder / FILE_NAME)
     found = find_game(game or settings.game, say=str)  # the game is reported at the start of the match

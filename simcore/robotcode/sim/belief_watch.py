@@ -72,7 +72,7 @@ class BeliefWatch:
         self._settles = _SETTLES
 
     def after_tick(self, *, is_driving: bool) -> None:
-        """Compare the paths at the end of a tick.
+        """Compare the paths at the end of a tick, and log the first error.
 
         Args:
             is_driving: Whether the robot is enabled; errors while disabled are ignored.

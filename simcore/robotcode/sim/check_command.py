@@ -69,7 +69,7 @@ class _Subject:
     codes: Mapping[str, CodeView] = field(default_factory=dict)
     """Controller configuration in the program, by mechanism."""
     problems: Sequence[RobotFinding] = ()
-    """Findings from the comparison with the program."""
+    """Findings from the survey of the program and from the robot description file."""
 
 
 def run(args: argparse.Namespace) -> int:

@@ -124,7 +124,7 @@ class DeviceAssignment:
 
     @property
     def idle(self) -> list[DeviceKey]:
-        """Devices without a model."""
+        """CAN devices and gyros that no model writes."""
         return [key for key in self._others() if key not in self._ownership.foreign]
 
     def _others(self) -> Iterator[DeviceKey]:

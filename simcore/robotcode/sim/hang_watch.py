@@ -31,15 +31,15 @@ NO_LINE = "no line of its own"
 _STANDARD = sysconfig.get_path("stdlib")
 _LOOK = 0.25  # time between two checks [s]
 _WORKS = 0.1  # processor load above which the process counts as working instead of waiting [-]
-_UNSEEN = 10.0  # factor on the patience while no program line runs, e.g. while a slow computer builds a field [-]
+_UNSEEN = 10.0  # factor on the patience outside program code, e.g. while a slow computer builds a field [-]
 
 _unwaited: dict[int, str] = {}
-"""Program line that created each notifier on which no thread has waited so far, by notifier handle."""
+"""Source line of the program that created each notifier on which no thread has waited so far, by notifier handle."""
 
 
 @functools.cache
 def watch_notifiers() -> None:
-    """Start recording the program line that creates each HAL notifier, until a thread waits on the notifier."""
+    """Start recording the source line that creates each HAL notifier, until a thread waits on the notifier."""
     hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
     make, *ends = (season.own_name(hal, name) for name in names)
     initialize = getattr(hal, make)

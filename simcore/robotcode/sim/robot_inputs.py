@@ -128,7 +128,7 @@ class FieldView:
         self._level = Rotation2d()
 
     def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
-        """Draw the true pose [m, m, rad] and the piece positions [m], shape (n, 3) for each kind, after a tick."""
+        """Draw the true pose [m, m, rad] and, every `every` ticks, the piece positions [m], shape (n, 3) by kind."""
         x, y, yaw = pose
         self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
         if self._ticks % self._every == 0:

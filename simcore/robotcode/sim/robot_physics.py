@@ -369,7 +369,7 @@ _latest: weakref.ref[RobotPhysics] | None = None
 
 
 def latest_physics() -> RobotPhysics | None:
-    """Return the latest physics of this process if it still exists; for test fixtures."""
+    """Return the latest physics of this process, or None if the physics no longer exists; for test fixtures."""
     return None if _latest is None else _latest()
 
 

@@ -61,7 +61,7 @@ class RoboRioPower:
             self._follow_level(level)
 
     def show_rails(self) -> None:
-        """Switch the user rails after the start or end of a brown-out."""
+        """Switch the user rails and write the fault counts when a brown-out starts or ends."""
         is_low = self._battery.browned_out
         if is_low == self._is_low:
             return

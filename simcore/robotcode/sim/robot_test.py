@@ -242,7 +242,7 @@ class RobotTest:
         seconds: float = 15.0,
         start: tuple[float, float, float] | Any = None,
     ) -> None:
-        """Run autonomous.
+        """Select an auto, if named, and run autonomous.
 
         The robot starts at the first available of these poses: `start`, the pose from `place`, the start of the auto in
         `simcore.toml`, the pose to which the auto resets its odometry, the present pose.
@@ -564,7 +564,10 @@ class RobotTest:
             time.sleep(0.0002)
 
     def _where(self) -> str:
-        """Return the source line that the program is executing, preferably on the robot's thread; empty if none."""
+        """Return the source line that the program is executing, first on the robot's thread, then on other threads.
+
+        The result is empty if no thread executes a line of the program.
+        """
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))

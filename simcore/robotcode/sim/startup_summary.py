@@ -42,7 +42,7 @@ class StartupSummary:
     own: str = ""
     """Devices that the project's own physics writes."""
     nobody: str = ""
-    """Devices without a model."""
+    """Devices that no model writes."""
     cameras: str = ""
     """Cameras that simcore simulates."""
     unseen: str = ""

@@ -80,8 +80,8 @@ class ChannelMotor(MotorPort):
 class PWMMotorPort(ChannelMotor):
     """PWM motor controller without an encoder, e.g. `PWMSparkMax`, `Talon` or `VictorSP`.
 
-    The sign of the output is that of robot code, before `setInverted`. The roboRIO resolves the output to 0.4 %. While
-    disabled, a roboRIO keeps PWM outputs neutral; WPILib's simulation does not, so this class does.
+    The output has robot code's sign, before `setInverted`. While the robot is disabled, the output is zero, which
+    WPILib's simulation does not ensure.
 
     Args:
         controller: Robot code's controller object, or a channel; followers (`addFollower`) need no port.
@@ -267,7 +267,7 @@ class ADISGyroPort:
             self._rates[place].set(math.degrees(rate))
 
     def set_angle(self, place: int, angle: float) -> None:
-        """Set the reading [deg] of sensor axis `place`."""
+        """Set the reading [deg] of the sensor axis with number `place`."""
         self._shown[place] = angle
         self._angles[place].set(angle)
 

@@ -1,8 +1,8 @@
 """Studica's navX, with clockwise positive yaw, and navX3, as read by robot code through Studica's library.
 
-The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. Robot code's calls are
-therefore answered here, in real and in simulated time; the SimDevice is also written, for other readers. Displacement,
-velocity, accelerometer and compass are not simulated.
+The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. This module therefore
+answers robot code's calls, in real and in simulated time, and also writes the SimDevice for other readers.
+Displacement, velocity, accelerometer and compass are not simulated.
 
 navX axes: x right, y forward, z up; pitch is positive nose up, roll left side down, yaw clockwise. Source: Studica's
 navX-MXP manual, "Orientation", for a board that lies flat.
@@ -93,10 +93,10 @@ _NAVX3_QUATERNIONS = ("Quaternion6", "Quaternion9")
 
 
 class Navx3Port:
-    """Simulated side of one `Navx` (navX3), counter-clockwise positive like its `getRotation2D`.
+    """Simulated side of one `Navx` (navX3), counter-clockwise positive like `Navx.getRotation2D`.
 
     The library reads the SimDevice without delay; `resetYaw()` zeroes the yaw but not the continuous angle. The other
-    axes are assumed to match the robot's: x forward, y left.
+    axes are assumed to match the robot axes: x forward, y left.
 
     Args:
         number: CAN ID of the device.

@@ -82,7 +82,7 @@ _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionar
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Check each write of a team's own simulation to a device; see `Maker.watch_simulations`."""
+    """Ask `may_write` before each write of a team's own simulation to a device; see `Maker.watch_simulations`."""
     for cls, names in _SETTERS.values():
         after_call(cls, "__init__", _note_simulation)
         for name in names:

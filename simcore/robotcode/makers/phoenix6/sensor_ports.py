@@ -304,15 +304,15 @@ class CANrangeSim:
 
 
 _MAX_DPS = 2047.0  # the simulated rate wraps at +-2048 deg/s
-_MAX_TURN_DEG = 170.0  # largest yaw step; the device takes the shorter way round, which is ambiguous at half a turn
+_MAX_TURN_DEG = 170.0  # largest yaw step; the device turns in the shorter direction, which is ambiguous at half a turn
 
 
 class Pigeon2Sim:
     """Pigeon 2 on the robot.
 
     The gyro starts at zero yaw for any robot heading. `set_yaw` and the resets of a swerve drivetrain act inside the
-    device and do not change the values written here. The simulated device (26.3) has no
-    quaternion, `getRotation3d()`, gravity vector, accelerometer and mount pose.
+    device and do not change the values written here. The simulated device (26.3) has no quaternion, `getRotation3d()`,
+    gravity vector, accelerometer or mount pose.
 
     Args:
         pigeon: Device object of robot code.

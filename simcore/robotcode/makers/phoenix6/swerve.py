@@ -1,6 +1,6 @@
 """CTRE's unmodified `SwerveDrivetrain` on simcore's swerve model.
 
-The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, its inputs are
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, the inputs are
 rotor positions, CANcoders and the Pigeon 2, never a pose.
 """
 
@@ -49,7 +49,7 @@ _log = logging.getLogger(__name__)
 _CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
 _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
-_SHOWN = 0.25  # [s], longest wait for a reading, which takes a frame of the encoder and one of the motor: 20 ms
+_SHOWN = 0.25  # [s], longest wait for a reading, which takes an encoder frame and a motor frame: 20 ms
 _LEVEL = 1e-3  # [rotations], largest angle that counts as zero; the CANcoder rounds to 1/4096
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
@@ -342,7 +342,7 @@ class SwerveDrivetrainSim(SwervePorts):
         modules: Module constants in module order; None for `module_constants`, which needs an early import.
 
     Raises:
-        ConfigError: The number of modules differs from the model's, or two modules share a device.
+        ConfigError: The number of modules differs from the number in the model, or two modules share a device.
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -382,7 +382,7 @@ class SwerveDrivetrainSim(SwervePorts):
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
     def on_pose_reset(self, tell: PoseReset) -> None:
-        """Call `tell` for each pose reset of the drivetrain by robot code, past and future."""
+        """Call `tell` for the latest pose resets by robot code at once, and for each later reset."""
         for twin in self._twins:
             _RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
 

@@ -70,7 +70,7 @@ class PhotonProgram:
     fed: set[str] = field(default_factory=set)
     """Names of the cameras whose results simcore publishes."""
     true_pose: Callable[[], Any] | None = None
-    """Returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
+    """Function that returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
     version: int = 0
     """Number of changes so far: objects built, and new facts about them."""
     dropped: int = 0
@@ -118,13 +118,13 @@ class FoundMount:
 
     mount: CameraMount
     source: str
-    """Where the program gives the mounting, as a phrase for messages."""
+    """Part of the program that gives the mounting, as a phrase for messages."""
     is_guess: bool = False
     """Whether camera and mounting are matched only by build order."""
 
 
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
-    """Return the mounting of each camera, by name, if the program gives one.
+    """Return the known camera mountings by camera name.
 
     A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so it is matched to
     the camera whose results it processes. Estimators without results are matched to the remaining cameras in build
@@ -231,7 +231,7 @@ def _hook_vision_system(module: Any) -> None:
 
 
 def _hook_time_sync(module: Any) -> None:
-    """Disable the time server: no coprocessor clock needs it, and two programs could not share its port."""
+    """Disable the time server, which no simulated camera needs and whose port two programs could not share."""
     module.TimeSyncServer.start = lambda self: None
 
 

@@ -72,7 +72,7 @@ def is_zero_centered(key: DeviceKey) -> bool:
 
 
 def spark_of_controller(controller: Any) -> DeviceKey | None:
-    """Return model and address of the SPARK behind a `SparkClosedLoopController`, or None if it is unknown."""
+    """Return model and address of the SPARK behind a `SparkClosedLoopController`; None for an unknown controller."""
     return _controllers.get(controller)
 
 
@@ -101,7 +101,7 @@ def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[st
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Check each write of a team's own simulation to SPARKs and their sensors; see `Maker.watch_simulations`."""
+    """Ask `may_write` before each write of a team's own simulation to SPARKs; see `Maker.watch_simulations`."""
     for cls in _SIMS:
         after_call(cls, "__init__", _note_simulation)
         for name in (season.own_name(cls, write) for write in _WRITES):

@@ -82,7 +82,7 @@ class SparkConfiguration:
     """SPARK settings that matter in simulation."""
 
     brakes: bool = False
-    """Whether the idle mode is brake; if not, it is coast."""
+    """Whether the idle mode is brake instead of coast."""
     current_limit: float = 80.0
     """Smart current limit, on the motor current [A]."""
     compensation: float | None = None
@@ -252,7 +252,7 @@ class SparkLoop:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
     def wrapped(self, error: float) -> float:
-        """Return a position error, the shorter way round if position wrapping is enabled."""
+        """Return a position error, reduced to at most half the range if position wrapping is enabled."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
