@@ -857,7 +857,7 @@ class EmulatedDrivetrain:
         self.reset_pose((x, y, heading))
 
     def seed_field_centric(self, heading: float) -> None:
-        """Set the heading relative to the operator's forward direction [rad]."""
+        """Set the estimated heading, given relative to the operator's forward direction [rad]."""
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:

@@ -667,7 +667,7 @@ class EmulatedTalon(EmulatedDevice):
     def set_position(self, position: float) -> None:
         """Set the present position [mechanism rotations].
 
-        The call has no effect with a remote or fused sensor, as in CTRE's simulation.
+        The call has no effect with a remote, fused or synced sensor.
         """
         if not self.feedback.is_rotor:
             if not self._has_warned:

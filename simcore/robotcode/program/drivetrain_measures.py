@@ -234,7 +234,7 @@ def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Guess a common wheel radius [m] that gives the gearing of a MAXSwerve module or another plausible gearing."""
+    """Guess a common wheel radius [m], if possible with the gearing of a MAXSwerve module or a plausible gearing."""
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way

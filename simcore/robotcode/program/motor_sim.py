@@ -1,4 +1,4 @@
-"""Motor controllers on a mechanism: their volts drive the model, whose motion sets their sensors."""
+"""Motor controllers on a mechanism: controller volts drive the model, whose motion sets the sensor readings."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def check_versions(installed: Mapping[str, str]) -> Finding:
 
 
 def check_imports(folder: Path) -> Iterator[Finding]:
-    """Yield findings about libraries that the robot program imports but that are missing or do not load."""
+    """Yield findings about the libraries that the robot program imports: not installed, not loadable, or loaded."""
     if not (folder / "robot.py").is_file():
         yield _warn("robot.py", f"not in {str(folder.resolve())!r}", "go to your robot code's folder first")
         return

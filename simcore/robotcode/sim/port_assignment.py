@@ -139,7 +139,7 @@ _OUTPUTS: dict[str, Callable[[MechanismSettings, Any], Ask]] = {
     "Servo": _servo,
     "Solenoid": _valve,
 }
-"""Functions that build the output of a mechanism, by controller name in `PORT_CONTROLLERS`."""
+"""Builder of the `Ask` function that drives a mechanism, by controller name in `PORT_CONTROLLERS`."""
 
 
 def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
@@ -213,7 +213,7 @@ _INPUTS: dict[str, Callable[[str, SensorSettings, ShaftSim], Show]] = {
     "potentiometer": _potentiometer,
     "canrange": _slide_range,
 }
-"""Functions that build the input of a sensor, by kind; limit switches and piece sensors are in `PortAssignment`."""
+"""Builder of the `Show` function of a sensor, by kind; limit switches and piece sensors are in `PortAssignment`."""
 
 
 def _channel(sensor: SensorSettings) -> int:

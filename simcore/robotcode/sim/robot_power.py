@@ -52,7 +52,7 @@ class RoboRioPower:
         self.show_voltage()
 
     def show_voltage(self) -> None:
-        """Write input voltage and current, and read robot code's brown-out voltage; call this once per robot loop."""
+        """Write input voltage and current, and apply robot code's brown-out voltage; call at least once per loop."""
         volts = self._battery.voltage
         RoboRioSim.set_vin_voltage(volts)
         season.show_input_current(_WATTS / volts if volts > 1.0 else 0.0)

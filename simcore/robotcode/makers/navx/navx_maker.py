@@ -30,8 +30,7 @@ __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 class NavxPort:
     """Simulated side of one `AHRS`.
 
-    `reset()` and `zeroYaw()` zero yaw and angle but not quaternion and fused heading, as the library's software reset
-    does.
+    `reset()` and `zeroYaw()` zero yaw and angle, but not quaternion and fused heading.
 
     Args:
         ahrs: Device object of robot code.

@@ -141,7 +141,7 @@ class TalonPort(MotorPort):
     def write(self, rotations: float, rps: float) -> None:
         """Write the rotor position [rotations] and velocity [rotations/s], with the sign of `volts`.
 
-        An encoder wired to a TalonFXS is written as well. The velocity is clamped to the device model's range, +-160.
+        An encoder wired to a TalonFXS is written as well. The velocity is clamped to just below 160 rotations/s.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.

@@ -120,7 +120,7 @@ def _leader(device: BuiltDevice) -> tuple[Any, bool]:
 
 
 def _gearing(config: SparkConfiguration) -> float:
-    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 for default factors.
+    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 if none is implied.
 
     A factor of 2 pi / 50 means a gearing of 50 in radians. The unit follows from an absolute encoder on the mechanism.
     Without one, turns, radians and degrees are tried for a gearing that is a multiple of 1/4, then for any above 1.
