@@ -42,12 +42,12 @@ class ProgramDrivetrain:
         self.config = drivetrain_config(found, settings)
 
     def connect(self, drive: Any) -> Any:
-        """Connect the program's devices to the drivetrain's model."""
+        """Return ports that connect the program's devices to the drivetrain's model `drive`."""
         return connect_drivetrain(self.found, drive)
 
 
 def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
-    """Return the drivetrain of the program, ready to build its model.
+    """Return the program's drivetrain with complete measures and a model configuration.
 
     Args:
         robot: Robot object; None if the devices exist without one.
@@ -56,7 +56,7 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
 
     Raises:
         DrivetrainNotFoundError: The program has no drivetrain that simcore can find.
-        ConfigError: A measure is out of range, or a device does not respond.
+        ConfigError: A measure is out of range, simcore.toml contradicts the program, or a device does not respond.
     """
     table = settings.drivetrain
     graph = ObjectGraph(robot, folder)
@@ -151,7 +151,7 @@ def _require_around(found: FoundDrivetrain) -> None:
     """Check that the wheels have distinct positions around the robot's center.
 
     Raises:
-        ConfigError: Two wheels have one position, or all wheels are on one side of the center.
+        ConfigError: Two wheels are less than 1 cm apart, or all wheels are on one side of the center.
     """
     places, part = found.places, "modules" if found.kind == "swerve" else "wheels"
     for k, place in enumerate(places):
@@ -232,13 +232,13 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
 
 
 def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
-    """Return the default position of side or mecanum wheel k, from the trackwidth [m]."""
+    """Return the default position [m] of tank side k or mecanum wheel k, from the trackwidth."""
     half = 0.5 * float(table.measures.get("trackwidth", 0.56))
     return (0.0, half if k == 0 else -half) if table.kind == "tank" else ((0.28, -0.28)[k // 2], (half, -half)[k % 2])
 
 
 def _gyro(named: str) -> BuiltDevice | None:
-    """Return the gyro named in simcore.toml, or the first gyro that the program has built."""
+    """Return the gyro named in simcore.toml, else the first gyro that the program has built, or None without one."""
     built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
     if not named:
         return built[0] if built else None

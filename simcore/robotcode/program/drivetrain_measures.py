@@ -130,7 +130,7 @@ def _placed(
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain with wheel positions converted to meters if the program gives inches or millimeters."""
+    """Return the drivetrain in meters; positions beyond 1.5 are taken as inches, positions beyond 60 as millimeters."""
     far = max(abs(v) for place in found.places for v in place)
     if far <= _FAR:
         return found
@@ -222,7 +222,7 @@ def _fill_wheel(
 
 
 def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
-    """Report an implausible robot speed at the free speed of the drive motors."""
+    """Add an implausible robot speed at free speed to `differences`, unless the distance per rotor turn is known."""
     radius, gearing = known["wheel_radius"], known["drive_gearing"]
     speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
     is_known = known.get("meters_per_rotor_turn") is not None
@@ -234,7 +234,7 @@ def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Return a commercial wheel radius that gives the gearing of a known module, or at least a plausible one."""
+    """Guess a common wheel radius [m], if possible with the gearing of a MAXSwerve module or a plausible gearing."""
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way

@@ -35,7 +35,7 @@ _UNPLACED = "no kinematics or settings give the module positions"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find modules with two motors each: one per kinematics position or, without kinematics, four that steer.
+    """Find swerve modules with two motors each: one per kinematics position or, without kinematics, four that steer.
 
     Returns:
         Drivetrain, or None if the program has no swerve drive.
@@ -65,7 +65,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
 def _drivetrain(
     modules: Sequence[Holder], places: Sequence[tuple[float, float]], kinematics: str = ""
 ) -> FoundDrivetrain:
-    """Assign positions to modules by corner names if every module has one, else in order."""
+    """Return the drivetrain, with positions assigned to modules by corner names if these are unique, else in order."""
     ordered, is_named = _in_order(modules, places)
     wheels = tuple(_wheel(holder, place) for holder, place in zip(ordered, places, strict=True))
     measures: dict[str, Measure] = {}
@@ -326,14 +326,14 @@ def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
 
 
 def free_speed_volts(wheel: FoundWheel) -> tuple[Measure, ...]:
-    """Return `FoundDrivetrain.free_speed_volts` for the drive and steer motors of one wheel."""
+    """Return the configured velocity feedforward of a wheel's drive and steer motors at free speed [V]."""
     devices = (wheel.motors[0], *(() if wheel.steer is None else (wheel.steer,)))
     said = [(maker_of(device).facts(device).free_speed_volts, str(device)) for device in devices]
     return tuple(Measure(volts, source) for volts, source in said if volts is not None)
 
 
 def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
-    """Return the program's distance per rotor turn of the drive motor [m]; empty if unknown."""
+    """Return `meters_per_rotor_turn`, the program's distance per turn of the drive motor [m]; empty if unknown."""
     if belief.meters_per_rotor_turn:
         return {"meters_per_rotor_turn": Measure(abs(belief.meters_per_rotor_turn), "the program's own positions")}
     if wheel.wheel_encoder is None and facts.units_per_rotor_turn not in (0.0, 1.0):

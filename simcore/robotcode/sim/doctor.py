@@ -107,7 +107,7 @@ def check_versions(installed: Mapping[str, str]) -> Finding:
 
 
 def check_imports(folder: Path) -> Iterator[Finding]:
-    """Check that the libraries imported by a robot program are installed and load in a separate process."""
+    """Yield findings about the libraries that the robot program imports: not installed, not loadable, or loaded."""
     if not (folder / "robot.py").is_file():
         yield _warn("robot.py", f"not in {str(folder.resolve())!r}", "go to your robot code's folder first")
         return
@@ -145,7 +145,7 @@ def _imported(folder: Path) -> dict[str, str]:
 
 
 def check_run() -> Iterator[Finding]:
-    """Play a second of the newest game and compare the time of a tick with 20 ms."""
+    """Play a second of the newest game; yield findings about invalid games and the median time of a tick."""
     left_out: list[str] = []
     took = []
     try:

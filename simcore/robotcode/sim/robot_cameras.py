@@ -126,7 +126,7 @@ class RobotCameras:
         return [*(name for name, camera in self._photon.items() if camera.is_off), *sorted(self._unplaced)]
 
     def after_tick(self) -> None:
-        """Add cameras that the program has started to use, and update mounts that the program has changed."""
+        """Add cameras and a headset that the program has started to use, and update mounts that it has changed."""
         transforms = [seen.robot_to_camera for seen in self._program.estimators]
         if self._program.version != self._seen or any(map(operator.is_not, transforms, self._transforms)):
             self._seen, self._transforms = self._program.version, transforms

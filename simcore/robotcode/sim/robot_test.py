@@ -60,7 +60,7 @@ _STATIONS = {
 
 
 class ConditionError(SimcoreError, AssertionError):
-    """Condition that did not become true within the timeout of a test."""
+    """Condition that did not hold within the timeout of a test, or mode that a test entered but did not run."""
 
 
 class _NoSuchNameError(SimcoreError, AttributeError):
@@ -153,7 +153,7 @@ class RobotTest:
     # --- driver station -------------------------------------------------------------------------------------------
 
     def alliance(self, color: str, station: int = 1) -> None:
-        """Set alliance (`"blue"` or `"red"`) and station 1..3; before the first enable, the robot moves to its start.
+        """Set alliance (`"blue"` or `"red"`) and station 1..3; a robot not yet enabled moves to the alliance's start.
 
         Raises:
             ConfigError: The alliance or station does not exist.
@@ -230,7 +230,7 @@ class RobotTest:
             heading: Heading, counter-clockwise from the direction to the red alliance wall [rad].
 
         Raises:
-            ConfigError: The robot cannot stand at the pose; the message suggests a free place.
+            ConfigError: The robot cannot stand at the pose; the message suggests a free pose.
         """
         require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
@@ -242,7 +242,7 @@ class RobotTest:
         seconds: float = 15.0,
         start: tuple[float, float, float] | Any = None,
     ) -> None:
-        """Run autonomous.
+        """Select an auto, if named, and run autonomous.
 
         The robot starts at the first available of these poses: `start`, the pose from `place`, the start of the auto in
         `simcore.toml`, the pose to which the auto resets its odometry, the present pose.
@@ -285,7 +285,7 @@ class RobotTest:
         self.run(seconds)
 
     def run(self, seconds: float) -> None:
-        """Run for a duration [s] in the present mode.
+        """Run for a duration [s] in the present mode, rounded to whole ticks of 20 ms.
 
         Raises:
             ConfigError: `seconds` is not a finite number >= 0.
@@ -348,7 +348,7 @@ class RobotTest:
 
     @property
     def physics(self) -> RobotPhysics:
-        """Running physics of the project."""
+        """Physics of the project; the first access starts the robot program."""
         self.start()
         assert self._physics is not None
         return self._physics
@@ -391,7 +391,7 @@ class RobotTest:
 
     @property
     def pieces(self) -> PieceCount:
-        """Number of pieces by place: `held`, `scored`, `on_field`, `in_flight`."""
+        """Number of pieces by state: `held`, `scored`, `on_field`, `in_flight`."""
         return self.match.count
 
     @property
@@ -564,14 +564,17 @@ class RobotTest:
             time.sleep(0.0002)
 
     def _where(self) -> str:
-        """Return the running program line, first of the robot's thread, then of other threads; empty if none."""
+        """Return the source line that the program is executing, first on the robot's thread, then on other threads.
+
+        The result is empty if no thread executes a line of the program.
+        """
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
         return program_line([*filter(None, [frames.get(robot)]), *rest])
 
     def _place(self) -> str:
-        """Return the running program line, as the end of a sentence."""
+        """Return the end of a sentence with the source line that the program is executing: `it is at LINE`."""
         return f"it is at {self._where() or NO_LINE}"
 
 

@@ -42,7 +42,7 @@ class StartupSummary:
     own: str = ""
     """Devices that the project's own physics writes."""
     nobody: str = ""
-    """Devices without a model."""
+    """Devices that no model writes."""
     cameras: str = ""
     """Cameras that simcore simulates."""
     unseen: str = ""
@@ -55,7 +55,7 @@ class StartupSummary:
     """Whether the program has its network ports; False if another program has them, None without a network."""
 
     def lines(self) -> list[str]:
-        """Return the summary as at most 30 lines of about 120 characters.
+        """Return the robot's line and lines for each topic, wrapped at 118 characters and cut to a few lines per topic.
 
         >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
         ...     print(line)
