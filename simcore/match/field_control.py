@@ -50,22 +50,22 @@ class ControlledMatch(PlayedMatch, Protocol):
 
     @property
     def count(self) -> PieceCount:
-        """Number of pieces in each kind of place."""
+        """Number of pieces on the field, in flight, in robots, scored, placed and off the field."""
 
     def carry_to(self, number: int, pose: Pose) -> None:
-        """Place a robot at rest, as if people carried it there."""
+        """Place a robot at rest, as if the drive team carried the robot to a pose."""
 
     def require_robot(self, number: int) -> None:
         """Raise an error for a robot number that does not exist."""
 
     def reset_field(self) -> None:
-        """Return all pieces to their positions at the start of the match."""
+        """Reset pieces, preloads, score and rules to the start of the match."""
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Set the controller of a robot."""
 
     def start_mode(self, mode: Mode) -> None:
-        """Begin a mode, as a driver station does."""
+        """Set the match clock to the start of a mode, as a driver station does."""
 
     def start_pose(self, number: int) -> Pose:
         """Return the start pose of a robot, field frame [m, m, rad]."""
@@ -76,7 +76,7 @@ class CommandResult:
     """Result of one command."""
 
     number: int
-    """Number among all commands, from 1."""
+    """Number of the command, counted from 1."""
     command: str
     """Description of the command."""
     is_done: bool
@@ -92,8 +92,8 @@ class CommandResult:
 class FieldControl:
     """Queue of commands to one match, available as `Match.control`.
 
-    Each command method returns the number of its command at once. The command runs before the next tick, and its result
-    is then in `results`. A refused command changes nothing and is logged.
+    Each command method queues a command and returns the number of the command. The command runs before the next tick;
+    the result is then in `results`. A refused command changes nothing and is logged.
 
     Args:
         match: Match that the commands act on.
@@ -125,11 +125,14 @@ class FieldControl:
     # --- commands -------------------------------------------------------------------------------------------------
 
     def do(self, name: str, arguments: Mapping[str, Any]) -> int:
-        """Request an action by its name in `ACTIONS`, as web pages and dashboards do.
+        """Queue an action of the table `ACTIONS`, as web pages and dashboards do.
 
         Args:
-            name: Name of the action, one of `ACTIONS`.
+            name: Name of the action in `ACTIONS`.
             arguments: Values of all arguments of the action, by name.
+
+        Returns:
+            Number of the command.
 
         Raises:
             UnknownNameError: If no action has this name.
@@ -168,7 +171,7 @@ class FieldControl:
     def place_robot(self, pose: Any, robot: int = 0) -> int:
         """Place a robot at rest; the gyro keeps its reading, and pieces are moved out of the way.
 
-        Robot code keeps its pose estimate, so reset its odometry as well.
+        Robot code keeps its pose estimate, so also reset the odometry of the robot code.
 
         Args:
             pose: x, y [m] and heading [rad], or a `Pose2d`, field frame.
@@ -329,7 +332,7 @@ class FieldControl:
         return _ALLIANCES[alliance], actions
 
     def _carry_out(self) -> None:
-        """Perform the requested actions of human players that are ready."""
+        """Perform requested actions of human players that are ready, and drop requests that are done or impossible."""
         match = self._match
         for alliance, wanted in match.persons.items():
             _, actions = self._human_player(alliance)
@@ -347,7 +350,7 @@ class FieldControl:
             return self._last_number
 
     def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
-        """Return a controller that removes itself if it raises an error, so that the match goes on."""
+        """Return a controller that is removed from the robot after an error, so that the match goes on."""
 
         def play(body: Robot, time: float) -> None:
             try:

@@ -1,7 +1,8 @@
 """Motion of all bodies during one tick, and the robots' contacts, for matches and bare worlds.
 
 `Motion.advance` is the loop. In each 5 ms step it updates the devices, then moves robots and balls. If there are
-other bodies, the engine moves them in one step, or in several if the pieces require it. Sensors are read last.
+other bodies, the engine moves them in one step, or in several if the pieces require shorter steps. Sensors are read
+last.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class RobotContacts:
         return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
-        """Return the names of field elements that a robot touched in the last substep, and of rungs it hangs on."""
+        """Return the names of field elements that a robot touched in the last substep, and of rungs that hold it."""
         robot = self._robots[number]
         touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
         return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
@@ -106,7 +107,7 @@ class Motion:
     Args:
         world: Physics world of the bodies.
         robots: All robots.
-        pieces: All pieces; None if there are none.
+        pieces: All pieces; None for a world without pieces.
         hanging: Hanging bodies of the field.
         watchers: Contact records to update after each step.
     """
@@ -141,7 +142,7 @@ class Motion:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
-        """Advance by dt [s], a whole tick or part of a tick."""
+        """Advance devices and bodies by dt [s], a whole tick or part of a tick, and then read the sensors."""
         world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count

@@ -55,7 +55,8 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
     Args:
         name: Name of the game, e.g. from a log.
-        say: Function called if the game fails to load, with a one-line message that gives the file and line.
+        say: Function called with a one-line message if the game fails to load, which gives the file and line, or if
+            another package has a game of the same name.
     """
     points = _points().get(name or "", [])
     try:
