@@ -98,7 +98,7 @@ class ShotOutcomes:
 def fly_shots(
     field: StandingField, balls: Balls, opening: ShotOpening, zone: Zone, *, downward: bool = True, clean: bool = False
 ) -> ShotOutcomes:
-    """Fly shots until they have scored or can no longer score.
+    """Fly shots until each shot has scored or can no longer score, for at most 6 s.
 
     Args:
         field: Field elements that the shots can touch.
@@ -107,6 +107,9 @@ def fly_shots(
         zone: Zone in which balls score.
         downward: Whether only falling balls score.
         clean: Whether to stop following shots that miss the opening, or touch the rim or an obstacle.
+
+    Returns:
+        Outcome of each shot, in the order of the balls.
     """
     n = len(balls.status)
     found = ShotOutcomes(
@@ -164,7 +167,7 @@ _BALL = _ball()
 
 
 def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius: float, *, robot: int) -> int:
-    """Return the row of the field element or robot that blocks a piece at a muzzle, -1 if the muzzle is free.
+    """Return the row of the field element or robot that blocks a piece at a muzzle, or -1 if the muzzle is free.
 
     A wall may be between robot and muzzle, or around the muzzle. Rays are therefore cast from a point inside the robot,
     where no wall can be, to the piece's center and to points around it.

@@ -94,7 +94,7 @@ class GamePieceConfig:
             )
 
     def _check_shape(self) -> None:
-        """Check that engines can simulate the shape well."""
+        """Check the number of parts, the center of mass and the thickness of a shape, which engines limit."""
         shape = self.shape
         if isinstance(shape, Compound) and len(shape.parts) > _MOST_PARTS:
             raise ConfigError(
