@@ -81,7 +81,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
-        """Add a pose at a time [s]; a jump in position or backward in time first clears the history."""
+        """Add a pose at a time [s]; a jump back in time or in position (over 30 m/s) first clears the history."""
         if self._times:
             step = time - self._times[-1]
             if step <= 0.0 or math.dist(pos, self._values[-1][0]) > _TELEPORT * step:

@@ -18,7 +18,7 @@ Values = Sequence[float]
 
 @dataclass(slots=True)
 class CameraSettings:
-    """Current settings of a camera; only `apply` changes them."""
+    """Current settings of a camera, changed by `apply` and by `LimelightSim.move_to`."""
 
     config: CameraConfig
     pipeline: int = 0
@@ -131,7 +131,7 @@ INPUTS = {
     ),
     "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
-"""Settings by topic; `robot_orientation_set` is not included, because the camera stores it with its history."""
+"""Settings by topic; `robot_orientation_set` is not included, because the camera keeps a history of orientations."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",

@@ -182,7 +182,7 @@ class TagPicture:
         )  # fmt: skip
 
     def megatag1(self) -> PoseEstimate:
-        """Estimate the robot pose from the picture alone: the better pose of a single tag, or least squares."""
+        """Estimate the robot pose from the picture alone: the better pose of a single tag, or a least-squares fit."""
         covariance = np.linalg.inv(self._normal)
         if len(self._rows) == 1:
             row = self._rows[0]
@@ -210,7 +210,7 @@ class TagPicture:
         Divided by the depth, the error of this equation is a distance in the picture.
 
         Args:
-            attitude: Rotation from robot to field axes, shape (3, 3); an error in it makes the position wrong.
+            attitude: Rotation from robot to field axes, shape (3, 3); an attitude error causes a position error.
 
         Returns:
             Estimate, or None if the tags would be behind the camera, which happens only with a very wrong attitude.
