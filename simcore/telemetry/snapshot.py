@@ -147,5 +147,5 @@ def key_in_words(name: str) -> str:
 
 
 def robot_prefix(number: int) -> str:
-    """Return the prefix of a robot's telemetry keys, which is without a number for robot 0."""
+    """Return the prefix of a robot's telemetry keys: `Sim` for robot 0, `Sim/Robots/<number>` for other robots."""
     return "Sim" if number == 0 else f"Sim/Robots/{number}"

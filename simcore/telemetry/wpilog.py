@@ -327,7 +327,7 @@ class LogColumn:
     _places: list[int]
     _sizes: list[int]
     metadata: str = ""
-    """Metadata of the entry: the unit in logs of SysId routines and AdvantageKit, otherwise mostly JSON."""
+    """Metadata of the entry, for example a unit or JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
@@ -446,7 +446,7 @@ def read_log(path: str | Path) -> TelemetryLog:
 
 
 def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
-    """Find all records from an offset on; also return whether the log ends with an incomplete or invalid record."""
+    """Return the entries of all records from an offset on, and whether the last record is incomplete or invalid."""
     open_entries: dict[int, _Entry] = {}
     by_key: dict[str, _Entry] = {}
     end = len(data)
