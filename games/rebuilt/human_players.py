@@ -76,9 +76,9 @@ class HumanPlayers:
         return {alliance: feeder.stock for alliance, feeder in self._feeders.items()}
 
     def act(self) -> None:
-        """Take fuel from the corrals, feed waiting robots, and throw while the alliance's hub is active.
+        """Take fuel from the corrals, feed waiting robots, and throw fuel while the alliance's hub is active.
 
-        Call this method once a tick.
+        A person's requests replace feeding and throwing. Call this method once a tick.
         """
         match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
@@ -110,7 +110,7 @@ class HumanPlayers:
         return False
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw a fuel at the hub with a person's accuracy."""
+        """Throw a fuel at the hub, with random errors of direction and speed."""
         flip = FIELD.symmetry if alliance == "red" else None
         self._feeders[alliance].throw(
             _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip

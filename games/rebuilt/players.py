@@ -35,7 +35,7 @@ _EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touch
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of the fuel that a player may take: in its own and the neutral zone, away from hub exits."""
+    """Return a mask of the fuel that a player may take: in the own and the neutral zone, away from hub exits."""
     x, y = places.T
     inside = (x > _MARGIN) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     near_hub = (x > _HUB_X - 1.1) & (x < _HUB_X + 1.1)
@@ -61,7 +61,7 @@ def _counts(player: Player, ahead: float = 0.0) -> bool:
 
 
 def _is_time_to_shoot(player: Player) -> bool:
-    """Return whether to go and shoot the robot's fuel now."""
+    """Return whether a player should stop collecting, and go and shoot the robot's fuel now."""
     way = 1.0 + player.away(_SHOOTING_SPOTS[1]) / player.skill.speed
     last = MATCH.duration - way - 4.0
     auto_ends = player.time < MATCH.start("pause") and player.time > MATCH.start("pause") - way - 3.0
@@ -107,7 +107,7 @@ def _can_shoot(player: Player) -> bool:
 
 
 def collector(player: Player, until: float = math.inf) -> Steps:
-    """Collect fuel and shoot it into the alliance's hub while it counts, until a match time [s]."""
+    """Collect fuel and shoot it into the alliance's hub while fuel counts, until a match time [s]."""
     yield from _shoot_preload(player)
     while player.time < until:
         is_auto = player.time < MATCH.start("pause")
@@ -147,7 +147,7 @@ def defender(player: Player) -> Steps:
     """Block opponents on the way to their hub, releasing them before a pin becomes a foul (G418).
 
     In auto, the defender only shoots its preload and touches no robot across the center line (G403). In the end game,
-    it keeps away from the opponents' tower (G420).
+    the defender keeps away from the opponents' tower (G420).
     """
     yield from _shoot_preload(player)
     while player.time < MATCH.start("transition"):

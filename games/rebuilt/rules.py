@@ -79,7 +79,7 @@ class RebuiltRules(Rules):
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Set up human players and the callback for fuel that leaves the field."""
+        """Create human players if their option is on, and set the callback for fuel that leaves the field."""
         self.match.pieces.out_of_field = self._left_field
         self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
@@ -89,14 +89,14 @@ class RebuiltRules(Rules):
             self._clear_points()
 
     def before_tick(self) -> None:
-        """Release fuel from hubs, return fuel that left the field, and let human players act."""
+        """Release fuel from hubs, return fuel that left the field, and perform the human players' actions."""
         for slot in self.ways.act():
             self.fouls.emerged(slot)
         if self.human_players is not None:
             self.human_players.act()
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return one point if the hub is active when its sensors detect the fuel, else 0."""
+        """Return the zone's points if fuel counts when the hub's sensors detect the fuel, else 0."""
         return zone.points if self.is_active(zone.alliance, self._sensed) else 0
 
     def scored(self, event: ScoreEvent) -> None:

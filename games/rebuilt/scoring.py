@@ -67,7 +67,7 @@ class EventSettings:
 
 
 class HubCount:
-    """Count of fuel in both hubs by the period in which it counts.
+    """Count of fuel in both hubs by the period in which the fuel counts.
 
     Args:
         coin: Alliance whose hub is inactive first after a tie in auto.
@@ -87,7 +87,7 @@ class HubCount:
         return self._coin if blue == red else "blue" if blue > red else "red"
 
     def is_on(self, alliance: Alliance, time: float) -> bool:
-        """Return whether a hub is active at a match time [s], as shown by its lights."""
+        """Return whether a hub is active at a match time [s]; in practice, always True."""
         if self.practice:
             return True
         name = MATCH.phase(time).name

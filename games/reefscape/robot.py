@@ -103,11 +103,11 @@ def _around(reach: float, spare: float) -> IntakeZone:
 
 
 def reefscape_robot() -> RobotConfig:
-    """Build a 52 kg robot, of which the elevator lifts 11 kg.
+    """Build the config of a 52 kg robot with an elevator that lifts up to 11 kg.
 
     The robot takes coral from a station at its back, or off the carpet with the lowered arm in front. It places coral
-    at the front and holds algae farther out. To climb, it drives a cage into the bay at its back until the hook is
-    above or in the cage, so that the robot hangs level.
+    at the front and holds algae farther out. To climb, the robot drives a cage into the bay at its back until the hook
+    is above or in the cage, so that the robot hangs level.
     """
     module = SwerveModuleConfig(
         x=0.0,

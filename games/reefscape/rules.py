@@ -81,7 +81,7 @@ class ReefscapeRules(Rules):
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Set up the human players with their coral."""
+        """Create the human players, with coral at their stations."""
         self.human_players = HumanPlayers(self.match)
 
     def start_mode(self, mode: str) -> None:
@@ -90,7 +90,7 @@ class ReefscapeRules(Rules):
             self._clear_points()
 
     def before_tick(self) -> None:
-        """Let human players act."""
+        """Perform the human players' actions that are due."""
         self.human_players.act()
 
     def human_actions(self) -> Sequence[HumanAction]:
@@ -130,7 +130,7 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats the judgment for 3 s."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
@@ -179,7 +179,7 @@ class ReefscapeRules(Rules):
     # --- scoring ------------------------------------------------------------------------------------------------------
 
     def _judge(self) -> None:
-        """Judge placed pieces and robots, and add the difference in points."""
+        """Update the auto and end-game results until the assessment ends, and add the change of points to the score."""
         time = self.match.timer.time
         if self._is_assessed:
             return
@@ -200,7 +200,7 @@ class ReefscapeRules(Rules):
         return self.match.timer.time > MATCH.duration + ASSESSMENT + 1e-9 and not self.match.practice
 
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
-        """Return the points of an alliance's coral with auto values and those with teleop values."""
+        """Return the points of an alliance's coral that has auto values, and of coral that has teleop values."""
         now, trough = self._count, level_of(alliance, "trough")
         first = min(now[trough], self._auto_count[trough])
         early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
@@ -258,7 +258,7 @@ class ReefscapeRules(Rules):
         return 0 if is_early or ahead < 0 else 3 if ahead else 1
 
     def _has_left(self, robot: Robot) -> bool:
-        """Return whether no part of a robot's bumpers is above its alliance's starting line."""
+        """Return whether no part of a robot's bumpers is above the starting line of the robot's alliance."""
         x = self.match.outline(robot.number)[:, 0]
         return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
 
