@@ -169,7 +169,7 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
 
 
 def outside_part(error: BaseException) -> TracebackType | None:
-    """Return the traceback of an error from the first frame of game or robot code; None if there is no such frame."""
+    """Return the traceback of an error from the first frame of game or robot code; None without game or robot code."""
     here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
     for at in _places(error):
         path = Path(_file(at)).resolve()

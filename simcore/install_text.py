@@ -105,7 +105,7 @@ def is_source(folder: Path) -> bool:
 
 
 def _index_version(package: Path) -> str:
-    """Return the version that pip installed from an index, without a recorded origin; empty for another origin."""
+    """Return the version that pip installed from an index; empty if simcore comes from any other origin."""
     found = [] if is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
     is_named = found and not (found[-1] / "direct_url.json").exists()
     return found[-1].name.removeprefix("simcore-").removesuffix(".dist-info") if is_named else ""

@@ -1,4 +1,4 @@
-"""Checks of input numbers: allowed range and unit of each quantity, and the error message for a wrong number.
+"""Checks of input numbers: allowed range and unit of each quantity, and the error message for an invalid number.
 
 Configs state the quantity of each number with `require_fields`, which checks all other fields by their declared types.
 Functions check an argument with `require`, and readers of files call `Quantity.problem`. The bounds admit every robot
@@ -555,7 +555,7 @@ def shown(value: object) -> str:
 
 
 def _number(value: object) -> float | None:
-    """Return the value as a float; None for a boolean or anything else that is not a number."""
+    """Return the value as a float; None for a boolean, a value that is not a number, or a number too large."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:

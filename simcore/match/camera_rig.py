@@ -158,7 +158,7 @@ class CameraRig:
             robot: Number of the robot.
             time: Simulated time of the move [s].
             old_pos: Position of the robot before the move, field frame [m].
-            to_start: Whether the robot was carried to the start of an auto; if so, its headset repeats its last pose
+            to_start: Whether the robot was carried to the start of an auto, where its headset repeats the last pose
                 reset there.
         """
         chassis = self._robots[robot].chassis

@@ -1,8 +1,8 @@
-"""Commands that people give on a practice field, such as resetting it or placing a robot.
+"""Commands of users on a practice field, such as a reset of the field or the placement of a robot.
 
 Web pages, dashboards and Python share one table of actions. Commands may come from any thread at any time.
-`FieldControl` checks their arguments on arrival and runs them in order before the next tick, so that no command takes
-effect halfway through a tick.
+`FieldControl` checks the arguments of a command on arrival and runs the commands in order before the next tick, so that
+no command takes effect halfway through a tick.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ class FieldControl:
         self.count = 0
         """Number of commands done or refused so far."""
         self.sources: list[Callable[[], object]] = []
-        """Functions called before every tick; their commands run in the same tick."""
+        """Functions called before every tick; commands that the functions queue run in the same tick."""
         self.placed: list[Callable[[int, Pose | None], object]] = []
         """Functions called when a robot is placed, with its number and pose [m, m, rad], or None for the start pose."""
 
@@ -154,7 +154,7 @@ class FieldControl:
         return self.do("reset", {})
 
     def spawn(self, kind: str, places: Sequence[Sequence[float]]) -> int:
-        """Put pieces on the carpet, each at the free position nearest to the requested one.
+        """Put pieces on the carpet, each at the free position nearest to the requested position.
 
         Unused pieces are put down first, then pieces that wait off the field, then pieces that have scored; the game's
         total number of pieces never changes.
@@ -189,7 +189,7 @@ class FieldControl:
     def start_auto(self, name: str, robot: int = 0) -> int:
         """Reset the field, place a robot at the start of one of the game's autos, and run the auto from its beginning.
 
-        Use it for robots without robot code; robot code selects its auto with its own chooser.
+        The command is refused for a robot with robot code, which selects the auto with its own chooser.
 
         Args:
             name: Name of the auto.
@@ -198,7 +198,7 @@ class FieldControl:
         return self.do("auto", {"name": name, "robot": robot})
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Request an action of the human player of `blue` or `red`, to happen as soon as it is possible.
+        """Request an action of the human player of `blue` or `red`, performed as soon as the action is possible.
 
         From the first call on, a person controls this human player and the game's own policy is off.
         """
@@ -371,7 +371,7 @@ def _reason(error: Exception) -> str:
 
 
 def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
-    """Return the first part that a robot lacks compared with another, worded to follow "no"; empty if it lacks none."""
+    """Return the first part that a robot lacks compared with a wanted config, worded to follow "no"; empty if none."""
     for name, mechanism in wanted.mechanisms.items():
         if type(config.mechanisms.get(name)) is not type(mechanism):
             return f"{type(mechanism).__name__.removesuffix('Config').lower()} named {name!r}"
@@ -434,7 +434,7 @@ class Action:
     """Function that performs the action, called with the `FieldControl` and the arguments; returns a description of the
     effect."""
     arguments: Mapping[str, Callable[[str, Any], Any]]
-    """Check of each argument, by name: called with a name for messages and a value, it returns the checked value."""
+    """Check of each argument, by name: a function of a name for messages and a value that returns the checked value."""
 
 
 ACTIONS: Mapping[str, Action] = {

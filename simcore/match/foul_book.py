@@ -67,7 +67,7 @@ class FoulBook:
             rule: Number of the rule in the manual.
             robot: Number of the robot.
             points: Points for the other alliance.
-            text: Description of the violation, for people.
+            text: Description of the violation, worded to follow "robot 0" in a message.
             about: Further keys that separate this violation from others of the same rule and robot at the same time,
                 e.g. the number of the opponent.
             every: Duration after which a continued violation is another foul [s].
@@ -155,7 +155,7 @@ class _PinCount:
     """Positions of both robots at the start of the count, by robot number [m]."""
     seconds: float = 0.0
     ended: float = 0.0
-    """Time since the robots moved six feet apart, or one of them six feet away from its position in `where` [s]."""
+    """Time since the robots moved six feet apart, or either robot six feet away from its position in `where` [s]."""
     fouls: int = 0
 
 
@@ -175,7 +175,7 @@ class PinCounts:
         self._counts: dict[Pin, _PinCount] = {}
 
     def seconds(self, pin: Pin) -> float:
-        """Return the duration of a pin so far [s], or 0 if there is no such pin."""
+        """Return the duration of a pin so far [s], or 0 without a count for this pin."""
         return self._counts[pin].seconds if pin in self._counts else 0.0
 
     def update(self, dt: float, pins: set[Pin], places: Mapping[int, tuple[float, float]]) -> list[tuple[Pin, int]]:

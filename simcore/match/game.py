@@ -185,8 +185,8 @@ class StagedPieces:
     attitudes: FloatArray | None = None
     """Attitudes of the pieces on the field, unit quaternions x, y, z, w, shape (n, 4); None for upright pieces."""
     resting: bool = False
-    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged before them; otherwise
-    they fall when the match begins."""
+    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged earlier; otherwise the
+    pieces fall when the match begins."""
     lodged: float | None = None
     """Force that frees wedged pieces [N]; None if the pieces are not wedged."""
     off_field: int = 0
@@ -288,7 +288,7 @@ class Driving(Protocol):
         """Names of the driver's actions, in the order of the buttons."""
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
-        """Make a controller that reads the driver's inputs once per tick and follows them."""
+        """Make a controller that reads the driver's inputs once per tick and follows the inputs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -345,13 +345,13 @@ class Rules:
         """Act after a driver station has enabled `auto` or `teleop`, and after a reset of the field in this mode."""
 
     def before_tick(self) -> None:
-        """Act after robot code has given its commands, before anything moves."""
+        """Act after the robots' controllers have given their commands, before all motion."""
 
     def worth(self, zone: ScoringZone) -> int:
         """Return the points for a piece that scores in a zone now.
 
         Web pages and dashboards may call this method, `game_data`, `breakdown` and the functions of `channels` at any
-        time, so they must not change any state. Put the effects of a scoring piece in `scored`.
+        time, so none of these may change any state. Put the effects of a scoring piece in `scored`.
         """
         return zone.points
 
@@ -368,10 +368,10 @@ class Rules:
         """Act at the end of a tick, after motion and scoring and before telemetry."""
 
     def end(self) -> None:
-        """Act once, after the last phase."""
+        """Act once, when the last phase has ended."""
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions of human players, with the same names in every run; empty if the game has none."""
+        """Return the actions of human players, with fixed names; empty if this run has no human players."""
         return ()
 
     def game_data(self) -> str:
@@ -479,13 +479,13 @@ class Game:
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
-        """Make a game on a bare carpet with a wall around it, for experiments and tests.
+        """Make a game on a bare carpet surrounded by a wall, for experiments and tests.
 
         Args:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
-            pieces: Kinds of pieces; all pieces are off the field until `match.pieces.spawn` puts them on it.
+            pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
             robot: Function that makes the default robot's config; None for a 55 kg robot with four swerve modules and
                 no mechanisms.
             zones: Zones where pieces score.

@@ -1,7 +1,7 @@
 """Match of any game with any robots, and the tick that advances it.
 
 A tick runs the phases of `before`, then the loop of `Motion`, then the phases of `after`. With scripted robots, the
-loop runs once a tick; with robot code whose motor controllers need more frequent updates, it runs several times.
+loop runs once a tick; robot code whose motor controllers need more frequent updates runs the loop several times.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ class Match:
         places: Sequence[RestingPlace] = (),
         **settings: Any,
     ) -> Match:
-        """Make a match on a bare carpet with a wall around it, for experiments and tests.
+        """Make a match on a bare carpet surrounded by a wall, for experiments and tests.
 
         Args:
             robot: Config of the robot; None for a 55 kg robot with four swerve modules and no mechanisms.
@@ -186,7 +186,7 @@ class Match:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
-            pieces: Kinds of pieces; all pieces are off the field until `match.pieces.spawn` puts them on it.
+            pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
             zones: Zones where pieces score.
             places: Resting places, where pieces stay and count as placed.
             settings: Further arguments of `Match`.
@@ -212,7 +212,7 @@ class Match:
     # --- building -------------------------------------------------------------------------------------------------
 
     def _begin(self, seed: int) -> None:
-        """Build all objects of a run in an empty physics world."""
+        """Build all objects of a run in an empty physics world, check the start poses, and start the rules."""
         game = self.game
         self.seed = seed
         """Seed of all random draws."""
@@ -613,7 +613,7 @@ class Match:
     def reset_field(self) -> None:
         """Reset pieces, preloads, score and rules to the start of the match.
 
-        Robots stay in place, pieces are moved out of their way, and the clock goes on.
+        Robots stay in place, pieces are moved out of the way of the robots, and the clock goes on.
         """
         self.field_resets += 1
         self.pieces.clear()
@@ -632,7 +632,7 @@ class Match:
             self.rules.start_mode(self._started)
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
-        """Restart the match in the same engine, with new robots, pieces and rules.
+        """End this run, and start a new run in the same engine, with new robots, pieces and rules.
 
         The sinks of the old run are closed, which completes the old log.
 

@@ -203,8 +203,8 @@ class PieceFlow:
     def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> str:
         """Return the name of an obstacle to the next piece at a muzzle; empty if the muzzle is free.
 
-        Another piece is an obstacle, and jams the shooter until it is gone, if the overlap is more than foam can
-        compress.
+        Another piece is an obstacle if the overlap is more than foam can compress; the other piece then jams the
+        shooter until the muzzle is free.
         """
         slot = robot.storage_of(shooter.config).in_turn[0]
         kind, motion = self._kind_of(slot), robot.motion_at(launch.delay / TICK)

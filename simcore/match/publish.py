@@ -49,7 +49,7 @@ class PublishedMatch(PlayedMatch, Protocol):
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Scored pieces of each zone, and the rules' breakdown."""
+        """Breakdown of the score: number of scored pieces by zone, and further parts by name."""
 
 
 class _Source(NamedTuple):
@@ -246,7 +246,7 @@ class _Robots:
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
         self._drives: list[tuple[IntArray, IntArray]] = []
-        """Robot numbers and rows of their drive shafts, for each number of drive shafts."""
+        """Robot numbers, shape (n,), and rows of drive shafts, shape (n, shafts), for each number of shafts."""
         for count, some in drives.items():
             numbers, firsts = np.array(some).T
             self._drives.append((numbers, firsts[:, None] + np.arange(count)))
@@ -318,7 +318,7 @@ class _Pieces:
         """Read the current state of all pieces.
 
         Args:
-            places: Poses of the robots, field frame, shape (n, 7).
+            places: Poses of the robots as rows of x, y, z [m], qw, qx, qy, qz, field frame, shape (n, 7).
             slots: Slots of the pieces held by each robot.
         """
         pieces, flying = self._match.pieces, self._match.record.flying

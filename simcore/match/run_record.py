@@ -1,7 +1,7 @@
 """Record of a run: shots, pieces taken in, placements, distances, a digest of the trajectory, and tick times.
 
-A match writes the record. Reports, sweep rows and telemetry (and thus logs, pages and layouts) all read it, so their
-counts agree.
+A match writes the record. Reports, sweep rows and telemetry (with logs, pages and layouts) all read this record, so
+that their counts agree.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class PieceCount:
 
     @property
     def is_conserved(self) -> bool:
-        """Whether every piece is accounted for."""
+        """Whether the numbers of pieces by status add up to `staged`."""
         somewhere = self.on_field + self.in_flight + self.held + self.scored + self.placed + self.off_field
         return somewhere == self.staged
 
@@ -323,7 +323,7 @@ class RunRecord:
 
     @property
     def shortfalls(self) -> list[str]:
-        """Reasons why robots took in or shot nothing, and wrong pose estimates of robot code, one sentence each."""
+        """Reasons why robots took in or shot nothing, and pose errors over 0.5 m of robot code, one sentence each."""
         found = []
         for number, robot in enumerate(self.robots):
             taken_in = len([taken for taken in self.taken_in if taken.robot == number])
@@ -344,7 +344,7 @@ class RunRecord:
 
     @property
     def flying(self) -> IntArray:
-        """Slots of the robots' shots that have not touched anything yet, oldest first."""
+        """Slots of pieces that robots have shot and that have touched nothing yet, oldest first."""
         untouched = self._pieces.is_untouched
         flying = [slot for slot, shot in self._followed.items() if untouched[slot] and shot.robot != _PERSON]
         return np.array(flying, dtype=np.int64)

@@ -92,11 +92,11 @@ class RunReport:
         self.match_state = _match_state(match.snapshot())
         """Match clock, period and the game's state at the end, by telemetry key without the prefix `Sim/Match/`."""
         self.pieces = match.count
-        """Number of pieces of all kinds in each kind of place."""
+        """Number of pieces of all kinds by status."""
         self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
-        """Names of the kinds of pieces, for people."""
+        """Names of the kinds of pieces in lower case, joined by "and"."""
         self.breakdown = match.breakdown()
-        """Scored pieces of each zone, points of human players' throws, and other parts of the score."""
+        """Number of scored pieces by zone, points of human players' throws, and other parts of the score."""
         self.placed = dict(match.pieces.places.totals())
         """Number of placed pieces by level, in a game with resting places."""
         self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)
@@ -272,7 +272,7 @@ def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
 
 
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
-    """Return rows with match clock, period and the game's own state, worded for people."""
+    """Return the rows of the report's table with match clock, period and the game's own state, by label."""
     rest = dict(state)
     for told_elsewhere in ("Game", "LastFoul"):
         rest.pop(told_elsewhere, None)

@@ -1,4 +1,4 @@
-"""Scatter: random differences of robots, pieces, sensors and people between matches and between shots.
+"""Scatter: random differences of robots, pieces, sensors and human players between matches and between shots.
 
 A `Scatter` holds the size of each spread. `ScatterDraws` draws the values for a match, with a separate random generator
 for each spread and object, so that a draw depends only on the match's seed and not on other spreads, the order of draws
@@ -214,7 +214,7 @@ def _number(text: str, part: str) -> float:
 
 
 class ScatterDraws:
-    """Random draws of one match.
+    """Random draws of one match, each determined by the seed, the name of a spread and the numbers of an object.
 
     Args:
         scatter: Sizes of all spreads.
@@ -230,7 +230,7 @@ class ScatterDraws:
 
         Args:
             name: Name of the spread.
-            numbers: Numbers that identify the object, e.g. those of the robot and the shooter.
+            numbers: Numbers that identify the object, e.g. robot number and shooter number.
         """
         return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
 

@@ -206,12 +206,12 @@ class ScriptedRobot:
         self._intake = on
 
     def set_position(self, mechanism: str, position: float) -> None:
-        """Move a mechanism to a position [rad] and hold it there."""
+        """Move a mechanism to a position [rad], and hold the position."""
         self._volts.pop(mechanism, None)
         self._positions[mechanism] = position
 
     def set_volts(self, mechanism: str, volts: float) -> None:
-        """Apply a constant voltage to a mechanism [V]."""
+        """Apply a constant voltage to a mechanism [V], instead of holding a position."""
         self._positions.pop(mechanism, None)
         self._volts[mechanism] = volts
 

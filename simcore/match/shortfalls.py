@@ -22,7 +22,7 @@ _ELSEWHERE = 0.5  # [m]; tolerated distance between pose estimate and true pose
 class Shortfalls:
     """Monitor that checks the intakes and shooters of one robot ten times a second.
 
-    An intake or shooter is checked only until it has worked once, so a working robot costs no time.
+    An intake or shooter is checked only until the part has worked once, so a working robot costs no time.
 
     Args:
         robot: Robot to monitor.

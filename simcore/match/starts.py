@@ -163,7 +163,7 @@ def require_free_place(
 def free_place(
     world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, others: Sequence[Robot] = ()
 ) -> Pose | None:
-    """Return an intended pose if it is free, else a free pose on flat ground within 2 m, or None if none is found.
+    """Return an intended pose if free, else a free pose on flat ground within 2 m; None if no pose is free.
 
     Args:
         world: Physics world with the field and the robots.
@@ -194,7 +194,7 @@ def free_place(
 class BeliefCheck:
     """Check that warns at most once per auto if a robot is over 0.5 m or 10 degrees away from the estimated pose.
 
-    A robot is checked when it begins to move, and again half a second into the auto or at the end of the auto.
+    The check of a robot runs when the robot begins to move, and again half a second into the auto or at its end.
 
     Args:
         robots: Robots of the match.
@@ -267,7 +267,7 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
 
 
 def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> tuple[bool, bool]:
-    """Return whether a robot at a pose would overlap a wall or a robot, and whether it would overlap a ramp."""
+    """Return whether a robot at a pose would overlap a solid obstacle, and whether the robot would overlap a ramp."""
     c, (x, y, yaw) = robot.chassis.config, pose
     half_length, half_width = 0.5 * c.bumper_length, 0.5 * c.bumper_width
     return world.obstacles(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)

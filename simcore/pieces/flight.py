@@ -36,7 +36,7 @@ FLIGHT_STEP = 0.005
 PER_TICK = 4
 """Number of flight steps per tick; scoring is evaluated at the end of a tick."""
 LONGEST = 1200
-"""Number of flight steps after which a shot has missed: 6 s, the time of a shot to a height of 40 m."""
+"""Number of flight steps after which a shot counts as a miss: 6 s, the time of a flight up to 40 m."""
 SQUEEZE = 0.9
 """Fraction of a piece's radius that must be free at the muzzle; foam can yield by the rest."""
 _LEFT = 0.75  # fraction of balls still in flight below which the arrays are compacted
@@ -46,7 +46,7 @@ def flying_balls(
     kind: GamePieceConfig, pos: FloatArray, vel: FloatArray, spin: FloatArray, *, mass: float | FloatArray = 1.0,
     diameter: float | FloatArray = 1.0, drag: float | FloatArray = 1.0,
 ) -> Balls:  # fmt: skip
-    """Create balls of a kind at launch; another shape is replaced by the largest sphere inside it.
+    """Create balls of a kind at launch; a shape other than a ball is replaced by the largest sphere inside the shape.
 
     As in a match, the diameter changes the aerodynamics of a ball, but not the collision radius.
 
@@ -158,7 +158,7 @@ def fly_shots(
 
 
 def _ball() -> FloatArray:
-    """Return the center of a unit sphere and 14 points on it, along axes and diagonals, shape (15, 3)."""
+    """Return the center of a unit sphere and 14 surface points, along axes and diagonals, shape (15, 3)."""
     corners = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T / math.sqrt(3.0)
     return np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3), corners])
 

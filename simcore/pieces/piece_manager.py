@@ -42,8 +42,8 @@ _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0
 """Largest travel of a point in an engine step [m], and shortest and longest step [s], for boxes, for other shapes with
 one part, and for shapes with several parts.
 
-An engine finds a contact only when it exists, and for shapes other than boxes one point at a time: a disc that falls
-flat from 1.3 m sinks in by 3 mm, or by 33 mm in steps of 5 ms.
+An engine finds a contact only after bodies touch, and for shapes other than boxes one point at a time: a disc that
+falls flat from 1.3 m sinks in by 3 mm, or by 33 mm in steps of 5 ms.
 """
 _INSIDE = 0.3  # [m], from the edge of the field to the center of a piece: within reach across the guardrail
 _SPACING = 0.01  # [m], between pieces that are put down
@@ -154,7 +154,7 @@ class GamePieceManager:
     # --- life -----------------------------------------------------------------------------------------------------
 
     def stage(self, name: str, count: int) -> IntArray:
-        """Add pieces to the match without placing them on the field, and return their slots.
+        """Add pieces to the match, off the field, and return the slots of the pieces.
 
         Raises:
             UnknownNameError: If no kind has this name.
@@ -236,7 +236,7 @@ class GamePieceManager:
         self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
-        """Move pieces into a robot and wake sleeping pieces that may have leaned on them.
+        """Move pieces into a robot, and wake sleeping pieces that may have leaned on the moved pieces.
 
         Raises:
             ConfigError: If a slot has no piece, a robot already holds the piece, or the robot does not exist; nothing
@@ -262,7 +262,7 @@ class GamePieceManager:
         quat: Quaternion = IDENTITY,
         flying: bool = True,
     ) -> int:
-        """Launch a held piece with a velocity, and return its slot.
+        """Launch a held piece with a velocity, and return the slot of the piece.
 
         The robot keeps the piece if an error is raised.
 
@@ -393,7 +393,7 @@ class GamePieceManager:
         return float(self._world.engine.depth(self._pool.rows[slot]))
 
     def score(self, slots: IntArray) -> None:
-        """Remove scored pieces from the field and wake sleeping pieces that may have leaned on them.
+        """Remove scored pieces from the field, and wake sleeping pieces that may have leaned on the scored pieces.
 
         Raises:
             ConfigError: If a piece is not on the field; nothing changes.
@@ -405,7 +405,7 @@ class GamePieceManager:
             self.state.status[slot] = _SCORED
 
     def set_aside(self, slots: IntArray) -> None:
-        """Stage scored pieces that people will put on the field again.
+        """Stage scored pieces that human players or field staff will put on the field again.
 
         Raises:
             ConfigError: If a piece has not scored; nothing changes.
@@ -507,7 +507,7 @@ class GamePieceManager:
 
     @property
     def is_untouched(self) -> BoolArray:
-        """Whether the piece of each slot was shot and has not touched anything since, shape (n,)."""
+        """Whether the piece of each slot was shot and has touched nothing since, shape (n,)."""
         untouched: BoolArray = self._is_shot & (self._balls.is_touched == 0)
         return untouched
 
@@ -525,7 +525,10 @@ class GamePieceManager:
         return self._pool.rows[slot]
 
     def robots_touching(self, slot: int) -> list[int]:
-        """Return the engine rows of the robots that a ball touched in this tick, or another piece in the last step."""
+        """Return the engine rows of the robots that a piece touched.
+
+        For a ball, contacts in this tick count; for any other piece, contacts in the last engine step.
+        """
         if self._is_ball[slot]:
             return self._world.balls.robots_touching(slot)
         return [row for row in self._world.engine.touching(self._pool.rows[slot]) if row in self._world.robot_rows]
@@ -556,7 +559,7 @@ class GamePieceManager:
         return np.nonzero(here)[0]
 
     def attitudes(self, slots: IntArray) -> FloatArray:
-        """Return attitudes w, x, y, z, shape (n, 4); a piece off the field has its last attitude on the field."""
+        """Return attitudes w, x, y, z, shape (n, 4); a piece off the field keeps the last attitude on the field."""
         quat = self._balls.quat
         if len(self._others):
             moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
@@ -688,7 +691,7 @@ class GamePieceManager:
         return moving
 
     def _wake_reached(self, awake: IntArray, dt: float) -> None:
-        """Wake sleeping pieces that are not balls if a moving object can reach them within dt [s]."""
+        """Wake sleeping pieces, other than balls, that a moving object can reach within dt [s]."""
         state, radius = self.state, self._pool.radius
         status = state.status[self._others]
         asleep = self._others[(status == _ASLEEP) | (status == _PLACED)]
@@ -754,7 +757,7 @@ class GamePieceManager:
             self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake sleeping pieces around a piece that is removed, as they may have leaned on it."""
+        """Wake sleeping pieces that may have leaned on a piece that is removed: all pieces close by."""
         state = self.state
         if state.status[slot] not in ON_FIELD:
             return

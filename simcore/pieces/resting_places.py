@@ -102,12 +102,12 @@ class RestingPlaces:
                 self._levels.setdefault(place.level, []).append(number)
 
     def judge(self, slot: int, quat: tuple[float, float, float, float], touches_robot: bool) -> None:
-        """Assign a piece that has just fallen asleep to the resting place around the piece, and mark it as placed.
+        """Assign a piece that has just fallen asleep to the resting place around the piece, and set status PLACED.
 
         Args:
             slot: Slot of the piece.
             quat: Attitude of the piece, x, y, z, w.
-            touches_robot: Whether the piece touches a robot, in which case it does not count.
+            touches_robot: Whether the piece touches a robot and therefore does not count.
         """
         state = self._pool.state
         if touches_robot:

@@ -53,7 +53,7 @@ class Recording:
         require("Recording", "seconds", seconds, DURATION)
         self.closed = False
         self.bulk_period = bulk_period
-        """Simulated time between two recorded long arrays [s]."""
+        """Simulated time between two recordings of long arrays [s]."""
         self._seconds = seconds
         self._cadence = Cadence(period)
         self._bulk_cadence = Cadence(bulk_period)
@@ -327,7 +327,7 @@ class Recording:
         return kept[max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)][1]
 
     def _drop_last(self) -> None:
-        """Delete the newest row."""
+        """Delete the newest row, with its texts and arrays."""
         time = self._times.pop()
         self._ticks.pop()
         self._given, self._found = {}, {}
@@ -338,7 +338,7 @@ class Recording:
                 kept.pop()
 
     def _forget(self, rows: int) -> None:
-        """Delete this number of oldest rows."""
+        """Delete the oldest rows, `rows` in number."""
         if rows >= len(self._times):
             self._forget_all()
             return
@@ -407,7 +407,7 @@ def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tupl
 
 
 def _full(rows: _Rows) -> Any:
-    """Expand positions to poses of shape (n, 7); return other arrays as they are, in full precision."""
+    """Expand positions to poses of shape (n, 7); return any other array as float64 or int64."""
     if rows.ndim == 1:
         return rows.astype(np.int64, copy=False)
     if rows.shape[1] != 3:

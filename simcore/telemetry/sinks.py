@@ -168,7 +168,7 @@ def write_text(kind: str, path: Path, text: str) -> None:
 
 
 def discard_empty(path: Path) -> None:
-    """Delete a file if it is empty, e.g. after an attempt to write to a full disk."""
+    """Delete an empty file, e.g. after an attempt to write to a full disk; keep any other file."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             path.unlink()

@@ -26,7 +26,7 @@ _PARTS = "/ComponentPoses"  # would take a third of a match's log if recorded in
 EVENTS = {"Sim/NewestShots": 4, "Sim/NewestHits": 2, "Sim/NewestTakenIn": 3}
 """Row lengths of event arrays, by key.
 
-An event array holds the rows of the newest event and of all events up to a second before it, one after another. Each
+An event array holds the rows of the newest event and of all events in the second before, one after another. Each
 row begins with the number of its event, from 1, so that a `Recording` can collect all events from overlapping arrays.
 """
 POSE_TYPE = "struct:Pose3d"

@@ -151,7 +151,7 @@ def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool =
 
 
 class LoneChassis:
-    """Chassis without a drivetrain that follows a velocity within its grip, for use as a robot of `Motion`.
+    """Chassis without a drivetrain that follows a velocity within the limits of grip, for use as a robot of `Motion`.
 
     Args:
         chassis: Chassis in a physics world.

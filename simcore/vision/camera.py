@@ -1,7 +1,7 @@
 """Cameras: types, mounts, pipelines, and the projection of field points into a picture.
 
-Camera axes are WPILib's (x out of the lens, y left, z up); picture axes are u to the right and v down. Projection uses
-the optical frame (x right, y down, z out of the lens).
+Camera axes are WPILib's (x forward, y left, z up); picture axes are u to the right and v down. Projection uses the
+optical frame (x right, y down, z forward).
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraMount:
-    """Pose of a camera on the robot, WPILib's `robot_to_camera`; camera axes: x out of the lens, y left, z up."""
+    """Pose of a camera on the robot, WPILib's `robot_to_camera`; camera axes: x forward, y left, z up."""
 
     x: float = 0.0
     """x coordinate of the camera, forward of the robot's center [m]."""

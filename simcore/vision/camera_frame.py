@@ -74,7 +74,7 @@ class TagSighting:
     ambiguity: float
     """Ambiguity, 0 to 1: ratio of the reprojection errors of the better and the worse pose in `poses`."""
     poses: tuple[TagPose, TagPose]
-    """Two possible poses of the tag by its corners, the better fit first."""
+    """Two poses that fit the tag's corners in the picture, the better fit first."""
 
     @property
     def corners(self) -> FloatArray:

@@ -149,7 +149,7 @@ class QuestHeadset:
         """Set the current pose of the headset, field frame; later poses are relative to this pose.
 
         If the config has no mount, the headset derives the mount for which the reset is correct, because robot code
-        computes the reset from its robot pose and its mount. If this mount is too far from the robot's center, the
+        computes the reset from a robot pose and a mount. If the derived mount is over 1 m from the robot's center, the
         headset is assumed at the center, with the rotation of the reset, until a later reset is plausible.
 
         Args:
@@ -177,8 +177,9 @@ class QuestHeadset:
     def move_start(self, old_pos: Vector, robot_pos: Vector, robot_quat: Quaternion) -> None:
         """Apply the last reset again at the robot's new pose, if the robot has not moved since the reset.
 
-        A match calls this when it places a robot at the start pose of its auto after robot code has already reset poses
-        to this start pose. If the robot has moved since the reset, the headset reports the change of pose as motion.
+        A match calls this method after placing a robot at the start pose of an auto, because robot code may already
+        have reset poses to this start pose. If the robot has moved since the reset, the headset reports the change of
+        pose as motion.
 
         Args:
             old_pos: Position of the robot before the placement, field frame [m].

@@ -50,7 +50,7 @@ _DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, 
 
 
 class RouteMap:
-    """Cost map of a field, and the cheapest routes across it.
+    """Cost map of a field, which finds the cheapest routes.
 
     Args:
         field: Definition of the field: its symmetry and drivable elements.
@@ -91,7 +91,7 @@ class RouteMap:
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Return masks of the fine grid for points that block a robot and for points on drivable elements."""
+        """Return two masks of the fine grid: points that block a robot, and points on drivable elements."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
         step = np.array(self._step) / _FINE
@@ -412,7 +412,7 @@ class Player(ScriptedRobot):
             timeout: Time after which the pursuit ends [s].
             near: Distance from the goal that counts as reached, with a heading error below 4 degrees [m]; 0 to go on at
                 the goal.
-            ignored: Numbers of robots to push instead of driving around them.
+            ignored: Numbers of robots to push instead of avoiding.
         """
         aim: Pose | None = None
         way: list[Place] = []
@@ -456,7 +456,7 @@ class Player(ScriptedRobot):
 
         Args:
             wanted: Function of positions [m], shape (n, 2), that returns a mask of the pieces to collect.
-            until: Function called at every look at the field; collecting ends when it returns True.
+            until: Function called at every look at the field; a return value of True ends collecting.
             timeout: Time after which collecting ends [s].
             kind: Kind of pieces to collect; None for any kind.
         """
@@ -488,7 +488,7 @@ class Player(ScriptedRobot):
 
         Args:
             target: Point to aim at, blue field frame [m].
-            until: Function called every tick; shooting ends when it returns True.
+            until: Function called every tick; a return value of True ends shooting.
             timeout: Time after which shooting ends [s].
         """
         yield from self.shake_off()
@@ -622,7 +622,7 @@ class Defense:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
-        """Block the nearest opponent not left alone, again and again, releasing each before a pin becomes a foul."""
+        """Block the nearest opponent not left alone, again and again, and release it before a pin becomes a foul."""
         pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
