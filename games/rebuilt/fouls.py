@@ -176,7 +176,7 @@ class Fouls:
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
-        """Return pairs of robots that touch the same fuel, each in both orders; empty if no robot is at its tower."""
+        """Return pairs of robots that touch the same fuel, in both orders; empty if no robot touches its own tower."""
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]
         if not climbing:

@@ -78,7 +78,7 @@ class HumanPlayers:
     def act(self) -> None:
         """Take fuel from the corrals, feed waiting robots, and throw fuel while the alliance's hub is active.
 
-        A person's requests replace feeding and throwing. Call this method once a tick.
+        For a human player that a user controls, only take fuel from the corral. Call this method once a tick.
         """
         match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
@@ -99,7 +99,7 @@ class HumanPlayers:
         return bool(self._match.rules.worth(zone))
 
     def _is_awaited(self, alliance: Alliance) -> bool:
-        """Return whether a robot of an alliance waits in front of its outpost."""
+        """Return whether a robot of an alliance waits, with room for fuel, in front of the alliance's outpost."""
         match = self._match
         x, y = (0.0, dim.OUTPOST_Y) if alliance == "blue" else FIELD.symmetry.flip_point(0.0, dim.OUTPOST_Y)
         for robot, owner in zip(match.robots, match.alliances, strict=True):

@@ -63,7 +63,7 @@ MECHANISMS: dict[str, MechanismConfig] = {
 
 
 def _slide(share: float, drop: float = 0.0) -> tuple[Joint, ...]:
-    """Return joints that follow the intake's rack.
+    """Return the slides of a part that follows the intake's rack.
 
     Args:
         share: Travel out at the back per travel of the rack [-].

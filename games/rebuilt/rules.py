@@ -100,7 +100,7 @@ class RebuiltRules(Rules):
         return zone.points if self.is_active(zone.alliance, self._sensed) else 0
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count a scored fuel in its period and put it into the hub."""
+        """Count a scored fuel in its period, judge G407, and put the fuel into the hub."""
         self.hubs.count(event.alliance, self._sensed)
         self.fouls.scored(event)
         self.ways.enter_hub(event.alliance, event.slot)
@@ -154,12 +154,12 @@ class RebuiltRules(Rules):
         return self.match.timer.time + self.event.sensor_delay
 
     def _left_field(self, slot: int) -> bool:
-        """Handle a fuel that has left the field; return whether field staff keep it for a later return."""
+        """Judge a fuel that has left the field; return whether field staff keep the fuel for a later return."""
         self.fouls.left_field(slot, untouched=bool(self.match.pieces.is_untouched[slot]))
         return self.human_players is not None and self.ways.leave_field(slot)
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return the bonus ranking points."""
+        """Return an alliance's bonus ranking points, 0 or 1 by name."""
         fuel, event = self.hubs.counted(alliance), self.event
         tower = math.fsum(self.towers.points(alliance))
         return {

@@ -83,18 +83,18 @@ def before_station(side: str, aside: float = 0.0) -> Pose:
 
 
 def raise_to(robot: ScriptedRobot, level: int) -> None:
-    """Move the elevator to its starting height for placing on a level."""
+    """Move the elevator to the starting height for placing on a level."""
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
 def raised_to(robot: ScriptedRobot, level: int) -> Steps:
-    """Move the elevator to its starting height for placing on a level, and wait up to 1.5 s for the elevator."""
+    """Move the elevator to the starting height for placing on a level, and wait up to 1.5 s for the elevator."""
     raise_to(robot, level)
     yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
 
 
 def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
-    """Wait at most 1.5 s until the elevator's drum is near its goal [rad]."""
+    """Wait at most 1.5 s until the elevator's drum is within 0.3 rad of a goal [rad]."""
     for _ in range(75):
         if abs(robot.robot.mechanisms["elevator"].position - goal) < _ELEVATOR_TOLERANCE:
             break
@@ -123,7 +123,7 @@ def place_coral(
 ) -> Steps:
     """Drive to a face, place the coral on a branch or in the trough, and back off.
 
-    The robot keeps the coral if it cannot come within 5 cm of the placing position.
+    The robot keeps the coral if an obstacle stops the robot more than 5 cm before the placing position.
 
     Args:
         robot: Robot with the coral.
@@ -227,7 +227,7 @@ def raise_to_net(robot: ScriptedRobot) -> None:
 
 
 def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive to the net and put an algae into it.
+    """Drive to the net, put an algae into the net, and lower the elevator.
 
     Args:
         robot: Robot with the algae.

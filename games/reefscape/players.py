@@ -190,7 +190,7 @@ def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
 
 
 def _fetch(player: Player, memory: _Memory) -> Steps:
-    """Take a coral off the carpet if it is nearer than the stations; otherwise wait for a coral at a station."""
+    """Take a coral off the carpet if the coral is nearer than the stations; otherwise wait for one at a station."""
     make_ready(player)
     lying = player.seen_pieces["Coral"][:, :2]
     lying = lying[_can_be_taken(lying)]
@@ -257,7 +257,7 @@ def _lying_algae(player: Player) -> list[tuple[float, float, float]]:
 
 
 def _take_lying(player: Player) -> Steps:
-    """Drive to the nearest loose algae and take it with the wheel."""
+    """Drive to the nearest loose algae, and take the algae with the wheel."""
 
     def goal() -> Pose | None:
         places = _lying_algae(player)
@@ -363,7 +363,7 @@ def climber(player: Player) -> Steps:
 
 
 def _spares_opponent(player: Player, place: Place) -> bool:
-    """Return whether a defender avoids an opponent: near the opponents' reef (G427), or on the near side of it."""
+    """Return whether a defender avoids an opponent: near the opponents' reef (G427), or between reef and midfield."""
     ahead = 0.8 * player.skill.reaction
     return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
@@ -372,9 +372,9 @@ _DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_spares_oppon
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents on the way to their reef, without fouls G403, G425 and G427.
+    """Block opponents that drive to their reef, without fouls G403, G425 and G427.
 
-    In auto, the defender scores its preload on its own side; then it crosses the field between its own cages.
+    In auto, the defender scores its preload on its own side; then the robot crosses the field between its own cages.
     """
     memory = _Memory()
     make_ready(player)

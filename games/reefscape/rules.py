@@ -102,7 +102,7 @@ class ReefscapeRules(Rules):
         return 0 if self._is_assessed else zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count an algae scored in a processor, and give it to the other alliance's human player."""
+        """Count an algae scored in a processor, and give the algae to the other alliance's human player."""
         self.human_players.take_algae(event.alliance, event.slot)
         self._processed[event.alliance] += bool(event.points)
 
@@ -239,7 +239,7 @@ class ReefscapeRules(Rules):
         return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return the bonus ranking points, which some fouls of the other alliance also grant."""
+        """Return an alliance's bonus ranking points, 0 or 1 by name; some fouls of the other alliance also grant one."""
         robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
         have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
         is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)
