@@ -1,7 +1,7 @@
 """Robot controller that follows a script, with commands for driving, collecting and shooting.
 
-Scripts are generators that yield once a tick. They are written for a blue robot; for a red robot, the controller flips
-poses and commands by the field's symmetry.
+Scripts are generators that yield once a tick. Scripts are written for a blue robot; for a red robot, the controller
+flips poses and commands by the field's symmetry.
 """
 
 from __future__ import annotations

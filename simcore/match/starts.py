@@ -194,7 +194,8 @@ def free_place(
 class BeliefCheck:
     """Check that warns at most once per auto if a robot is over 0.5 m or 10 degrees away from the estimated pose.
 
-    The check of a robot runs when the robot begins to move, and again half a second into the auto or at its end.
+    The check of a robot runs when the robot begins to move, and again half a second into the auto or at its end. A
+    robot with an entry in `reasons` is reported in any case.
 
     Args:
         robots: Robots of the match.
