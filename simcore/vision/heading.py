@@ -164,7 +164,10 @@ class HeadingSource:
         self._sent.add(time, (yaw, math.radians(orientation[2]), math.radians(orientation[4])))
 
     def move(self, time: float, quat: Quaternion) -> None:
-        """Update the IMU with the robot's true attitude at a time [s], once per tick."""
+        """Update the IMU from the robot's true attitude at a time [s], with drift and the mode's correction.
+
+        Call the method once a tick.
+        """
         if not self._has_imu:
             return
         roll, pitch, yaw = rpy(quat)
