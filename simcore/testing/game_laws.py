@@ -63,7 +63,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
     Args:
         game: Game whose rules are queried.
         auto: Auto to play.
-        seconds: Simulated time to play [s]; None to play until the auto is over.
+        seconds: Simulated time to play [s]; None for the game's autonomous period.
         times: Number of repetitions of each query per tick.
     """
 
