@@ -239,7 +239,7 @@ class ReefscapeRules(Rules):
         return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return an alliance's bonus ranking points, 0 or 1 by name; some fouls of the other alliance also grant one."""
+        """Return an alliance's bonus ranking points, 0 or 1 by name; some fouls of the other alliance grant one."""
         robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
         have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
         is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)
