@@ -90,7 +90,7 @@ class Scatter:
     mohm (chiefdelphi.com/t/368572); with 5 mohm of cable, the total is 22 +- 2.5 mohm."""
     motor_kt: float = 0.03
     """Spread of the torque constant, and equally of the back-EMF constant, for each motor [-]. HIWIN guarantees +-10 %
-    for torque motors (catalog, "tolerances"), taken as three standard deviations."""
+    for torque motors ("tolerances"), taken as three standard deviations."""
     motor_resistance: float = 0.04
     """Spread of the resistance of winding and leads, for each motor [-]. Source: HIWIN as for `motor_kt`, plus 10 K of
     copper at 0.4 %/K."""
