@@ -27,7 +27,7 @@ _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
 
 
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive backward to a station and wait up to 1.5 s for a coral."""
+    """Drive backward to a station and wait up to 1.5 s for a coral, with the intake on."""
     robot.intake(True)
     make_ready(robot)
     x, y, yaw = before_station(side)

@@ -36,7 +36,7 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 
 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that no piece is lost or created, after every tick."""
+    """Check after every tick that no piece is lost or created, and that robots hold all pieces counted as held."""
 
     def check(match: Match) -> None:
         count = match.count
@@ -63,7 +63,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
     Args:
         game: Game whose rules are queried.
         auto: Auto to play.
-        seconds: Simulated time to play [s]; None to play until the auto is over.
+        seconds: Simulated time to play [s]; None for the game's autonomous period.
         times: Number of repetitions of each query per tick.
     """
 
@@ -85,7 +85,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that red mirrors blue under the game's symmetry, with equal paths and equal scores."""
+    """Check that red mirrors blue under the game's symmetry, with equal scores and paths that agree within 2 cm."""
     blue = _play(game, auto, seconds=seconds, alliance="blue")
     red = _play(game, auto, seconds=seconds, alliance="red")
     blue.match.close()
@@ -106,7 +106,7 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
 
 
 def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that no piece is below the carpet or outside the field, after every tick."""
+    """Check after every tick that no piece is 3 cm deep in the carpet, or outside the field at a height up to 1 m."""
     length, width = game.field.size
 
     def check(match: Match) -> None:
@@ -125,14 +125,14 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
 
 
 def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
-    """Return the rest heights of pieces of one kind on the carpet in their orientations [m], shape (n,)."""
+    """Return the rest heights on the carpet of pieces of one kind, for their current attitudes [m], shape (n,)."""
     if isinstance(kind.shape, Sphere):
         return np.full(len(slots), kind.rest_height)
     return np.array([kind.rest_height_at((x, y, z, w)) for w, x, y, z in match.pieces.attitudes(slots).tolist()])
 
 
 def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that pieces are within the zones and capacities of their places, and that events match the counts."""
+    """Check after every tick that placed pieces fit the zones and capacities of their places, and events the counts."""
     events: Counter[str] = Counter()
 
     def counted(match: PlayedMatch) -> Rules:
