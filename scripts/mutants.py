@@ -137,7 +137,7 @@ MUTANTS = (
            f"{SHOTS}::test_a_muzzle_inside_the_alliance_wall_holds_fire_until_the_robot_backs_off"),
     Mutant("a wheel gives a ball no spin", "simcore/robot/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
            f"{SHOOTER}::test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel"),
-    Mutant("the cloth of bumpers does not matter", BUMPERS, "part.friction * one.friction", "one.friction",
+    Mutant("the cloth of bumpers does not matter", BUMPERS, "part.model.friction * one.friction", "one.friction",
            "tests/laws/test_bumper_contact.py::test_friction_with_a_wall_slows_a_robot_pushed_along_it_by_mu_n"),
     Mutant("plates on the side of the fewer faces", "simcore/world/mesh.py",
            "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/laws/test_sheets.py"),

@@ -56,7 +56,7 @@ COMMANDS = {
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml next to robot.py"),
 }
-"""Subcommands by name; a module may need extras, so it is imported only when its subcommand is called."""
+"""Subcommands by name; a module may need extras, so each module is imported only when its subcommand is called."""
 
 
 def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
-        print(f"{program}: an argument has a NUL character, which no name of a file can have", file=sys.stderr)
+        print(f"{program}: an argument contains a NUL character, which file names cannot have", file=sys.stderr)
         return 2
     if sys.stdout is None:  # closed by the caller
         sys.stdout = open(os.devnull, "w")
@@ -119,8 +119,8 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
     """Parse the arguments; return None if the list of subcommands was printed instead.
 
     Raises:
-        SystemExit: The arguments are invalid, or `--help` or `--version` was given.
-        SimcoreError: An object that the arguments depend on cannot be found.
+        SystemExit: If the arguments are invalid, or `--help` or `--version` was given.
+        SimcoreError: If an object that the arguments depend on cannot be found.
     """
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
@@ -153,7 +153,7 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
 
 @contextmanager
 def _modules_of_folder() -> Iterator[None]:
-    """Append the working directory to the import path, as `python -m` does but a console script does not."""
+    """Append the working directory to the import path while the context lasts, because a console script lacks it."""
     folder, before = os.getcwd(), list(sys.path)
     if folder not in before and "" not in before:
         sys.path.append(folder)

@@ -47,7 +47,7 @@ class NonFiniteError(SimcoreError, ValueError):
 
 
 class CapacityError(SimcoreError, RuntimeError):
-    """Number of game pieces above the capacity."""
+    """Request for more game pieces than are available, or for a piece that a robot does not hold."""
 
 
 class EngineError(SimcoreError, RuntimeError):
@@ -75,7 +75,7 @@ class ModelError(SimcoreError, ValueError):
 
 
 class UnknownNameError(SimcoreError, KeyError):
-    """Unknown name, reported with similar known names."""
+    """Unknown name; the message lists up to three similar names and all known names."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind = kind
@@ -150,7 +150,7 @@ def start_sentence(error: BaseException, folder: Path, *, base: Path | None = No
 
 
 def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
-    """Report an error and exit immediately, because threads of vendors' libraries may crash during a normal exit.
+    """Report an error and exit at once with status 1, as threads of vendor libraries may crash during a normal exit.
 
     An error that simcore raises on purpose is reported in one sentence. For any other error, a mistake in the project's
     code or in simcore, a traceback from the first line of the project's code precedes the sentence.
@@ -169,7 +169,7 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
 
 
 def outside_part(error: BaseException) -> TracebackType | None:
-    """Return the traceback of an error from the first frame of game or robot code; None if there is no such frame."""
+    """Return the traceback of an error from the first frame of game or robot code; None without game or robot code."""
     here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
     for at in _places(error):
         path = Path(_file(at)).resolve()

@@ -100,19 +100,19 @@ def _clone_address(folder: Path) -> str:
 
 
 def is_source(folder: Path) -> bool:
-    """Return whether pip can install simcore from a folder."""
+    """Return whether a folder contains simcore's source, so that pip can install simcore from the folder."""
     return (folder / "pyproject.toml").is_file() and (folder / "simcore" / "install_text.py").is_file()
 
 
 def _index_version(package: Path) -> str:
-    """Return the version that pip installed from an index, without a recorded origin; empty for another origin."""
+    """Return the version that pip installed from an index; empty if simcore comes from any other origin."""
     found = [] if is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
     is_named = found and not (found[-1] / "direct_url.json").exists()
     return found[-1].name.removeprefix("simcore-").removesuffix(".dist-info") if is_named else ""
 
 
 def _origin(package: Path) -> Mapping[str, Any]:
-    """Return pip's record of the origin, `direct_url.json` next to the metadata; empty if there is no record."""
+    """Return pip's record of the origin, `direct_url.json` next to the metadata; empty without a readable record."""
     notes = sorted(package.parent.glob("simcore-*.dist-info/direct_url.json"))
     try:
         found = json.loads(notes[-1].read_text(encoding="utf-8")) if notes else {}
@@ -122,7 +122,7 @@ def _origin(package: Path) -> Mapping[str, Any]:
 
 
 def _folder(url: str) -> Path:
-    """Return the path of a `file:` address."""
+    """Return the path of a `file:` address, or an empty path for any other address."""
     from urllib.parse import urlsplit
     from urllib.request import url2pathname
 

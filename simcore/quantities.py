@@ -1,4 +1,4 @@
-"""Checks of input numbers: allowed range and unit of each quantity, and the error message for a wrong number.
+"""Checks of input numbers: allowed range and unit of each quantity, and the error message for an invalid number.
 
 Configs state the quantity of each number with `require_fields`, which checks all other fields by their declared types.
 Functions check an argument with `require`, and readers of files call `Quantity.problem`. The bounds admit every robot
@@ -229,7 +229,7 @@ def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
         quantity: Allowed values.
 
     Raises:
-        ConfigError: The value is not allowed; the message states the value, the allowed values and the unit.
+        ConfigError: If the value is not allowed; the message states the value, the allowed values and the unit.
 
     >>> require("ArmConfig", "mass", "5", MASS)
     Traceback (most recent call last):
@@ -248,7 +248,7 @@ def checked_number(what: str, value: Any) -> float:
         value: Value to check, of any type.
 
     Raises:
-        NonFiniteError: The value is not a number, not finite or too large.
+        NonFiniteError: If the value is not a number, not finite or above 1e6 in magnitude.
     """
     number = value if type(value) is float else _number(value)
     if number is None or not abs(number) <= _MOST_COMMANDED:
@@ -260,7 +260,7 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     """Check the length and all numbers of a row, for example a position.
 
     Raises:
-        ConfigError: The length or a number is wrong; the message states the index of the number, from 0.
+        ConfigError: If the length or a number is wrong; the message states the index of the number, from 0.
     """
     if isinstance(values, (str, bytes)) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
@@ -280,7 +280,7 @@ def require_count(what: str, values: Any, count: int, things: str) -> None:
     """Check that a command has `count` values, one for each of the named things.
 
     Raises:
-        ConfigError: `values` is not a row or has another length.
+        ConfigError: If `values` is not a row or has another length.
     """
     is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict)) and getattr(values, "ndim", 1) > 0
     if not is_row or len(values) != count:
@@ -292,7 +292,7 @@ def require_attitude(owner: str, name: str, quat: Any) -> None:
     """Check that a value is a unit quaternion x, y, z, w.
 
     Raises:
-        ConfigError: The value is not a unit quaternion.
+        ConfigError: If the value is not a unit quaternion.
     """
     require_row(owner, name, quat, ATTITUDE)
     if not math.isclose(math.hypot(*quat), 1.0, abs_tol=1e-6):
@@ -303,7 +303,7 @@ def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, le
     """Check that a value is an array of at least `least` points, shape (n, 3), with all numbers in range.
 
     Raises:
-        ConfigError: The shape, type or a number is wrong; the message states the row of the number, from 0.
+        ConfigError: If the shape, the type or a number is wrong; the message states the row of the number, from 0.
     """
     import numpy as np  # imported here to save 0.1 s in commands that only print their options
 
@@ -322,7 +322,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
     """Check all fields of a config; call this function first in `__post_init__`.
 
     Fields without a quantity are checked by their declared types: configs, shapes, text, literals, and tuples or dicts
-    of these types. Numbers of other libraries are converted to Python's number types.
+    of these types. Numbers of other libraries are converted to Python's number types, and lists to tuples.
 
     Args:
         config: Config to check.
@@ -331,7 +331,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
             of the field.
 
     Raises:
-        ConfigError: A field is wrong; the message states owner, field, value, allowed values and unit.
+        ConfigError: If a field is wrong; the message states owner, field, value, allowed values and unit.
     """
     owner = f"{owner}" or type(config).__name__
     kinds = _field_types(type(config))
@@ -439,7 +439,7 @@ def _type_text(kind: Any) -> str:
         return f"a dict by name, each {_type_text(parts[1])}"
     if origin is Callable:
         return "a function"
-    words = {NoneType: "None", bool: "True or False", str: "a text", int: "a whole number", float: "a number"}
+    words = {NoneType: "None", bool: "True or False", str: "a string", int: "a whole number", float: "a number"}
     name = getattr(kind, "__name__", str(kind))
     return words.get(kind, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
 
@@ -490,7 +490,7 @@ class DeviceAddress:
         return cls(value, bus) if type(value) is int and 0 <= value <= 62 else None
 
     def among(self, built: Iterable[DeviceAddress]) -> DeviceAddress:
-        """Return the built address that this address means: without a bus, the only address with this number.
+        """Return the only built address with this number if this address has no bus; otherwise, return this address.
 
         >>> DeviceAddress(3).among([DeviceAddress(3, "canivore"), DeviceAddress(4)])
         DeviceAddress(number=3, bus='canivore')
@@ -555,7 +555,7 @@ def shown(value: object) -> str:
 
 
 def _number(value: object) -> float | None:
-    """Return the value as a float; None for a boolean or anything else that is not a number."""
+    """Return the value as a float; None for a boolean, a value that is not a number, or a number too large."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:

@@ -182,7 +182,7 @@ def _module(name: str) -> ModuleType:
         mixed = mixed_seasons(
             installed_seasons((d.metadata["Name"] or "", d.version) for d in metadata.distributions())
         )
-        cure = mixed or f"{install_command('robotpy')} brings it"
+        cure = mixed or f"{install_command('robotpy')} installs it"
         raise ConfigError(f"this needs {name} of WPILib, which cannot be imported ({error}): {cure}") from error
     for class_name, names in NAMES[name].items():
         _add_names(module, getattr(module, class_name) if class_name else module, names.split())
@@ -209,7 +209,7 @@ def own_name(owner: Any, name: str, old: str = "") -> str:
     Args:
         owner: Class or module that defines the name.
         name: Name in 2027.
-        old: Name in 2026, if it is not the camel case of `name`.
+        old: Name in 2026; empty if the old name is the camel case of `name`.
     """
     old = old or camel_case(name)
     return old if hasattr(owner, old) else name
@@ -227,7 +227,7 @@ def loop_classes() -> tuple[Any, ...]:
 
 
 def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
-    """Schedule a function once per period [s] between the loops of a robot of one of the `loop_classes`."""
+    """Schedule a function once per period [s], half a period after each loop of a robot of the `loop_classes`."""
     if isinstance(robot, _module("wpilib").TimedRobot):
         robot.add_periodic(call, period, period / 2.0)
         return
@@ -436,7 +436,7 @@ def is_led_running(sim: Any) -> bool:
 
 
 def show_input_current(amps: float) -> None:
-    """Set the robot controller's input current [A]; no effect in 2027, because a Systemcore does not measure it."""
+    """Set the robot controller's input current [A]; do nothing in 2027, whose simulation has no input current."""
     sim = _module("wpilib.simulation").RoboRioSim
     if hasattr(sim, "setVInCurrent"):
         sim.setVInCurrent(amps)
@@ -446,7 +446,7 @@ def start_of_clock() -> float:
     """Return the time at which a robot under test starts, on the controller's clock [s].
 
     RobotPy resets the clock before each test. Since 2027, the reset has no effect, because the clock counts from the
-    start of the computer. Therefore, this function stops the clock at a time that is the same in all processes.
+    start of the computer. Therefore, this function stops the clock at the next multiple of `EPOCH`.
     """
     sim = _module("wpilib.simulation")
     if hasattr(sim.DriverStationSim, "setAutonomous"):
@@ -508,7 +508,7 @@ def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, lis
 
 
 def mixed_seasons(seasons: dict[int, list[str]]) -> str:
-    """Return an error sentence if libraries of several seasons are installed; empty otherwise."""
+    """Return an error sentence that names the odd libraries if several seasons are installed; empty otherwise."""
     if len(seasons) < 2:
         return ""
     main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
@@ -544,7 +544,7 @@ def initialize_hal() -> None:
     """Initialize the HAL in simulation, as a robot program does.
 
     Raises:
-        ConfigError: The HAL cannot be initialized.
+        ConfigError: If the HAL cannot be initialized.
     """
     hal = _module("hal")
     try:

@@ -61,7 +61,10 @@ def test_every_script_has_a_help_text():
         (["play", "2026"], "no game named '2026': the game of 2026 is rebuilt"),
         (["play", "reefscape", "--hub-exits"], "unrecognized arguments: --hub-exits"),
         (["play", "reefscap", "--hub-exits"], "no game named 'reefscap'. Did you mean 'reefscape'"),
-        (["shots", "--distances", "5:1:0.5"], "'5:1:0.5' cannot be read: want from:to:step, the nearest first, as 2:6"),
+        (
+            ["shots", "--distances", "5:1:0.5"],
+            "'5:1:0.5' cannot be read: write from:to:step, the nearest first, e.g. 2:6",
+        ),
         (["play", "--sead", "3"], "unrecognized arguments: --sead. Did you mean --seed?"),
         (["compare", "depot"], "'depot' with what? Give two folders with a robot.py, or two autos of the game"),
     ],
@@ -112,7 +115,7 @@ def test_a_missing_library_is_reported_in_one_sentence():
     ("words", "said"),
     [
         (["compare", "depot", "neutral", "--seeds", "1"], "must be a whole number from 2 to"),
-        (["sweep", "--seeds", "1000000000"], "want how many (1 to 1000000), or"),
+        (["sweep", "--seeds", "1000000000"], "give a number of seeds (1 to 1000000), or"),
         (["play", "--live", "--nt-port", "0"], "must be a whole number from 1 to 65535, got '0'"),
         (
             ["play", "rebuilt", "--match", "--blue", "me:3"],

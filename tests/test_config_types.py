@@ -185,7 +185,7 @@ def test_the_error_names_the_part_that_is_wrong():
         dataclasses.replace(REEFSCAPE.robot(), placers=(REEFSCAPE.robot().placers[0], "claw"))
     with pytest.raises(ConfigError, match=r"^RobotConfig: mechanisms\['arm'\] must be .* or a ServoConfig, got 5$"):
         dataclasses.replace(REEFSCAPE.robot(), mechanisms={"arm": 5})
-    with pytest.raises(ConfigError, match=r"kinds must be a tuple of a text, got 'coral'"):
+    with pytest.raises(ConfigError, match=r"kinds must be a tuple of a string, got 'coral'"):
         dataclasses.replace(REEFSCAPE.robot().placers[0], kinds="coral")
     with pytest.raises(ConfigError, match="alliance must be 'blue' or 'red', got 'green'"):
         RobotEntry(alliance="green")

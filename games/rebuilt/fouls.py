@@ -95,7 +95,7 @@ class Fouls:
         self._emerged[slot] = -1
 
     def scored(self, event: ScoreEvent) -> None:
-        """Judge G407: a robot fully outside its alliance zone shoots into its hub; a volley is one foul."""
+        """Judge G407: a robot fully outside its alliance zone has shot the fuel that scores; a volley is one foul."""
         robot, outside = self._shots.pop(event.slot, (-1, False))
         if outside and event.alliance == self._match.alliances[robot]:
             self.book.call("G407", robot, MAJOR, "shoots into its hub from outside of its alliance zone")
@@ -111,7 +111,7 @@ class Fouls:
     # --- once a tick ------------------------------------------------------------------------------------------------
 
     def after_tick(self) -> None:
-        """Judge a tick after all motion."""
+        """Judge the fouls of a tick, after motion and scoring; judge nothing while robots are disabled."""
         match = self._match
         for piece in self._releases.update():
             self._shots[piece.slot] = piece.robot, is_outside_zone(match.outline(piece.robot))
@@ -176,7 +176,7 @@ class Fouls:
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
-        """Return pairs of robots that touch the same fuel, each in both orders; empty if no robot is at its tower."""
+        """Return pairs of robots that touch the same fuel, in both orders; empty if no robot touches its own tower."""
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]
         if not climbing:

@@ -46,7 +46,7 @@ def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, 
 def own_first(match: PlayedMatch) -> list[tuple[Alliance, np.random.Generator]]:
     """Return both alliances with their random generators, starting with the first robot's alliance.
 
-    A match with a red first robot is then the mirror image of the blue match.
+    A match with a red first robot is then the counterpart of the blue match under the field's symmetry.
     """
     own = match.entries[0].alliance
     return list(zip((own, other_alliance(own)), match.rules_rng.spawn(2), strict=True))
@@ -78,7 +78,7 @@ class FuelWays:
             self._hubs[alliance].append((self._match.time + delay, slot))
 
     def leave_field(self, slot: int) -> bool:
-        """Hand a fuel outside the field to field staff, who return it later; return whether they have taken it."""
+        """Hand a fuel outside the field to field staff for a later return; return whether field staff took the fuel."""
         pieces = self._match.pieces
         x, y = pieces.state.pos[slot, :2].tolist()
         if not math.isfinite(x + y):

@@ -76,9 +76,9 @@ class HumanPlayers:
         return {alliance: feeder.stock for alliance, feeder in self._feeders.items()}
 
     def act(self) -> None:
-        """Take fuel from the corrals, feed waiting robots, and throw while the alliance's hub is active.
+        """Take fuel from the corrals, feed waiting robots, and throw fuel while the alliance's hub is active.
 
-        Call this method once a tick.
+        For a human player that a user controls, only take fuel from the corral. Call this method once a tick.
         """
         match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
@@ -99,7 +99,7 @@ class HumanPlayers:
         return bool(self._match.rules.worth(zone))
 
     def _is_awaited(self, alliance: Alliance) -> bool:
-        """Return whether a robot of an alliance waits in front of its outpost."""
+        """Return whether a robot of an alliance waits, with room for fuel, in front of the alliance's outpost."""
         match = self._match
         x, y = (0.0, dim.OUTPOST_Y) if alliance == "blue" else FIELD.symmetry.flip_point(0.0, dim.OUTPOST_Y)
         for robot, owner in zip(match.robots, match.alliances, strict=True):
@@ -110,7 +110,7 @@ class HumanPlayers:
         return False
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw a fuel at the hub with a person's accuracy."""
+        """Throw a fuel at the hub, with random errors of direction and speed."""
         flip = FIELD.symmetry if alliance == "red" else None
         self._feeders[alliance].throw(
             _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip

@@ -35,7 +35,7 @@ _EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touch
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of the fuel that a player may take: in its own and the neutral zone, away from hub exits."""
+    """Return a mask of the fuel that a player may take: in the own and the neutral zone, away from hub exits."""
     x, y = places.T
     inside = (x > _MARGIN) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     near_hub = (x > _HUB_X - 1.1) & (x < _HUB_X + 1.1)
@@ -48,7 +48,7 @@ def _can_be_taken(places: FloatArray) -> BoolArray:
 
 
 def _in_auto(places: FloatArray) -> BoolArray:
-    """Return a mask of the fuel that a player may take in auto, on its side of the center line because of G403."""
+    """Return a mask of the fuel that a player may take in auto, on the blue side of the center line (G403)."""
     wanted: BoolArray = _can_be_taken(places) & (places[:, 0] < dim.FIELD_CENTER[0] - 0.6)
     return wanted
 
@@ -61,7 +61,7 @@ def _counts(player: Player, ahead: float = 0.0) -> bool:
 
 
 def _is_time_to_shoot(player: Player) -> bool:
-    """Return whether to go and shoot the robot's fuel now."""
+    """Return whether a player should stop collecting, and go and shoot the robot's fuel now."""
     way = 1.0 + player.away(_SHOOTING_SPOTS[1]) / player.skill.speed
     last = MATCH.duration - way - 4.0
     auto_ends = player.time < MATCH.start("pause") and player.time > MATCH.start("pause") - way - 3.0
@@ -100,14 +100,14 @@ def _go_and_shoot(player: Player) -> Steps:
 
 
 def _can_shoot(player: Player) -> bool:
-    """Return whether the robot can shoot here: in its zone (G407), at a suitable distance from hub and robots."""
+    """Return whether the robot can shoot here: in the alliance zone (G407), well away from hub and other robots."""
     x, _, _ = player.pose
     is_alone = all(player.away(other.place) > _APART for other in player.others)
     return is_alone and x < _ZONE_EDGE and _NEAREST < player.away((_HUB_X, _HUB_Y)) < _FARTHEST
 
 
 def collector(player: Player, until: float = math.inf) -> Steps:
-    """Collect fuel and shoot it into the alliance's hub while it counts, until a match time [s]."""
+    """Collect fuel and shoot the fuel into the alliance's hub while fuel counts, until a match time [s]."""
     yield from _shoot_preload(player)
     while player.time < until:
         is_auto = player.time < MATCH.start("pause")
@@ -126,7 +126,7 @@ def _shoot_preload(player: Player) -> Steps:
 
 
 def shuttle(player: Player) -> Steps:
-    """Collect fuel in the neutral zone and throw it into the alliance zone for partners to shoot."""
+    """Shoot the preload, then collect fuel in the neutral zone and throw it into the alliance zone for partners."""
     yield from _shoot_preload(player)
     while True:
         wanted = _in_auto if player.time < MATCH.start("pause") else _in_neutral_zone
@@ -144,10 +144,10 @@ def _in_neutral_zone(places: FloatArray) -> BoolArray:
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents on the way to their hub, releasing them before a pin becomes a foul (G418).
+    """Block opponents that drive to their hub, and release each opponent before a pin becomes a foul (G418).
 
     In auto, the defender only shoots its preload and touches no robot across the center line (G403). In the end game,
-    it keeps away from the opponents' tower (G420).
+    the defender keeps away from the opponents' tower (G420).
     """
     yield from _shoot_preload(player)
     while player.time < MATCH.start("transition"):

@@ -63,7 +63,7 @@ MECHANISMS: dict[str, MechanismConfig] = {
 
 
 def _slide(share: float, drop: float = 0.0) -> tuple[Joint, ...]:
-    """Return joints that follow the intake's rack.
+    """Return the slides of a part that follows the intake's rack.
 
     Args:
         share: Travel out at the back per travel of the rack [-].
@@ -109,7 +109,7 @@ hood at 65 degrees."""
 
 
 def rebuilt_robot() -> RobotConfig:
-    """Build a 55 kg robot with bumpers of 0.8 x 0.8 m, room for 50 fuel, and eight shots per second and barrel."""
+    """Build the config of a 55 kg robot: bumpers of 0.8 x 0.8 m, 50 fuel, and eight shots per second and barrel."""
     module = SwerveModuleConfig(
         x=0.0,
         y=0.0,
@@ -157,7 +157,7 @@ _WINCH = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=50.0, stator
 
 
 def climbing_robot() -> RobotConfig:
-    """Build a robot with a hook for the low rung, and bumpers of 0.70 x 0.70 m that fit between a tower's uprights."""
+    """Build the config of a robot with a hook for the low rung, and 0.70 m bumpers that fit between tower uprights."""
     robot = rebuilt_robot()
     assert isinstance(robot.drivetrain, SwerveConfig)
     hook = ElevatorConfig(

@@ -45,7 +45,7 @@ class RebuiltRules(Rules):
         Channel("Sim/Match/AutoTowerRobot<n>", "string", lambda r: r.levels(r.towers.auto_level),
                 "level of each robot: `None`, `Level1` to `Level3`"),
         Channel("Sim/Match/EndGameTowerRobot<n>", "string", lambda r: r.levels(r.towers.final_level),
-                "the same at the end"),
+                "the same at the end of the match"),
     )  # fmt: skip
 
     def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:
@@ -79,7 +79,7 @@ class RebuiltRules(Rules):
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Set up human players and the callback for fuel that leaves the field."""
+        """Create human players if their option is on, and set the callback for fuel that leaves the field."""
         self.match.pieces.out_of_field = self._left_field
         self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
@@ -89,18 +89,18 @@ class RebuiltRules(Rules):
             self._clear_points()
 
     def before_tick(self) -> None:
-        """Release fuel from hubs, return fuel that left the field, and let human players act."""
+        """Release fuel from hubs, return fuel that left the field, and perform the human players' actions."""
         for slot in self.ways.act():
             self.fouls.emerged(slot)
         if self.human_players is not None:
             self.human_players.act()
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return one point if the hub is active when its sensors detect the fuel, else 0."""
+        """Return the zone's points if fuel counts when the hub's sensors detect the fuel, else 0."""
         return zone.points if self.is_active(zone.alliance, self._sensed) else 0
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count a scored fuel in its period and put it into the hub."""
+        """Count a scored fuel in its period, judge G407, and put the fuel into the hub."""
         self.hubs.count(event.alliance, self._sensed)
         self.fouls.scored(event)
         self.ways.enter_hub(event.alliance, event.slot)
@@ -154,12 +154,12 @@ class RebuiltRules(Rules):
         return self.match.timer.time + self.event.sensor_delay
 
     def _left_field(self, slot: int) -> bool:
-        """Handle a fuel that has left the field; return whether field staff keep it for a later return."""
+        """Judge a fuel that has left the field; return whether field staff keep the fuel for a later return."""
         self.fouls.left_field(slot, untouched=bool(self.match.pieces.is_untouched[slot]))
         return self.human_players is not None and self.ways.leave_field(slot)
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return the bonus ranking points."""
+        """Return an alliance's bonus ranking points, 0 or 1 by name."""
         fuel, event = self.hubs.counted(alliance), self.event
         tower = math.fsum(self.towers.points(alliance))
         return {

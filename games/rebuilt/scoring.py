@@ -1,7 +1,7 @@
 """Phases of the match, and the periods in which fuel counts (game manual, MATCH PERIODS and HUB status).
 
 The manual leaves some times open; we use those of Cheesy Arena, a field management system for events (`game/hub.go`,
-`field/arena.go`). Fuel counts when the sensors below a hub's opening detect it. Fuel detected before teleop is auto
+`field/arena.go`). Fuel counts when detected by the sensors below a hub's opening. Fuel detected before teleop is auto
 fuel. For 3 s after a phase with an active hub, fuel still counts in that phase.
 """
 
@@ -67,7 +67,7 @@ class EventSettings:
 
 
 class HubCount:
-    """Count of fuel in both hubs by the period in which it counts.
+    """Count of fuel in both hubs by the period in which the fuel counts.
 
     Args:
         coin: Alliance whose hub is inactive first after a tie in auto.
@@ -87,7 +87,7 @@ class HubCount:
         return self._coin if blue == red else "blue" if blue > red else "red"
 
     def is_on(self, alliance: Alliance, time: float) -> bool:
-        """Return whether a hub is active at a match time [s], as shown by its lights."""
+        """Return whether a hub is active at a match time [s]; in practice, always True."""
         if self.practice:
             return True
         name = MATCH.phase(time).name
@@ -105,7 +105,7 @@ class HubCount:
         return _PERIODS[MATCH.phase(sensed).name] if self.is_on(alliance, sensed) else UNCOUNTED
 
     def count(self, alliance: Alliance, sensed: float) -> str:
-        """Count a fuel that a hub's sensors detect at a match time [s]; return the period in which it counts."""
+        """Count a fuel that a hub's sensors detect at a match time [s]; return the period in which the fuel counts."""
         period = self.period(alliance, sensed)
         self.fuel[alliance][period] += 1
         return period

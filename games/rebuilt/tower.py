@@ -25,11 +25,11 @@ _EPS = 1e-9
 
 
 def tower_level(alliance: Alliance, touched: Iterable[str], *, airborne: bool, lowest: float) -> int:
-    """Return the tower level of a robot, 0 for none.
+    """Return the tower level of a robot, or 0 if the robot is on no level.
 
     The robot must touch a rung or an upright of its tower, and otherwise only the tower's wall and supports, fuel and
-    robots. On level 1 it is off the carpet and the tower base, on level 2 its bumpers are fully above the low rung, and
-    on level 3 above the middle rung.
+    robots. On level 1 the robot is off the carpet and the tower base, on level 2 the bumpers are fully above the low
+    rung, and on level 3 fully above the middle rung.
 
     Args:
         alliance: Alliance of the robot.
@@ -71,7 +71,7 @@ class TowerJudge:
         """Numbers of robots that lose their tower points because a partner has fully carried them."""
 
     def after_tick(self) -> None:
-        """Judge a tick after all motion."""
+        """Record the tower levels at the end of auto and, until the assessment ends, at the end of the match."""
         time = self._match.timer.time
         if not self._is_auto_judged and MATCH.start("pause") - _EPS <= time < MATCH.start("transition"):
             self._is_auto_judged = True

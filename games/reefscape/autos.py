@@ -27,7 +27,7 @@ _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
 
 
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive backward to a station and wait up to 1.5 s for a coral."""
+    """Drive backward to a station and wait up to 1.5 s for a coral, with the intake on."""
     robot.intake(True)
     make_ready(robot)
     x, y, yaw = before_station(side)
@@ -80,25 +80,25 @@ AUTOS: dict[str, Auto] = {
     for auto in (
         Auto(
             name="three_l4",
-            summary="the preload and two coral of the left station on level 4",
+            summary="the preload and two coral from the left station to level 4",
             controller=SETTINGS.controller(three_l4),
             start=(7.2, 5.9, degrees(-120.0)),
         ),
         Auto(
             name="station_cycle",
-            summary="the preload on level 4, coral of the right station on levels 3 and 2",
+            summary="the preload to level 4, coral from the right station to levels 3 and 2",
             controller=SETTINGS.controller(station_cycle),
             start=(7.2, 2.15, degrees(120.0)),
         ),
         Auto(
             name="algae",
-            summary="the preload on level 4, algae of the reef through the processor and into the net",
+            summary="the preload to level 4, algae from the reef through the processor and into the net",
             controller=SETTINGS.controller(algae),
             start=(7.2, 4.0259, math.pi),
         ),
         Auto(
             name="climb",
-            summary="up the middle cage, which counts if it still hangs there when the match is over",
+            summary="climb the middle cage, which counts if the robot still hangs there when the match is over",
             controller=SETTINGS.controller(climb),
             start=(7.2, 5.9, math.pi),
         ),

@@ -69,8 +69,8 @@ RISER_RADIUS: Final = BRANCH_TIP_RADIUS - 0.27
 """Distance along the face's normal from the reef's center to the upright pipe that carries the branches. Estimate;
 algae on two branches then rest 0.91 and 1.31 m high, as teams measured."""
 L4_STRAIGHT: Final = 0.27
-"""Length of the upright end of a level 4 branch; estimate. Below it the pipe runs horizontally to the riser, which
-stops a coral."""
+"""Length of the upright end of a level 4 branch; estimate. Below this end, the pipe runs horizontally to the riser,
+which stops a coral."""
 L4_BEND_HEIGHT: Final = BRANCH_TIP_HEIGHTS[2] - L4_STRAIGHT
 TROUGH_EDGE_HEIGHT: Final = inches(18.0)  # manual
 TROUGH_FLOOR_DROP: Final = 0.14  # from the edge to the lowest point of the sloping floor, estimate

@@ -43,7 +43,7 @@ def _cage_name(alliance: Alliance, number: int) -> str:
 
 
 def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
-    """Return the field with its six cages, which are deep, or shallow if their option `<cage name>_shallow` is on."""
+    """Return the field with six cages; a cage is deep, or shallow if the option `<cage name>_shallow` is on."""
     cages, rungs, half = [], [], dim.CAGE_SIZE / 2.0
     for alliance in ALLIANCES:
         for number, y in enumerate(dim.CAGE_YS, start=1):

@@ -21,11 +21,11 @@ _LAUNCHED = 1.5  # [m/s], horizontal, relative to the robot; our choice: a coral
 _KNOCKED = 1.0  # [s]; our choice: a robot that touched a coral less than this before it fell has knocked it off
 
 REEF_ZONE = hexagon(dim.REEF_CENTER, dim.REEF_ZONE_APOTHEM)
-"""Corners of blue's reef zone in order around it [m], shape (6, 2)."""
+"""Corners of blue's reef zone, in order around the zone [m], shape (6, 2)."""
 _FAR_EDGE = dim.FIELD_CENTER[0] + 0.5 * dim.BARGE_ZONE_DEPTH
 _BARGE_Y = dim.FIELD_WIDTH - 0.5 * dim.BARGE_ZONE_WIDTH
 BARGE_ZONE = corners(dim.FIELD_CENTER[0], _BARGE_Y, 0.0, dim.BARGE_ZONE_DEPTH, dim.BARGE_ZONE_WIDTH)
-"""Corners of blue's barge zone in order around it [m], shape (4, 2)."""
+"""Corners of blue's barge zone, in order around the zone [m], shape (4, 2)."""
 
 
 class Fouls:
@@ -46,7 +46,7 @@ class Fouls:
         self._touched: dict[int, tuple[int, float]] = {}  # by slot of coral: robot that touched it last, and time
 
     def after_tick(self) -> None:
-        """Judge a tick after all motion."""
+        """Judge the fouls of a tick, after motion and scoring; judge nothing while robots are disabled."""
         match, released = self._match, self._releases.update()
         if not match.timer.is_enabled or match.timer.is_over:
             return
@@ -114,7 +114,7 @@ class Fouls:
         return self._match.alliances[number] in owners
 
     def _judge_released(self) -> None:
-        """Judge G411: a robot has put an algae on the opponents' reef, where it now rests."""
+        """Judge G411: an algae released by a robot has come to rest on the opponents' reef."""
         match, state = self._match, self._match.pieces.state
         for slot, number in list(self._released.items()):
             if state.status[slot] in (PieceStatus.AWAKE, PieceStatus.IN_FLIGHT):

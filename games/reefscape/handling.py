@@ -58,7 +58,7 @@ def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
 
 
 def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
-    """Return the pose of a robot in front of a face and facing it.
+    """Return the pose of a robot in front of a face of the reef, facing the reef, blue field frame [m, m, rad].
 
     Args:
         face: Number of the face.
@@ -71,7 +71,7 @@ def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
 
 
 def before_station(side: str, aside: float = 0.0) -> Pose:
-    """Return the pose of a robot with its back at a station.
+    """Return the pose of a robot with its back at a station, blue field frame [m, m, rad].
 
     Args:
         side: Station, `left` or `right`.
@@ -83,18 +83,18 @@ def before_station(side: str, aside: float = 0.0) -> Pose:
 
 
 def raise_to(robot: ScriptedRobot, level: int) -> None:
-    """Move the elevator to its starting height for placing on a level."""
+    """Move the elevator to the starting height for placing on a level."""
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
 def raised_to(robot: ScriptedRobot, level: int) -> Steps:
-    """Move the elevator to its starting height for placing on a level, and wait until it is there."""
+    """Move the elevator to the starting height for placing on a level, and wait up to 1.5 s for the elevator."""
     raise_to(robot, level)
     yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
 
 
 def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
-    """Wait at most 1.5 s until the elevator's drum is near its goal [rad]."""
+    """Wait at most 1.5 s until the elevator's drum is within 0.3 rad of a goal [rad]."""
     for _ in range(75):
         if abs(robot.robot.mechanisms["elevator"].position - goal) < _ELEVATOR_TOLERANCE:
             break
@@ -102,7 +102,13 @@ def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
 
 
 def before_branch(face: int, side: str, level: int) -> Pose:
-    """Return the starting pose for placing on a branch."""
+    """Return the robot's starting pose for placing on a branch, blue field frame [m, m, rad].
+
+    Args:
+        face: Number of the face.
+        side: Side of the face as seen from the reef's center: `left`, `right` or, for the trough, `middle`.
+        level: Level, 1 to 4.
+    """
     return _before_face(face, _reach(level)[0] + _APPROACH, _ASIDE[side])
 
 
@@ -117,14 +123,14 @@ def place_coral(
 ) -> Steps:
     """Drive to a face, place the coral on a branch or in the trough, and back off.
 
-    The robot keeps the coral if an obstacle stops it before the branch.
+    The robot keeps the coral if an obstacle stops the robot more than 5 cm before the placing position.
 
     Args:
         robot: Robot with the coral.
         face: Number of the face.
         side: Side of the face as seen from the reef's center, `left` or `right`; `middle` for the trough.
         level: Level, 1 to 4.
-        way: Waypoints on the way to the face, blue field frame [m].
+        way: Waypoints before the face, blue field frame [m].
         error: Lateral error of the placement, to the left of the branch [m].
     """
     out, _, arm = _reach(level)
@@ -154,12 +160,12 @@ def make_ready(robot: ScriptedRobot) -> None:
 
 
 def before_algae(face: int) -> Pose:
-    """Return the starting pose for taking the algae from a face."""
+    """Return the robot's starting pose for taking the algae from a face, blue field frame [m, m, rad]."""
     return _before_face(face, _ALGAE_OUT + 0.45)
 
 
 def take_algae(robot: ScriptedRobot, face: int) -> Steps:
-    """Drive to a face and take its algae off the reef."""
+    """Drive to a face, take its algae off the reef, and back off."""
     height = reef_algae_places()[face][2]
     robot.set_position("elevator", elevator_turns(height - ALGAE_REACH * math.sin(_ALGAE_ARM)))
     robot.set_volts("algae_wheel", 8.0)
@@ -183,14 +189,14 @@ def _let_algae_go(robot: ScriptedRobot) -> Steps:
 
 
 def lower_claw(robot: ScriptedRobot) -> None:
-    """Lower the claw in front of the front bumper, to take coral off the carpet."""
+    """Lower the claw in front of the front bumper and run the claw, to take coral off the carpet."""
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", elevator_turns(FLOOR_PIVOT_HEIGHT))
     robot.set_position("arm", degrees(-60.0))
 
 
 def lower_wheel(robot: ScriptedRobot, height: float) -> None:
-    """Extend the algae wheel at the height of a loose algae's center [m]."""
+    """Extend the algae wheel to the height of a loose algae's center [m], and run the wheel."""
     robot.set_volts("algae_wheel", 8.0)
     robot.set_position("elevator", 0.0)
     robot.set_position("arm", math.asin((height - PIVOT[2]) / ALGAE_REACH))
@@ -204,7 +210,7 @@ def tuck(robot: ScriptedRobot) -> None:
 
 
 def process(robot: ScriptedRobot) -> Steps:
-    """Bring an algae to the processor."""
+    """Bring an algae to the processor and release the algae there."""
     robot.set_position("elevator", 0.0)
     x, y = dim.PROCESSOR_X, 0.46
     yield from robot.drive_to(x, y + 0.8, -math.pi / 2, speed=3.5, tolerance=0.10)
@@ -221,12 +227,12 @@ def raise_to_net(robot: ScriptedRobot) -> None:
 
 
 def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive to the net and put an algae into it.
+    """Drive to the net, put an algae into the net, and lower the elevator.
 
     Args:
         robot: Robot with the algae.
         y: Position along the net, blue field frame [m].
-        way: Waypoints on the way to the net, blue field frame [m].
+        way: Waypoints before the net, blue field frame [m].
     """
     raise_to_net(robot)
     yield from robot.drive_through([*way, (NET_X - 0.5, y)], 0.0, speed=4.0, tolerance=0.10)

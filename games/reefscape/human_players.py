@@ -108,7 +108,7 @@ class HumanPlayers:
         self._algae[other_alliance(scored_by)].keep(slot)
 
     def act(self) -> None:
-        """Drop coral and throw algae when due; call once a tick."""
+        """Drop coral for waiting robots and throw algae when due, unless a person is in control; call once a tick."""
         timer = self._match.timer
         for alliance in ALLIANCES:
             if alliance in self._match.persons:
@@ -143,7 +143,7 @@ class HumanPlayers:
         return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)
 
     def _throw(self, alliance: Alliance) -> None:
-        """Throw an algae at the net with a person's accuracy."""
+        """Throw an algae at the net, with random errors of direction and speed."""
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
         hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's human player, behind blue's processor
         flip = FIELD.symmetry if alliance == "blue" else None

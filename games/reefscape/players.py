@@ -69,7 +69,7 @@ _NEAR_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 1.5  # [m] f
 
 @dataclass(slots=True)
 class _Memory:
-    """A player's memory of failures."""
+    """Failures that a player remembers, so that the player tries other places first."""
 
     failed: Counter[Branch | Spot | int] = field(default_factory=Counter)
     """Number of failures at a branch, a station or a face's algae."""
@@ -83,12 +83,12 @@ def _holds(player: Player, kind: str) -> bool:
 
 
 def _is_free(player: Player, place: Place) -> bool:
-    """Return whether no other robot is at a place."""
+    """Return whether no other robot is within 0.95 m of a position."""
     return all(math.dist(other.place, place) > _ROOM for other in player.others)
 
 
 def _travel_time(player: Player, place: Place) -> float:
-    """Estimate the travel time to a place, with a detour around the reef if it is in the way [s]."""
+    """Estimate the travel time to a position, with a detour if the reef is in between [s]."""
     (x, y), reef = player.pose[:2], dim.REEF_CENTER
     along = (reef[0] - x) * (place[0] - x) + (reef[1] - y) * (place[1] - y)
     share = along / (player.away(place) ** 2 + 1e-9)
@@ -109,7 +109,7 @@ def _drive_to_best(
         timeout: Time limit [s].
 
     Returns:
-        Place that the robot has reached, or None if it has reached none.
+        Place that the robot has reached, or None if the robot has reached no place.
     """
     chosen: _T | None = None
 
@@ -173,7 +173,7 @@ def _score(player: Player, memory: _Memory) -> Steps:
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of the positions at which a player may take pieces: on its side, and away from walls."""
+    """Return a mask of the positions where a player may take pieces: on the blue side, and away from walls."""
     x, y = places.T
     inside: BoolArray = (x > _MARGIN) & (x < _OWN_SIDE) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     return inside
@@ -190,7 +190,7 @@ def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
 
 
 def _fetch(player: Player, memory: _Memory) -> Steps:
-    """Take a coral off the carpet if it is nearer than the stations; otherwise wait for a coral at a station."""
+    """Take a coral off the carpet if the coral is nearer than the stations; otherwise wait for one at a station."""
     make_ready(player)
     lying = player.seen_pieces["Coral"][:, :2]
     lying = lying[_can_be_taken(lying)]
@@ -257,7 +257,7 @@ def _lying_algae(player: Player) -> list[tuple[float, float, float]]:
 
 
 def _take_lying(player: Player) -> Steps:
-    """Drive to the nearest loose algae and take it with the wheel."""
+    """Drive to the nearest loose algae, and take the algae with the wheel."""
 
     def goal() -> Pose | None:
         places = _lying_algae(player)
@@ -363,7 +363,7 @@ def climber(player: Player) -> Steps:
 
 
 def _spares_opponent(player: Player, place: Place) -> bool:
-    """Return whether a defender avoids an opponent: near its reef (G427), or on the side away from its stations."""
+    """Return whether a defender avoids an opponent: near the opponents' reef (G427), or between reef and midfield."""
     ahead = 0.8 * player.skill.reaction
     return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
@@ -372,9 +372,9 @@ _DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_spares_oppon
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents on the way to their reef, without fouls G403, G425 and G427.
+    """Block opponents that drive to their reef, without fouls G403, G425 and G427.
 
-    In auto, the defender scores its preload on its own side; then it crosses the field between its own cages.
+    In auto, the defender scores its preload on its own side; then the robot crosses the field between its own cages.
     """
     memory = _Memory()
     make_ready(player)

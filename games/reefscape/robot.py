@@ -93,7 +93,7 @@ _BEFORE_BUMPER = IntakeZone(x_min=0.24, x_max=0.50, y_min=-0.25, y_max=0.25, z_m
 
 
 def _roller(name: str, x: float, z: float) -> Joint:
-    """Return the joint of a roller with its axle across the robot at x and z in the frame of its carrier [m]."""
+    """Return the hinge of a roller whose axle lies across the robot at x and z in the frame of the carrier [m]."""
     return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
 
 
@@ -103,11 +103,11 @@ def _around(reach: float, spare: float) -> IntakeZone:
 
 
 def reefscape_robot() -> RobotConfig:
-    """Build a 52 kg robot, of which the elevator lifts 11 kg.
+    """Build the config of a 52 kg robot with an elevator that lifts up to 11 kg.
 
-    The robot takes coral from a station at its back, or off the carpet with the lowered arm in front. It places coral
-    at the front and holds algae farther out. To climb, it drives a cage into the bay at its back until the hook is
-    above or in the cage, so that the robot hangs level.
+    The robot takes coral from a station at its back, or off the carpet with the lowered arm in front. The arm places
+    coral at the front and holds algae farther out. To climb, the robot drives a cage into the bay at its back until the
+    hook is above or in the cage, so that the robot hangs level.
     """
     module = SwerveModuleConfig(
         x=0.0,

@@ -57,7 +57,7 @@ class ReefscapeRules(Rules):
                 "coral that an alliance's human players have"),
         Channel("Sim/Match/<Alliance>HumanPlayerAlgae", "int",
                 lambda r: {a.capitalize(): r.human_players.waiting_algae[a] for a in ALLIANCES},
-                "algae that wait for the human player behind the processor"),
+                "algae behind the processor, waiting for the human player"),
         Channel("Sim/Match/EndGameRobot<n>", "string", lambda r: r.ends,
                 "how each robot ended: `None`, `Parked`, `ShallowCage` or `DeepCage`"),
     )  # fmt: skip
@@ -81,7 +81,7 @@ class ReefscapeRules(Rules):
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Set up the human players with their coral."""
+        """Create the human players, with coral at their stations."""
         self.human_players = HumanPlayers(self.match)
 
     def start_mode(self, mode: str) -> None:
@@ -90,7 +90,7 @@ class ReefscapeRules(Rules):
             self._clear_points()
 
     def before_tick(self) -> None:
-        """Let human players act."""
+        """Perform the human players' actions that are due."""
         self.human_players.act()
 
     def human_actions(self) -> Sequence[HumanAction]:
@@ -102,7 +102,7 @@ class ReefscapeRules(Rules):
         return 0 if self._is_assessed else zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count an algae scored in a processor, and give it to the other alliance's human player."""
+        """Count an algae scored in a processor, and give the algae to the other alliance's human player."""
         self.human_players.take_algae(event.alliance, event.slot)
         self._processed[event.alliance] += bool(event.points)
 
@@ -130,7 +130,7 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats the judgment for 3 s."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
@@ -179,7 +179,7 @@ class ReefscapeRules(Rules):
     # --- scoring ------------------------------------------------------------------------------------------------------
 
     def _judge(self) -> None:
-        """Judge placed pieces and robots, and add the difference in points."""
+        """Update the auto and end-game results until the assessment ends, and add the change of points to the score."""
         time = self.match.timer.time
         if self._is_assessed:
             return
@@ -200,7 +200,7 @@ class ReefscapeRules(Rules):
         return self.match.timer.time > MATCH.duration + ASSESSMENT + 1e-9 and not self.match.practice
 
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
-        """Return the points of an alliance's coral with auto values and those with teleop values."""
+        """Return the points of an alliance's coral that has auto values, and of coral that has teleop values."""
         now, trough = self._count, level_of(alliance, "trough")
         first = min(now[trough], self._auto_count[trough])
         early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
@@ -239,7 +239,7 @@ class ReefscapeRules(Rules):
         return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return the bonus ranking points, which some fouls of the other alliance also grant."""
+        """Return an alliance's bonus ranking points, 0 or 1 by name; some fouls of the other alliance grant one."""
         robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
         have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
         is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)
@@ -258,7 +258,7 @@ class ReefscapeRules(Rules):
         return 0 if is_early or ahead < 0 else 3 if ahead else 1
 
     def _has_left(self, robot: Robot) -> bool:
-        """Return whether no part of a robot's bumpers is above its alliance's starting line."""
+        """Return whether no part of a robot's bumpers is above the starting line of the robot's alliance."""
         x = self.match.outline(robot.number)[:, 0]
         return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
 

@@ -1,4 +1,4 @@
-"""Path of the extension for this computer, one of the files built by `scripts/build_bridge.py`."""
+"""Path of the HAL extension for this computer; `scripts/build_bridge.py` builds the extensions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def extension_path() -> Path:
     """Return the path of the extension for this computer.
 
     Raises:
-        ConfigError: The extension is not built for this computer.
+        ConfigError: simcore has no extension for this operating system and processor.
     """
     key = sys.platform, platform.machine().lower()
     if key not in TARGETS:

@@ -1,7 +1,7 @@
 """Ports of a program in another process, mirrored in simcore's HAL: outputs are received, inputs are sent.
 
 `simcore.toml`, drivetrains and mechanisms on ports therefore work as for a Python program. The class of a PWM device,
-and whether the program has inverted it, are unknown, so signs are those of the PWM signal.
+and whether the program has inverted the device, are unknown, so signs are those of the PWM signal.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _JOYSTICKS = range(6)
 _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
     1: ("Boolean", bool), 2: ("Double", float), 4: ("Int", int), 8: ("Int", int), 16: ("Long", int),
 }  # fmt: skip
-"""WPILib type name, and conversion from a number, by the HAL's type code; an enum value is its number."""
+"""WPILib type name and conversion from a number, by HAL type code; an enum value is converted to its index."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
 """WPILib class of each gyro by the first part of its SimDevice name."""
 _INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
@@ -41,7 +41,7 @@ class MirroredPorts:
 
     Args:
         settings: Settings of simcore.toml, which list the solenoids.
-        follows: Whether the program's driver station controls the robot instead of simcore's.
+        follows: Whether the program's driver station controls the robot, instead of simcore's driver station.
     """
 
     def __init__(self, settings: RobotSettings, *, follows: bool = False) -> None:
@@ -82,7 +82,7 @@ class MirroredPorts:
     # --- from the program -----------------------------------------------------------------------------------------
 
     def take(self, found: Iterable[Record]) -> None:
-        """Apply the changes received from the program; once the program has started, open the ports it has opened."""
+        """Store the program's outputs, choosers and errors; after its start, mirror its open ports and SimDevices."""
         changed: list[Record] = []
         choosers: list[list[str]] = []
         opens = False
@@ -135,13 +135,13 @@ class MirroredPorts:
             sim.EncoderSim(encoder).set_reset(True)
 
     def _take_gyro(self, number: int, _: int, value: float) -> None:
-        """Reset the mirrored gyro after a reset by the program, seen as an angle of zero that simcore did not send."""
+        """Reset the mirrored gyro if the program's gyro reads zero while the mirrored angle is not zero."""
         gyro = self._open.get(("AnalogGyro", number))
         if gyro and value == 0.0 != sim.AnalogGyroSim(number).getAngle():
             gyro.reset()
 
     def _follow(self, name: str) -> Callable[[int, int, float], None]:
-        """Return a setter that copies a value of the program's driver station to simcore's."""
+        """Return a setter that copies a value of the program's driver station to `DriverStationSim`."""
         show = getattr(sim.DriverStationSim, name.replace("GetDriverStation", "set"))
         make = hal.AllianceStationID if name.endswith("Id") else bool
         return lambda number, sub, value: show(make(int(value)))
@@ -162,7 +162,7 @@ class MirroredPorts:
         return self._open[what, number]
 
     def _open_ports(self) -> None:
-        """Open all ports, starting with devices on several ports, since an encoder opens its own digital inputs."""
+        """Open the program's ports and register the inputs to send; encoders precede the digital inputs they use."""
         for n in self._opened("GetPWMInitialized"):
             self._make("PWM", n, wpilib.PWMSparkMax, n)
         for n in self._opened("GetEncoderInitialized"):
@@ -243,7 +243,7 @@ class MirroredPorts:
     # --- to the program -------------------------------------------------------------------------------------------
 
     def inputs(self) -> list[Record]:
-        """Return the inputs that have changed since the last call."""
+        """Return a record for each input whose value has changed since the last call."""
         found = []
         for row, (code, sub, number, get) in enumerate(self._inputs):
             value = float(get())
@@ -253,7 +253,7 @@ class MirroredPorts:
         return found
 
     def driver_station(self) -> list[Record]:
-        """Return the records of a driver station packet: changed `inputs`, texts, choosers and new joysticks."""
+        """Return changed inputs, texts and chooser selections, then `NEW_DATA`; new joysticks follow next time."""
         hal.refreshDSData()
         found = self.inputs()
         said = wpilib.MatchState.get_game_data(), wpilib.MatchState.getEventName()

@@ -100,7 +100,7 @@ def definitions() -> list[Record]:
 
 
 def frame(time: int, values: list[Record]) -> bytes:
-    """Encode a frame to the program.
+    """Encode a frame for the program.
 
     Args:
         time: Time step of the program's clock [us].
@@ -111,7 +111,7 @@ def frame(time: int, values: list[Record]) -> bytes:
 
 
 def frame_size(header: bytes) -> tuple[int, int]:
-    """Return the size of the records after a header [bytes], and the frame's time [us].
+    """Return the size of the records after a header [bytes], and the time in the header [us].
 
     Raises:
         VersionError: The header is from another version of the extension, or from another program.

@@ -1,4 +1,4 @@
-"""Robot program in its own process: started with the extension or awaited, stepped, and always ended."""
+"""Robot program in its own process: simcore starts the program or waits for it, steps its clock, and ends it."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ _LAST = 6  # lines of output quoted in an error
 
 
 class ProgramError(SimcoreError, RuntimeError):
-    """Robot program that has ended, hangs or has never connected."""
+    """Robot program that cannot be started, has not connected, hangs or has ended."""
 
 
 class RobotProcess:
     """Process of a robot program, and the socket to its extension.
 
     Args:
-        command: Command that starts the program; empty if another process starts it.
+        command: Command that starts the program; empty if another process starts the program.
         patience: Wall time in which the program must connect and reach its first loop [s].
         hang: Wall time in which a step must finish [s].
         output: File for the program's output; None for no file.
         shows: Number of lines of output passed on to stderr.
-        say: Called with each status message for the user.
+        say: Function called with each status message for the user.
 
     Raises:
         ProgramError: The command cannot be started, or the port is in use.
@@ -68,7 +68,7 @@ class RobotProcess:
         self._connection: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._pid = 0
-        """Process ID of the program, which may be a child of another process such as the Gradle daemon."""
+        """Process ID of the program, possibly a child of the Gradle daemon; 0 before the program connects."""
         self._last: deque[str] = deque(maxlen=_LAST)
         self._reader: threading.Thread | None = None
         self.time = 0.0
@@ -129,11 +129,11 @@ class RobotProcess:
         self._reader.start()
 
     def connect(self) -> list[Record]:
-        """Wait until the program's extension connects, and return its first records.
+        """Wait for the program's extension to connect, define the ports to exchange, and return the received records.
 
         Raises:
             ProgramError: The program has not connected in time, or has ended.
-            VersionError: The extension has another version.
+            VersionError: The extension has a different version from simcore's.
         """
         end = time.monotonic() + self.patience
         if self._process is None:
@@ -155,10 +155,10 @@ class RobotProcess:
     # --- running ----------------------------------------------------------------------------------------------------
 
     def exchange(self, time_us: int, values: list[Record]) -> list[Record]:
-        """Write values, step the program's clock by `time_us` [us], and return the changed values.
+        """Write values, step the program's clock by `time_us` [us], and return records of the changed outputs.
 
         Raises:
-            ProgramError: The program has ended, or does not finish its loop in time.
+            ProgramError: The program has ended, or does not finish the step in `hang` seconds of wall time.
         """
         assert self._connection is not None
         try:
@@ -252,7 +252,7 @@ class RobotProcess:
     # --- what it prints -----------------------------------------------------------------------------------------------
 
     def _read_output(self, pipe: IO[bytes], file: IO[bytes] | None) -> None:
-        """Read all output; pass on the first lines to stderr, and write it to a file up to a size limit."""
+        """Read all output, copy the first lines to stderr, and write the output to a file up to a size limit."""
         lines = kept = 0
         with contextlib.ExitStack() as stack:
             stack.enter_context(pipe)

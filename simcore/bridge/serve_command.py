@@ -99,7 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command; return the exit status: 0 played, 1 not as expected, 130 interrupted.
+    """Run the command; return the exit status: 0 for success, 1 if `--expect` does not hold, 130 after Ctrl-C.
 
     Raises:
         SimcoreError: The options are invalid, or the program has failed.
@@ -139,7 +139,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """List the ports and devices that the program has opened; needs no simcore.toml."""
+    """Print the program's ports, SimDevices and autos, and return 0; no simcore.toml is needed."""
     _connect_tables(real_time=False)
     process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, say=_say)
     with process, _robot(options, process, follows=False) as robot:
@@ -158,7 +158,7 @@ def _check(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """Modes to run with their lengths [s]; empty if the program's own driver station sets the mode."""
+    """Name, modes and length of a run [s]; no modes if the program's own driver station sets the mode."""
 
     name: str
     modes: tuple[tuple[str, float], ...]
@@ -180,7 +180,7 @@ def _plan(options: argparse.Namespace, auto: float, whole: float) -> _Plan:
 
 @dataclass(slots=True)
 class _Times:
-    """Path of the robot, and wall time [s], substeps and awake pieces of each tick."""
+    """Robot pose [m, m, rad] after each tick, and wall time [s], substeps and number of awake pieces of each tick."""
 
     path: list[tuple[float, float, float]] = field(default_factory=list)
     ticks: list[tuple[float, int, int]] = field(default_factory=list)
@@ -254,7 +254,7 @@ def _tick(robot: RobotTest, times: _Times) -> None:
 
 
 def _connect_tables(real_time: bool) -> None:
-    """Start NetworkTables as local to this process, or in real time as a client of the program's server."""
+    """Start NetworkTables within this process only, or in real time as a client of the program's server."""
     tables: Any = season.ntcore.NetworkTableInstance.get_default()
     if real_time:
         tables.startClient4("simcore")

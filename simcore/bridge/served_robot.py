@@ -37,7 +37,7 @@ class Program:
 
 
 class ServedRobot(RobotTest):
-    """Fixture `sim` for a program in another process.
+    """Robot under test for a program in another process, like the fixture `sim`.
 
     Args:
         process: Process of the program, started but not yet connected.
@@ -46,7 +46,7 @@ class ServedRobot(RobotTest):
         engine: Name of the physics engine; None for the engine in the file.
         match: Name of a full match with scripted players; None for the match in the file.
         real_time: Whether the program's clock runs freely on the wall clock.
-        follows: Whether the program's own driver station enables the robot, such as the one in WPILib's Sim GUI.
+        follows: Whether the program's own driver station enables the robot, for example WPILib's Sim GUI.
 
     Raises:
         ConfigError: The file is invalid, or names a device that cannot be stepped.
@@ -85,10 +85,10 @@ class ServedRobot(RobotTest):
         super().__init__(control, Program(), PhysicsHook([AttachedPhysics], nullcontext))
 
     def connect(self) -> None:
-        """Wait until the program reaches its main loop, and open the ports that it has opened.
+        """Connect to the program, wait until the program reaches its main loop, and mirror its open ports.
 
         Raises:
-            ProgramError: The program has not reached its main loop in time.
+            ProgramError: The program has not connected or not reached its main loop in time.
         """
         end = time.monotonic() + self._process.patience
         self._ports.take(self._process.connect())
@@ -103,14 +103,14 @@ class ServedRobot(RobotTest):
             self._exchange(0.0, [])
 
     def ask_choosers(self) -> None:
-        """Request the program's choosers, and publish them on simcore's NetworkTables from now on."""
+        """Request the program's choosers, and publish them on simcore's NetworkTables."""
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
     def _run_robot(self) -> None:
         self.connect()
 
     def _build(self) -> None:
-        """Build the robot model from the ports that the program has opened, and place the robot on the field."""
+        """Build robot and field from the program's open ports, and step the program's clock by half a part."""
         self._hook.begin(self.robot)
         assert self._hook.engine is not None
         self._served = self._hook.engine[0]
@@ -119,8 +119,8 @@ class ServedRobot(RobotTest):
     def _advance(self, seconds: float) -> None:
         """Step program and physics in turn, one part of a tick at a time; the first call builds the physics instead.
 
-        The program's clock is half a part ahead, so each loop reads the sensors at its own time. Driver station data
-        are sent with the last part of the tick, in which the program's loop runs, as for a program in this process.
+        The program's clock is half a part ahead of the physics. Driver station data are sent with the last part of the
+        tick, in which the program's loop runs, as for a program in this process.
         """
         if self._served is None:
             self._build()  # also takes the first step, as for a program in this process
@@ -158,12 +158,12 @@ class ServedRobot(RobotTest):
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """Set no timeout, because `RobotProcess` has its own."""
+        """Set no time limit, because `RobotProcess` limits the time of each step."""
         yield
 
 
 def require_ports(settings: RobotSettings) -> None:
-    """Check that simcore.toml names no device that cannot be stepped from outside.
+    """Check that simcore.toml names only devices that the bridge can step.
 
     Raises:
         ConfigError: The file names a device that cannot be stepped.

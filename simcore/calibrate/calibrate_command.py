@@ -300,7 +300,7 @@ def _page(found: Sequence[_Finding], sources: str, robot: Described) -> str:
         for one in finding.predictions:
             times = one.run.times
             ways = [series("real", times, one.real), series("simulated", times, one.way)]
-            blocks.append(chart(f"{one.run.name}: way", ways, x_label="s", y_label=finding.unit))
+            blocks.append(chart(f"{one.run.name}: position", ways, x_label="s", y_label=finding.unit))
             off = series("", times, one.way - one.real)
             blocks.append(
                 chart(f"{one.run.name}: simulated minus real", [off], x_label="s", y_label=finding.unit, from_zero=True)

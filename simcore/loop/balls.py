@@ -1,18 +1,19 @@
-"""Balls of all games at all times, by small steps: why a ball rolls, bounces, is pinned and lies in a heap.
+"""Motion of balls in steps of at most 1 ms: flight, rolling, bounces, piles, and balls pinned by robots.
 
-`list_contacts` lists the pairs of balls, and of balls and solids, that may touch within a few milliseconds.
-`advance_balls` takes one step of 1 ms: every contact gives its force in the middle of the step, forces change
-velocities, and all balls drift on to the middle of the next step (leapfrog).
+`list_contacts` lists the pairs of balls, and the pairs of a ball and a solid, that may touch within a few milliseconds.
+`advance_balls` takes one step: the contact forces in the middle of the step change the velocities, and all balls drift
+to the middle of the next step (leapfrog).
 
-The step is the same for all balls, and a ball that needs shorter steps gets them without the others. One that is fast,
-or whose contact with a solid is too stiff for the step, goes through it in parts. Balls whose contacts with each other
-are too stiff go through it in equal parts together. What other contacts do to them is constant during the step.
+Most balls take the whole step. A fast ball, or a ball with a contact on a solid that is too stiff for the step, divides
+the step into parts. Balls whose contacts with each other are too stiff for the step divide the step into equal parts
+together; the forces of their other pairs are constant during the step.
 
-What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have,
-and get the same impulse afterwards.
+A ball changes the velocity of a robot, or of a body that carries robots, at once. Other bodies move at constant
+velocity during the call, and the engine gets the balls' impulses afterwards.
 
-A sleeping ball stands still and costs nothing. It wakes when what touches it moves, or pushes otherwise than when it
-fell asleep; it takes the impulse of the push that wakes it.
+A sleeping ball does not move and takes almost no time. The ball wakes when a nearby ball moves, or when the force of a
+ball or body differs from the force at which the ball fell asleep. The force that wakes a ball also accelerates the
+ball.
 """
 
 from __future__ import annotations
@@ -54,78 +55,79 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts"]
 
-_STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
-_MOST_SURFACES = 12  # of a ball with solids at one instant
-_FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
-_COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
-_QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
-_GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
-_WAKING_SPEED = 0.05  # [m/s]; of a ball or body that wakes what it touches
-_BESIDE = 0.003  # [m]; balls so near may lean on each other
-_LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
-_TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
-_RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into, in which no force has pressed it
-_STOPPING = 0.1  # share of the relative spin that the resistance of a pair to rolling takes in a step, at most
-_FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
+_STANDING = 1e-3  # speed below which a body is at rest [m/s, rad/s]
+_MOST_SURFACES = 12  # largest number of contacts of a ball with solids and floor at one time
+_FLOOR, _PAIR = -2, -3  # contact key of the floor; contact key of the other ball is `_PAIR` minus that ball's row
+_COPLANAR = 5e-4  # distance of an edge from the plane of a touched face within which the edge is ignored [m]
+_QUIET_SPEED = 0.03  # speed below which a ball is still [m/s]
+_GAINS = 0.004  # increase of a still ball's speed that restarts the time `still` [m/s]
+_WAKING_SPEED = 0.05  # speed above which a ball wakes a sleeping ball that it touches or almost touches [m/s]
+_BESIDE = 0.003  # gap up to which a moving ball wakes a sleeping ball that may lean on the moving ball [m]
+_LIFTED = 2.5  # increase of another ball's force that wakes a sleeping ball, over the ball's weight [-]
+_TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # change of the bodies' force that wakes a ball: [N] plus a fraction [-]
+_RISES = 0.5  # speed at which an initial overlap decays [m/s]
+_STOPPING = 0.1  # largest fraction of a pair's relative spin that rolling resistance removes in a step [-]
+_FARTHEST = 0.25  # largest displacement of a ball near solids in one part of a step, over the ball's radius [-]
 
 
 class Listed(NamedTuple):
-    """Balls that may move within a few milliseconds, and their contacts with solids."""
+    """Balls that may move or wake within a few milliseconds, and the contacts of these balls with floor and solids."""
 
     queue: IntArray
-    """Rows of these balls; the first `size` entries count."""
+    """Rows of the listed balls; only the first `size` entries are valid."""
     size: int
     """Number of listed balls."""
     start: IntArray
-    """First entry of each ball in `near`, and the end, shape (size + 1,)."""
+    """Index in `near` of each ball's first entry, and the number of entries, shape (size + 1,)."""
     near: IntArray
-    """Solids that each ball may touch within that time."""
+    """Rows of the solids that each ball may touch while the list is valid."""
     has_bodies: npt.NDArray[np.uint8]
-    """1 where these solids belong to bodies, shape (size,)."""
+    """1 for balls that may touch a solid of a body, shape (size,)."""
     number: IntArray
-    """Number of present contacts, shape (size,)."""
+    """Number of present contacts of each ball with floor and solids, shape (size,)."""
     found: FloatArray
-    """Normal, depth, and place on the surface relative to the ball's center of each contact, shape (12, size, 7)."""
+    """Unit normal [-], depth [m], and contact point relative to the ball's center [m], shape (12, size, 7)."""
     which: IntArray
-    """Solid of each contact, and 1 where its face is touched, shape (12, size, 2)."""
+    """Row of the solid of each contact, or -2 for the floor, and 1 for a contact with a face, shape (12, size, 2)."""
     is_leaving: npt.NDArray[np.uint8]
-    """1 while a ball is in the body that it was launched from, shape (size,)."""
+    """1 for balls that still overlap the body by which they were launched, shape (size,)."""
     reach: FloatArray
-    """Distance from the ball's center up to which gaps are known [m], shape (size,)."""
+    """Distance from each ball's center within which `gap` is exact [m], shape (size,)."""
     gap: FloatArray
-    """Smallest gap to a solid within reach; negative: a contact [m], shape (size,)."""
+    """Smallest gap of each ball to floor or solid within `reach`, negative for a contact [m], shape (size,)."""
     nearest: IntArray
-    """Solid at that gap, shape (size,)."""
+    """Row of the solid with the smallest gap, or -2 for the floor, shape (size,)."""
     parts: IntArray
     """Number of parts into which each ball divides the step, shape (size,)."""
     joint: IntArray
-    """Number of parts that the stiff pairs of each ball need; 1: it has none; by row, shape (n,)."""
+    """Number of parts that the stiff pairs of each ball need, 1 for a ball without stiff pairs; by row, shape (n,)."""
     every: IntArray
-    """0, 1, 2 ...: all places of the queue, shape (size,)."""
+    """Indices of all listed balls in `queue`: 0, 1, 2 ..., shape (size,)."""
     order: IntArray
-    """The same places, sorted: one step, parts alone, parts together with others, shape (size,)."""
+    """Indices of the balls in `queue`, sorted: whole step, own parts, parts shared with other balls, shape (size,)."""
 
 
 class Pairs(NamedTuple):
     """Pairs of balls that may touch within a few milliseconds."""
 
     first: IntArray
-    """Row of one ball; the first `size` entries count."""
+    """Row of one ball of each pair; only the first `size` entries are valid."""
     second: IntArray
-    """Row of the other ball."""
+    """Row of the other ball of each pair; only the first `size` entries are valid."""
     size: int
     """Number of pairs."""
     stiffness: npt.NDArray[np.uint8]
-    """0: whole steps will do; 1: too stiff for them when deep or fast; 2: too stiff at any depth, shape (size,)."""
+    """0 for pairs that can take whole steps, 1 for pairs too stiff for whole steps when deep or fast, 2 for pairs too
+    stiff at any depth, shape (size,)."""
     every: IntArray
-    """0, 1, 2 ...: all pairs, shape (size,)."""
+    """Indices of all pairs: 0, 1, 2 ..., shape (size,)."""
     stiff: IntArray
-    """Pairs that are too stiff for the present step; `collide` says how many count, shape (size,)."""
+    """Indices of the pairs that are too stiff for the present step; `collide` returns their number, shape (size,)."""
 
 
 @inner
 def _slot(key, stamp, i, touched):
-    """Return the place in the memory of ball i for a contact: its own, else that of the oldest contact."""
+    """Return the index of a contact in the memory of ball i; a new contact replaces the oldest contact."""
     oldest = 0
     for s in range(REMEMBERED):
         if key[i, s] == touched:
@@ -139,7 +141,11 @@ def _slot(key, stamp, i, touched):
 
 @inlined
 def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
-    """Return how deep a ball is squeezed [m] that is so deep in something: less by what it was put into it."""
+    """Return the compression of a ball [m]: the overlap `depth` [m] minus the remaining initial overlap.
+
+    Only a contact of a ball that has just been placed has an initial overlap: the part of the depth that the closing
+    speed [m/s] does not explain within a step of h [s]. The initial overlap decays with time.
+    """
     if is_new:
         spring[i, s, 3] = max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0
     else:
@@ -149,7 +155,11 @@ def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
 
 @inlined
 def _push(spring, i, s, is_new, depth, closing, k1, k3, hard_from, hard, restitution, h):
-    """Return the force of the foam of a contact with memory [N]; one that is old but unsqueezed so far has rested."""
+    """Return the normal force of a contact with hysteresis [N], and update the contact's memory and energy.
+
+    The memory of a new contact begins at 2 v h / d, at most 1, for a closing speed v and an overlap d; a contact
+    without overlap begins at 1.
+    """
     loss, band = foam_loss(restitution)
     energy = foam_energy(depth, k1, k3, hard_from, hard)
     if is_new:
@@ -162,24 +172,24 @@ def _push(spring, i, s, is_new, depth, closing, k1, k3, hard_from, hard, restitu
 
 @inlined
 def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, h):
-    """Return the force of friction with memory [N].
+    """Return the x, y and z components of the friction force on a ball [N], and update the contact's friction spring.
 
     Args:
-        spring: Stretch of all contacts' springs [m].
-        i: The ball that remembers this contact.
-        s: Place of the contact in its memory.
-        is_new: Whether it did not touch in the last step.
-        nx: Unit normal towards the ball.
-        ny: The same.
-        nz: The same.
-        ux: Velocity of the ball there, relative to what it touches [m/s].
-        uy: The same.
-        uz: The same.
+        spring: State of the contacts of all balls, `Memory.spring`.
+        i: Row of the ball whose memory contains the contact.
+        s: Index of the contact in the ball's memory.
+        is_new: Whether the contact is new in this step.
+        nx: x component of the unit normal towards the ball.
+        ny: y component of the unit normal.
+        nz: z component of the unit normal.
+        ux: x component of the velocity of the ball's surface at the contact, relative to the other surface [m/s].
+        uy: y component of the relative velocity [m/s].
+        uz: z component of the relative velocity [m/s].
         push: Normal force [N].
         slope: Normal stiffness [N/m].
-        friction: Friction of the pair [-].
-        mass: Reduced mass [kg].
-        h: Step [s].
+        friction: Coefficient of friction of the pair [-].
+        mass: Reduced mass of the pair [kg].
+        h: Time step [s].
     """
     x, y, z = spring[i, s, 0], spring[i, s, 1], spring[i, s, 2]
     if is_new:
@@ -187,12 +197,12 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
     away = ux * nx + uy * ny + uz * nz
     tx, ty, tz = ux - away * nx, uy - away * ny, uz - away * nz
     x, y, z = x + tx * h, y + ty * h, z + tz * h
-    out = x * nx + y * ny + z * nz  # the surface may have turned
+    out = x * nx + y * ny + z * nz  # the normal may have turned since the last step
     x, y, z = x - out * nx, y - out * ny, z - out * nz
     stiffness, damping = friction_stiffness(slope, mass, h)
     fx, fy, fz = -stiffness * x - damping * tx, -stiffness * y - damping * ty, -stiffness * z - damping * tz
     size, most = math.sqrt(fx * fx + fy * fy + fz * fz), friction * push
-    if size > most:  # it slips
+    if size > most:  # the contact slips
         share = most / size
         fx, fy, fz = share * fx, share * fy, share * fz
         give = -1.0 / stiffness
@@ -206,20 +216,23 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
 
 @inner
 def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is_face):
-    """Sort a contact into the list of a ball, the deepest first, and return their number.
+    """Insert a contact into the list of a ball, which is sorted by depth, deepest first.
 
     Args:
-        found: See `Listed`.
-        which: See `Listed`.
-        q: Place of the ball in the queue.
-        count: Number of contacts so far; the shallowest of more than 12 is dropped.
-        solid: Row of the solid.
-        distance: Distance of the center from the solid [m].
+        found: Array `Listed.found`.
+        which: Array `Listed.which`.
+        q: Index of the ball in `Listed.queue`.
+        count: Number of contacts so far; of more than 12 contacts the shallowest is dropped.
+        solid: Row of the solid, or -2 for the floor.
+        distance: Distance of the ball's center from the solid, negative inside [m].
         radius: Radius of the ball [m].
-        nx: Unit normal towards the ball.
-        ny: The same.
-        nz: The same.
-        is_face: Whether its face is touched.
+        nx: x component of the unit normal towards the ball.
+        ny: y component of the unit normal.
+        nz: z component of the unit normal.
+        is_face: Whether the ball touches a face, instead of an edge or corner.
+
+    Returns:
+        New number of contacts.
     """
     if count == _MOST_SURFACES and found[count - 1, q, 3] >= radius - distance:
         return count
@@ -237,9 +250,9 @@ def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is
 
 @inner
 def _without_edges(found, which, q, count):
-    """Leave out edges and corners within a surface whose face is touched more deeply, and return how many are left.
+    """Remove contacts that are in or behind the plane of a deeper contact with a face; return the remaining number.
 
-    A floor of two plates has an edge where they meet, which a ball that rolls over it does not feel.
+    A ball that rolls across the seam of two coplanar plates therefore does not hit the edges at the seam.
     """
     kept = 0
     for k in range(count):
@@ -266,7 +279,7 @@ def _without_edges(found, which, q, count):
 
 @inlined
 def _wake(status, still, hold, i):
-    """Let a sleeping ball move."""
+    """Wake a sleeping ball, and clear the ball's time at rest and the force that frees a lodged ball."""
     status[i] = AWAKE
     still[i] = 0.0
     hold[i] = 0.0
@@ -274,14 +287,17 @@ def _wake(status, still, hold, i):
 
 @inlined
 def _pair_foam(foam, a, b):
-    """Return the foam of two balls, two springs in a row: each is squeezed by a part."""
+    """Return the foam parameters of a pair of balls as two springs in series: linear, cubic, hard_from and hard.
+
+    The linear term is exact. The other terms assume that each ball takes half of the overlap.
+    """
     linear, cubic = foam[a, 0] * foam[b, 0] / (foam[a, 0] + foam[b, 0]), 0.0625 * (foam[a, 1] + foam[b, 1])
     return linear, cubic, foam[a, 2] + foam[b, 2], 0.125 * (foam[a, 3] + foam[b, 3])
 
 
 @inlined
 def _parts_of_pair(foam, surface, masses, a, b, depth, way, h):
-    """Return the number of parts of a step h [s] that two balls need which overlap [m] and may go on by a way [m]."""
+    """Return the number of parts of a step of h [s] that a pair needs at an overlap of `depth` plus `way` [m]."""
     linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
     slope = foam_slope(max(0.0, depth) + max(0.0, way), linear, cubic, hard_from, hard)
     mass = masses[a] * masses[b] / (masses[a] + masses[b])
@@ -290,7 +306,7 @@ def _parts_of_pair(foam, surface, masses, a, b, depth, way, h):
 
 @inner
 def mark_stiff_pairs(balls, pairs, within, h):
-    """Mark the pairs that may be too stiff for a step h [s] within a time [s], see `Pairs.stiffness`."""
+    """Set `Pairs.stiffness`: mark the pairs that may become too stiff for a step of h [s] within a time [s]."""
     pos, vel, radii, foam, surface, masses = balls.pos, balls.vel, balls.radius, balls.foam, balls.surface, balls.mass
     for p in range(pairs.size):
         a, b = pairs.first[p], pairs.second[p]
@@ -304,22 +320,23 @@ def mark_stiff_pairs(balls, pairs, within, h):
 
 @inner
 def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_whole):
-    """Add the forces of balls on each other.
+    """Add the contact forces between balls to `force`, and wake sleeping balls that are pushed or lose their support.
 
     Args:
         balls: All balls.
-        memory: Memory of their contacts.
-        gravity: Gravity [m/s^2].
-        listed: List of `list_contacts`.
-        pairs: Pairs of `list_contacts`.
-        chosen: Pairs that count.
-        count: Number of them.
-        force: Force and torque on each ball [N, N m], number of contacts, and largest push [N], shape (n, 8).
-        h: Step, or a part of it [s].
-        is_whole: Whether h is a whole step. Pairs that are too stiff for it go to `pairs.stiff` then.
+        memory: Contact memory of the balls.
+        gravity: Gravitational acceleration [m/s^2].
+        listed: Balls from `list_contacts`; `listed.joint` is updated for stiff pairs.
+        pairs: Pairs from `list_contacts`.
+        chosen: Indices of the pairs to compute.
+        count: Number of valid entries in `chosen`.
+        force: Force [N] and torque [N m] on each ball, number of contacts, and largest normal force [N], shape (n, 8).
+        h: Time step, or part of a step [s].
+        is_whole: Whether `h` is a whole step; pairs too stiff for a whole step then give no force and are added to
+            `pairs.stiff`.
 
     Returns:
-        Number of stiff pairs.
+        Number of entries in `pairs.stiff`; 0 unless `is_whole`.
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
@@ -335,12 +352,12 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
         nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
         reach, square = radii[a] + radii[b], nx * nx + ny * ny + nz * nz
         if sleeper >= 0 and hold[sleeper] == 0.0 and square < (reach + _BESIDE) * (reach + _BESIDE):
-            if speed(vel, b if sleeper == a else a) > _WAKING_SPEED:  # what leaned on it is not left standing
+            if speed(vel, b if sleeper == a else a) > _WAKING_SPEED:  # the sleeper may lean on the moving ball
                 _wake(status, still, hold, sleeper)
                 sleeper = NOBODY
         fastest = 0.0
-        if is_whole and stiffness[p] == 2:  # it must not come into contact within a whole step
-            fastest = (speed(vel, a) + speed(vel, b)) * h  # one that touches something else may turn round
+        if is_whole and stiffness[p] == 2:  # this pair must not come into contact within a whole step
+            fastest = (speed(vel, a) + speed(vel, b)) * h  # by the sum of speeds, as another contact may reverse a ball
         if square >= (reach + fastest) * (reach + fastest):
             continue
         distance = math.sqrt(square)
@@ -368,7 +385,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
             continue
         linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
         mass = masses[a] * masses[b] / (masses[a] + masses[b])
-        i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
+        i, j = (a, b) if a < b else (b, a)  # the memory of the ball with the lower row has the contact
         s = _slot(key, stamp, i, _PAIR - j)
         is_new = stamp[i, s] < now - 1 or is_put[a] == JUST_PUT or is_put[b] == JUST_PUT
         stamp[i, s] = now
@@ -377,7 +394,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
         bounce = surface[a, 1] * surface[b, 1]
         push = _push(spring, i, s, is_new, depth, closing, linear, cubic, hard_from, hard, bounce, h)
         if sleeper >= 0:
-            if is_put[sleeper] == JUST_PUT:  # from now on this contact is no new one
+            if is_put[sleeper] == JUST_PUT:  # the contact is old from the next step on
                 is_put[sleeper] = 1
             most = hold[sleeper] if hold[sleeper] > 0.0 else press[sleeper] + _LIFTED * masses[sleeper] * gravity
             if push > most or (closing > _QUIET_SPEED and hold[sleeper] == 0.0):
@@ -391,7 +408,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
         tx, ty, tz = ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx
         wx, wy, wz = spin[a, 0] - spin[b, 0], spin[a, 1] - spin[b, 1], spin[a, 2] - spin[b, 2]
         smaller, turning = min(radii[a], radii[b]), wx * wx + wy * wy + wz * wz
-        brake = slowing * mass * smaller * smaller  # most torque over the relative spin
+        brake = slowing * mass * smaller * smaller  # largest torque over the relative spin
         if turning > 1e-12:
             brake = min(brake, rolling_resistance(push, turning, depth, radii[a] * radii[b] / reach, bounce))
         force[a, 0] += fx
@@ -418,19 +435,21 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
 
 @inner
 def find_contacts(balls, solids, bodies, floor, listed, places, first, last, late, h):
-    """Find the contacts of listed balls with floor, solids and bodies.
+    """Find contacts and smallest gaps of listed balls with floor, field and bodies, and store both in `listed`.
+
+    Sleeping balls only get contacts with bodies.
 
     Args:
-        balls: All of them.
-        solids: Solids that they may touch.
-        bodies: All, in the middle of the step.
-        floor: The floor.
-        listed: List of `list_contacts`.
-        places: Places in the queue, of which those from `first` to before `last` count.
-        first: Index of the first place.
-        last: Index behind the last place.
-        late: Time since the middle of the step, by which bodies have moved on [s].
-        h: Step whose second half counts for gaps [s].
+        balls: All balls.
+        solids: Solids of the field and of bodies.
+        bodies: Records of all bodies, with poses in the middle of the step.
+        floor: Properties of the floor.
+        listed: Balls from `list_contacts`.
+        places: Indices in `listed.queue`.
+        first: Index of the first valid entry in `places`.
+        last: Index after the last valid entry in `places`.
+        late: Time since the middle of the step, for which bodies are extrapolated at constant velocity [s].
+        h: Time step; gaps are exact within the travel in half a step [s].
     """
     queue, start, near, found, which = listed.queue, listed.start, listed.near, listed.found, listed.which
     number, is_leaving, reaches, gaps, nearest = (
@@ -453,7 +472,7 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
         gap = z - radius if is_floor else 1e30
         if is_floor and z < radius and not is_asleep:
             n = _add_contact(found, which, q, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
-        frame, lx, ly, lz = NOBODY, x, y, z  # body of the last solid, and the ball's center in its frame
+        frame, lx, ly, lz = NOBODY, x, y, z  # body of the previous solid; center of the ball in that body's frame
         for candidate in range(start[q], start[q + 1]):
             s = near[candidate]
             b = owner[s]
@@ -489,19 +508,21 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
 
 @inner
 def choose_parts(balls, solids, floor, listed, h):
-    """Choose into how many parts listed balls divide a step h [s], by their speed and the stiffest contact.
+    """Choose the number of parts into which each listed ball divides a step, and sort `listed.order`.
 
-    Sort `listed.order`: balls that take one step, those that go through parts alone by their number, and the others.
+    The number follows from the ball's speed, the stiffest contact and the ball's stiff pairs. The order is: balls that
+    take a whole step, balls with parts of their own in order of the number of parts, and balls with stiff pairs. All
+    entries of `listed.joint` are reset to 1.
 
     Args:
         balls: All balls.
-        solids: Solids that they may touch.
-        floor: The floor.
-        listed: List of `list_contacts`, with its contacts.
-        h: Step [s].
+        solids: Solids of the field and of bodies.
+        floor: Properties of the floor.
+        listed: Balls from `list_contacts`, with contacts from `find_contacts`.
+        h: Time step [s].
 
     Returns:
-        Number of balls that take one step, and number of those that do not share parts with others.
+        Number of balls that take a whole step, and number of balls without stiff pairs.
     """
     queue, start, number, found, parts = listed.queue, listed.start, listed.number, listed.found, listed.parts
     reach, gap, status, vel, radii, foam = listed.reach, listed.gap, balls.status, balls.vel, balls.radius, balls.foam
@@ -517,7 +538,7 @@ def choose_parts(balls, solids, floor, listed, h):
             if start[q + 1] > start[q]:
                 most = max(most, math.ceil(speed(vel, i) * h / (_FARTHEST * radii[i])))
             comes, stiffness, own = reach[q] - radii[i], 0.0, surface[i, 1]
-            if 0.0 <= gap[q] < comes:  # it will touch within this step
+            if 0.0 <= gap[q] < comes:  # the ball will touch within this step
                 restitution = own * (material[nearest[q], 1] if nearest[q] >= 0 else on_floor)
                 stiffness = hardened(foam_slope(comes - gap[q], k1, k3, hard_from, hard), restitution)
             for k in range(number[q]):
@@ -548,9 +569,9 @@ def choose_parts(balls, solids, floor, listed, h):
 
 @inlined
 def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass, radius, h):
-    """Return velocity and spin of a ball after h [s] of an acceleration [m/s^2] and a torque [N m].
+    """Return the velocity and spin of a ball after h [s] of an acceleration [m/s^2] and a torque [N m].
 
-    Rolling resistance [N m] and air stop its spin, but do not turn it back.
+    Rolling resistance `rolling` [N m] and air drag with the decay `fading` [-] reduce the spin, at most to zero.
     """
     turnability = 2.5 / (mass * radius * radius)
     vx, vy, vz = vx + h * ax, vy + h * ay, vz + h * az
@@ -564,23 +585,24 @@ def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass,
 
 @inner
 def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, late, h, on):
-    """Move balls on by the forces of their contacts, and push the bodies that they touch.
+    """Advance the velocities and positions of balls by contact forces, gravity and air; apply the reaction to bodies.
 
-    Bodies feel a ball that sleeps; it wakes if they push otherwise than when it fell asleep.
+    A sleeping ball also acts on bodies. The ball wakes if the bodies' force on the ball differs from the force at which
+    the ball fell asleep.
 
     Args:
-        balls: All balls; those that move are in the middle of the step, or of a part.
-        memory: Memory of their contacts.
-        solids: Solids that they may touch.
-        bodies: All bodies, in the middle of the step.
-        floor: The floor, and gravity.
-        listed: List of `list_contacts`, with its contacts.
-        force: Force of balls on each other, which becomes 0, shape (n, 8).
+        balls: All balls; the positions of awake balls are in the middle of the step or part.
+        memory: Contact memory of the balls.
+        solids: Solids of the field and of bodies.
+        bodies: Records of all bodies, with poses in the middle of the step.
+        floor: Properties of the floor, and gravity.
+        listed: Balls from `list_contacts`, with contacts from `find_contacts`.
+        force: Forces of the balls on each other, as in `collide`; set to 0, shape (n, 8).
         first: Index of the first ball in `listed.order`.
-        last: Index behind the last ball.
-        late: Time of the balls since the middle of the step [s].
-        h: Step or part [s].
-        on: Time to the middle of the next step or part, to which balls go [s].
+        last: Index after the last ball in `listed.order`.
+        late: Time of the ball positions since the middle of the step [s].
+        h: Time step, or part of a step [s].
+        on: Time by which positions advance, to the middle of the next step or part [s].
     """
     queue, number, found, which, order = listed.queue, listed.number, listed.found, listed.which, listed.order
     has_bodies, is_leaving = listed.has_bodies, listed.is_leaving
@@ -648,7 +670,7 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
             rolling += resistance * push
             if b >= 0:
                 by_bodies += push
-                seen[i] |= bodies[b].mark
+                seen[i] |= bodies[b].model.mark
                 apply_impulse(bodies[b], -h * gx, -h * gy, -h * gz, ax, ay, az)
         contacts[i] = touched
         if touched > 0:
@@ -674,22 +696,22 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
 
 @compiled
 def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff, force, first, last, h, ahead):
-    """Take a step of balls in as many equal parts as the stiffest of them needs.
+    """Advance some balls by one step, divided into equal parts; the ball that needs the most parts sets the number.
 
     Args:
-        balls: All balls, in the middle of the step.
-        memory: Memory of their contacts.
-        solids: Solids that they may touch.
-        bodies: All bodies, in the middle of the step.
-        floor: The floor, and gravity.
-        listed: List of `list_contacts`.
-        pairs: Pairs of `list_contacts`.
-        stiff: Number of stiff pairs among these balls.
-        force: Force of other pairs, which is constant, and becomes 0, shape (n, 8).
+        balls: All balls, with positions in the middle of the step.
+        memory: Contact memory of the balls.
+        solids: Solids of the field and of bodies.
+        bodies: Records of all bodies, with poses in the middle of the step.
+        floor: Properties of the floor, and gravity.
+        listed: Balls from `list_contacts`.
+        pairs: Pairs from `list_contacts`.
+        stiff: Number of stiff pairs among the balls to advance.
+        force: Forces of the other pairs, constant during the step, as in `collide`; set to 0, shape (n, 8).
         first: Index of the first ball in `listed.order`.
-        last: Index behind the last ball.
-        h: Step [s].
-        ahead: Time from the middle of the step to that of the next one, to which balls go [s].
+        last: Index after the last ball in `listed.order`.
+        h: Time step [s].
+        ahead: Time from the middle of the step to the middle of the next step, or to the end of the last step [s].
     """
     queue, order, status, pos, vel = listed.queue, listed.order, balls.status, balls.pos, balls.vel
     count = 1
@@ -719,9 +741,21 @@ def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff
 
 @compiled
 def list_contacts(balls, bodies, solids, with_pairs, h, step):
-    """List the balls that may move within h [s], and their possible contacts, for steps of a length [s]."""
+    """List the balls that may move or wake within h [s], and their possible contacts.
+
+    Args:
+        balls: All balls.
+        bodies: Records of all bodies.
+        solids: Solids of the field and of bodies.
+        with_pairs: Whether balls collide with each other.
+        h: Time for which the lists are valid [s].
+        step: Time step, for the stiffness marks of the pairs [s].
+
+    Returns:
+        Listed balls with the solids near them, as `Listed`, and pairs of balls, as `Pairs`.
+    """
     grid = grid_of(balls)
-    way = np.empty(balls.pos.shape[0])  # of each ball within h [m]
+    way = np.empty(balls.pos.shape[0])  # displacement of each ball within h [m]
     for i in range(len(way)):
         way[i] = speed(balls.vel, i) * h
     queue, depth, count = listed_balls(balls, bodies, grid, way, h)
@@ -753,7 +787,7 @@ def list_contacts(balls, bodies, solids, with_pairs, h, step):
 
 @inner
 def drift_balls(balls, listed, h):
-    """Move all listed balls that are awake for h [s] with the velocities that they have."""
+    """Advance the positions of all listed balls that do not sleep by h [s] at constant velocity."""
     for q in range(listed.size):
         i = listed.queue[q]
         if not sleeps(balls.status, i):
@@ -763,19 +797,19 @@ def drift_balls(balls, listed, h):
 
 @compiled
 def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h, ahead):
-    """Take one step h [s]; balls are in its middle, and go on to the middle of the next one.
+    """Advance all listed balls by one step, from the middle of the step to the middle of the next step.
 
     Args:
-        balls: All balls.
-        memory: Memory of their contacts.
-        solids: Solids that they may touch.
-        bodies: All bodies, in the middle of the step.
-        floor: The floor, and gravity.
-        listed: List of `list_contacts`.
-        pairs: Pairs of `list_contacts`.
-        force: Room for forces of balls on each other, all 0, shape (n, 8).
-        h: Step [s].
-        ahead: Time from the middle of the step to that of the next one [s].
+        balls: All balls, with positions in the middle of the step.
+        memory: Contact memory of the balls.
+        solids: Solids of the field and of bodies.
+        bodies: Records of all bodies, with poses in the middle of the step.
+        floor: Properties of the floor, and gravity.
+        listed: Balls from `list_contacts`.
+        pairs: Pairs from `list_contacts`.
+        force: Buffer for the forces of the balls on each other, all 0 before and after, shape (n, 8).
+        h: Time step [s].
+        ahead: Time from the middle of the step to the middle of the next step, or to the end of the last step [s].
     """
     memory.clock[0] += 1
     stiff = collide(balls, memory, floor.gravity, listed, pairs, pairs.every, pairs.size, force, h, True)
@@ -783,7 +817,7 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
     whole, alone = choose_parts(balls, solids, floor, listed, h)
     integrate(balls, memory, solids, bodies, floor, listed, force, 0, whole, 0.0, h, ahead)
     last = whole
-    while last < alone:  # those with equally many parts
+    while last < alone:  # balls with the same number of parts advance together
         first, count = last, listed.parts[listed.order[last]]
         while last < alone and listed.parts[listed.order[last]] == count:
             last += 1
@@ -796,14 +830,17 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
 
 @inner
 def end_balls(balls, listed, h):
-    """Turn the attitudes of all listed balls, and add up how long each has been still, after h [s]."""
+    """Rotate all listed balls that do not sleep over h [s], and update the time for which each ball has been still.
+
+    A ball is still while it has a contact and is slow. The time restarts when the ball gains speed.
+    """
     queue, spin, radius, still, vel = listed.queue, balls.spin, balls.radius, balls.still, balls.vel
     for q in range(listed.size):
         i = queue[q]
         if not sleeps(balls.status, i):
             _turn(balls.quat, spin, i, h)
             fast = max(speed(vel, i), speed(spin, i) * radius[i])
-            if still[i] == 0.0 or fast > balls.calm[i] + _GAINS:  # what gains speed is not in balance
+            if still[i] == 0.0 or fast > balls.calm[i] + _GAINS:  # a ball that gains speed is not in equilibrium
                 balls.calm[i] = fast
                 still[i] = 0.0
             still[i] = still[i] + h if balls.contacts[i] > 0 and fast < _QUIET_SPEED else 0.0
@@ -811,7 +848,7 @@ def end_balls(balls, listed, h):
 
 @inner
 def _turn(quat, spin, i, h):
-    """Turn the attitude of a ball by its spin for h [s]."""
+    """Rotate the attitude of ball i by the ball's spin over h [s]."""
     x, y, z, s = quat[i, 0], quat[i, 1], quat[i, 2], quat[i, 3]
     a, b, c = 0.5 * h * spin[i, 0], 0.5 * h * spin[i, 1], 0.5 * h * spin[i, 2]
     nx, ny, nz = x + a * s + b * z - c * y, y + b * s + c * x - a * z, z + c * s + a * y - b * x
@@ -822,7 +859,7 @@ def _turn(quat, spin, i, h):
 
 @inner
 def any_moves(balls, bodies):
-    """Return whether a ball is awake, or a body moves that balls may touch."""
+    """Return whether any ball is awake or in flight, or any body that balls can touch moves."""
     for i in range(len(balls.status)):
         if balls.is_ball[i] and (balls.status[i] == AWAKE or balls.status[i] == IN_FLIGHT):
             return True
@@ -837,7 +874,7 @@ def any_moves(balls, bodies):
 
 @compiled
 def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
-    """Return how deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
+    """Return the largest overlap of a ball at a position [m] with the solids of the field [m]; 0 without overlap."""
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     x0, x1 = cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
     y0, y1 = cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)

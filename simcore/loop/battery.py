@@ -21,7 +21,7 @@ def open_voltage(batteries: Records, i: int) -> float:
 
 @compiled
 def begin_battery(batteries: Records, i: int) -> None:
-    """Swap in a rested battery; keep `charge`, which is set already, and `min_voltage`."""
+    """Swap in a rested battery with the present `charge`; `min_voltage` and the event counts continue."""
     b = batteries[i]
     b.slow_drop = 0.0
     b.drawn = 0.0
@@ -73,7 +73,7 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
 
 @inner
 def watch_brownout(batteries: Records, i: int, h: float) -> bool:
-    """Update the states of the roboRIO and of its motor controllers for a step of h [s].
+    """Update the states of the roboRIO and of the motor controllers for a step of h [s].
 
     Returns:
         Whether a brown-out or a reset began in this step.

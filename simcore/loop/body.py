@@ -88,13 +88,12 @@ def update_axes(body):
     axes[2, 0] = 2.0 * (x * z - y * w)
     axes[2, 1] = 2.0 * (y * z + x * w)
     axes[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    center = body.model.center
     for k in range(3):
-        if body.swings:
-            body.com[k] = body.center[k]
+        if body.model.swings:
+            body.com[k] = center[k]
         else:
-            body.com[k] = (
-                body.pos[k] + axes[k, 0] * body.center[0] + axes[k, 1] * body.center[1] + axes[k, 2] * body.center[2]
-            )
+            body.com[k] = body.pos[k] + axes[k, 0] * center[0] + axes[k, 1] * center[1] + axes[k, 2] * center[2]
 
 
 @inner
@@ -145,9 +144,10 @@ def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
 def turned_rate(body, tx, ty, tz, h):
     """Return the angular velocity after a torque [N m] has acted for h [s], both in body axes [rad/s]."""
     wx, wy, wz = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
-    ix = body.inertia[0]
-    iy = body.inertia[1]
-    iz = body.inertia[2]
+    inertia = body.model.inertia
+    ix = inertia[0]
+    iy = inertia[1]
+    iz = inertia[2]
     return (
         wx + h * (tx - (iz - iy) * wy * wz) / ix,
         wy + h * (ty - (ix - iz) * wz * wx) / iy,
@@ -158,16 +158,17 @@ def turned_rate(body, tx, ty, tz, h):
 @inner
 def change_velocity(body, jx, jy, jz, ax, ay, az):
     """Change a body's velocity by an impulse [N s] and an angular impulse about the center of mass or pivot [N m s]."""
-    if not body.swings:
-        body.vel[0] += jx / body.mass
-        body.vel[1] += jy / body.mass
-        body.vel[2] += jz / body.mass
+    model = body.model
+    if not model.swings:
+        body.vel[0] += jx / model.mass
+        body.vel[1] += jy / model.mass
+        body.vel[2] += jz / model.mass
     for axis in range(3):
-        u, v, w = body.principal[0, axis], body.principal[1, axis], body.principal[2, axis]
+        u, v, w = model.principal[0, axis], model.principal[1, axis], model.principal[2, axis]
         px = body.axes[0, 0] * u + body.axes[0, 1] * v + body.axes[0, 2] * w
         py = body.axes[1, 0] * u + body.axes[1, 1] * v + body.axes[1, 2] * w
         pz = body.axes[2, 0] * u + body.axes[2, 1] * v + body.axes[2, 2] * w
-        spin = (px * ax + py * ay + pz * az) / body.inertia[axis]
+        spin = (px * ax + py * ay + pz * az) / model.inertia[axis]
         body.rate[0] += spin * px
         body.rate[1] += spin * py
         body.rate[2] += spin * pz
@@ -182,7 +183,7 @@ def apply_impulse(body, jx, jy, jz, ax, ay, az):
     mx = ay * jz - az * jy
     my = az * jx - ax * jz
     mz = ax * jy - ay * jx
-    if body.is_robot or body.carries:
+    if body.model.is_robot or body.model.carries:
         change_velocity(body, jx, jy, jz, mx, my, mz)
     body.impulse[0] += jx
     body.impulse[1] += jy
@@ -216,9 +217,9 @@ def add_touch(robot, row):
 
 @inner
 def find_spring(springs, r, key, stamp):
-    """Return the index of a contact in the records of robot r, and whether the contact is new.
+    """Return the index of a contact in the records of robot r, and whether the contact is new; update the stamp.
 
-    A new contact replaces the record with the oldest stamp.
+    A new contact replaces the record with the oldest stamp, and starts without stretch and initial overlap.
     """
     oldest = 0
     for k in range(SPRINGS):
@@ -240,7 +241,7 @@ def find_spring(springs, r, key, stamp):
 
 @inner
 def unexplained(depth, closing, h):
-    """Return the part of a new contact's depth [m] that the closing speed [m/s] does not explain [m]."""
+    """Return the part of a new contact's depth [m] that the closing speed [m/s] over h [s] does not explain [m]."""
     return max(0.0, depth - max(0.0, closing) * h - _SLACK)
 
 
@@ -346,7 +347,8 @@ def _velocity(body, ax, ay, az):
 def _mobility(body, ax, ay, az, nx, ny, nz):
     """Return the inverse effective mass of a robot at an offset from the center of mass along a unit vector [1/kg]."""
     x, y, z = rotate_back(body.quat, ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx)
-    return 1.0 / body.mass + x * x / body.inertia[0] + y * y / body.inertia[1] + z * z / body.inertia[2]
+    inertia = body.model.inertia
+    return 1.0 / body.model.mass + x * x / inertia[0] + y * y / inertia[1] + z * z / inertia[2]
 
 
 @inner
@@ -361,7 +363,7 @@ def _limited_damping(damping, mobility, count, h):
 
 @inner
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
-    """Add the load of a contact to a point; normal and arm of the point are means weighted by load."""
+    """Add the load [N] of a contact to a point, and update normal and arm, which are means weighted by load."""
     share = load / (point.load + load)
     point.normal[0] += share * (nx - point.normal[0])
     point.normal[1] += share * (ny - point.normal[1])
@@ -392,20 +394,21 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
     """Apply the contact force of the field on one wheel or point of a robot; `count` points are in contact at once."""
     robot = fleet.robots[r]
     point = fleet.points[i]
-    ax -= (point.radius - depth) * nx
-    ay -= (point.radius - depth) * ny
-    az -= (point.radius - depth) * nz
+    model = point.model
+    ax -= (model.radius - depth) * nx
+    ay -= (model.radius - depth) * ny
+    az -= (model.radius - depth) * nz
     ux, uy, uz = _velocity(body, ax, ay, az)
-    if point.is_wheel:  # the tire model computes the friction of wheels
-        load = point.stiffness * depth - point.damping * (ux * nx + uy * ny + uz * nz)
+    if model.is_wheel:  # the tire model computes the friction of wheels
+        load = model.stiffness * depth - model.damping * (ux * nx + uy * ny + uz * nz)
         if load > 0.0:
             apply_force(robot, ax, ay, az, load * nx, load * ny, load * nz)
             _add_load(point, load, nx, ny, nz, ax, ay, az)
         return
-    damping = _limited_damping(point.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
+    damping = _limited_damping(model.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
     _, fx, fy, fz = _press(
-        robot, r, fleet.springs, _POINTS + (i - robot.first_point) * 100000 + what, fleet.clock[0], depth, nx, ny, nz,
-        ax, ay, az, ux, uy, uz, point.stiffness, damping, _RUBS, h,
+        robot, r, fleet.springs, _POINTS + (i - robot.model.first_point) * 100000 + what, fleet.clock[0], depth,
+        nx, ny, nz, ax, ay, az, ux, uy, uz, model.stiffness, damping, _RUBS, h,
     )  # fmt: skip
     apply_force(robot, ax, ay, az, fx, fy, fz)
 
@@ -446,7 +449,7 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
 def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
     """Apply the contact forces of a field solid's edges on a box of a robot, along the normal of the nearest face."""
     robot = fleet.robots[r]
-    part = fleet.parts[p]
+    part = fleet.parts[p].model
     middle = 0.5 * (part.bottom + part.top)
     half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
     quat = body.quat
@@ -478,7 +481,7 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
             before = n
             n = _clip(ax - part.x, ay - part.y, az - middle, bx - part.x, by - part.y, bz - middle, half, ends, n)
             for k in range(before, n):
-                keys[k] = _EDGES + ((p - robot.first_part) * 1000000 + 3 * t + e) * 2 + k - before
+                keys[k] = _EDGES + ((p - robot.model.first_part) * 1000000 + 3 * t + e) * 2 + k - before
     if n == 0:
         return
     best = math.inf
@@ -497,13 +500,13 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
     nx = -sign * body.axes[0, axis]
     ny = -sign * body.axes[1, axis]
     nz = -sign * body.axes[2, axis]
+    center = body.model.center
     stiffness = part.edge_stiffness
     friction = _SLIDES if face == 4 else _RUBS
     for k in range(n):
         depth = half[axis] - sign * ends[k, axis]
         ax, ay, az = rotate(
-            quat, ends[k, 0] + part.x - body.center[0], ends[k, 1] + part.y - body.center[1],
-            ends[k, 2] + middle - body.center[2],
+            quat, ends[k, 0] + part.x - center[0], ends[k, 1] + part.y - center[1], ends[k, 2] + middle - center[2]
         )  # fmt: skip
         ux, uy, uz = _velocity(body, ax, ay, az)
         damping = _limited_damping(part.edge_damping, _mobility(body, ax, ay, az, nx, ny, nz), n, h)
@@ -520,6 +523,8 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
 def touch_field(fleet, r, bodies, solids, has_floor, h):
     """Apply the contact forces of floor and field on the wheels, bumpers and frame of a robot.
 
+    The function also sets gap, load, normal and arm of the robot's contact points.
+
     Args:
         fleet: All robots.
         r: Index of the robot.
@@ -529,19 +534,20 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         h: Time step [s].
     """
     robot = fleet.robots[r]
-    body = bodies[robot.body]
+    model = robot.model
+    body = bodies[model.body]
     low = solids.cell_low
     nx_cells = solids.cell_count[0]
     ny_cells = solids.cell_count[1]
     up = body.axes[2, 2]
     sine = math.sqrt(max(0.0, 1.0 - up * up))
     # lower bounds of the height of bumpers and frame, and of the whole robot
-    lowest = body.pos[2] + min(robot.low * up, robot.high * up) - robot.reach * sine
-    soles = min(lowest, body.pos[2] - robot.reach * sine) - 2.0 * _NEAR
+    lowest = body.pos[2] + min(model.low * up, model.high * up) - model.reach * sine
+    soles = min(lowest, body.pos[2] - model.reach * sine) - 2.0 * _NEAR
     near = np.empty(_MOST_NEAR, np.int64)
     count = 0
-    x0, x1 = cell_range(body.com[0] - robot.reach, body.com[0] + robot.reach, low[0], low[2], nx_cells)
-    y0, y1 = cell_range(body.com[1] - robot.reach, body.com[1] + robot.reach, low[1], low[2], ny_cells)
+    x0, x1 = cell_range(body.com[0] - model.reach, body.com[0] + model.reach, low[0], low[2], nx_cells)
+    y0, y1 = cell_range(body.com[1] - model.reach, body.com[1] + model.reach, low[1], low[2], ny_cells)
     for cx in range(x0, x1 + 1):
         for cy in range(y0, y1 + 1):
             cell = cx * ny_cells + cy
@@ -551,7 +557,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
                     continue
                 if solids.box[s, 5] < soles:
                     continue
-                if is_outside(solids.box, s, body.com[0], body.com[1], body.com[2], body.reach):
+                if is_outside(solids.box, s, body.com[0], body.com[1], body.com[2], body.model.reach):
                     continue
                 known = False
                 for k in range(count):
@@ -564,23 +570,25 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         keys = np.empty(_MOST_ENDS, np.int64)
         for k in range(count):
             if solids.box[near[k], 5] > lowest:
-                for p in range(robot.first_part, robot.last_part):
+                for p in range(model.first_part, model.last_part):
                     _press_edges(fleet, r, body, p, solids, near[k], ends, keys, h)
     is_low = count > 0 or (has_floor and lowest < 0.0)
-    hits = np.empty((2 * (robot.last_point - robot.first_point), 9))
+    hits = np.empty((2 * (model.last_point - model.first_point), 9))
+    center = body.model.center
     n = 0
     points = 0  # number of contacts of points other than wheels
-    for i in range(robot.first_point, robot.last_point):
+    for i in range(model.first_point, model.last_point):
         point = fleet.points[i]
+        sphere = point.model
         point.load = 0.0
         point.on = -1
         for k in range(3):
             point.normal[k] = 0.0
             point.arm[k] = 0.0
-        if not (point.is_wheel or is_low):
+        if not (sphere.is_wheel or is_low):
             continue
-        radius = point.radius
-        ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
+        radius = sphere.radius
+        ax, ay, az = rotate(body.quat, sphere.x - center[0], sphere.y - center[1], sphere.z - center[2])
         x = body.com[0] + ax
         y = body.com[1] + ay
         z = body.com[2] + az
@@ -610,7 +618,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
             _note_hit(hits, n, i, solid, best, bx, by, bz, ax, ay, az)
             n += 1
             add_touch(robot, solids.row[solid])
-        if not point.is_wheel:
+        if not sphere.is_wheel:
             points += n - before
     for k in range(n):
         i = int(hits[k, 0])
@@ -625,26 +633,28 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
 def touch_plates(fleet, r, bodies, solids, h):
     """Apply the contact forces between a robot and the movable bodies that carry robots."""
     robot = fleet.robots[r]
-    body = bodies[robot.body]
+    body = bodies[robot.model.body]
+    center = body.model.center
     for b in range(len(bodies)):
         plate = bodies[b]
-        if not plate.carries:
+        if not plate.model.carries:
             continue
         dx = body.com[0] - plate.pos[0]
         dy = body.com[1] - plate.pos[1]
         dz = body.com[2] - plate.pos[2]
-        far = body.reach + plate.reach
+        far = body.model.reach + plate.model.reach
         if dx * dx + dy * dy + dz * dz > far * far:
             continue
-        for i in range(robot.first_point, robot.last_point):
+        for i in range(robot.model.first_point, robot.model.last_point):
             point = fleet.points[i]
-            radius = point.radius
-            ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
+            sphere = point.model
+            radius = sphere.radius
+            ax, ay, az = rotate(body.quat, sphere.x - center[0], sphere.y - center[1], sphere.z - center[2])
             x, y, z = rotate_back(
                 plate.quat, body.com[0] + ax - plate.pos[0], body.com[1] + ay - plate.pos[1],
                 body.com[2] + az - plate.pos[2],
             )  # fmt: skip
-            for s in range(plate.first_solid, plate.last_solid):
+            for s in range(plate.model.first_solid, plate.model.last_solid):
                 if is_outside(solids.box, s, x, y, z, radius + _NEAR):
                     continue
                 d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _NEAR, solids.first, solids.plane, solids.corner)
@@ -666,8 +676,8 @@ def touch_plates(fleet, r, bodies, solids, h):
                 fx = 0.0
                 fy = 0.0
                 fz = 0.0
-                if point.is_wheel:
-                    load = point.stiffness * (radius - d) - point.damping * (ux * nx + uy * ny + uz * nz)
+                if sphere.is_wheel:
+                    load = sphere.stiffness * (radius - d) - sphere.damping * (ux * nx + uy * ny + uz * nz)
                     if load > 0.0:
                         point.on = b
                         _add_load(point, load, nx, ny, nz, px, py, pz)
@@ -675,15 +685,15 @@ def touch_plates(fleet, r, bodies, solids, h):
                         fy = load * ny
                         fz = load * nz
                 else:
-                    key = _POINTS + (i - robot.first_point) * 100000 + s
+                    key = _POINTS + (i - robot.model.first_point) * 100000 + s
                     load, fx, fy, fz = _press(
                         robot, r, fleet.springs, key, fleet.clock[0], radius - d, nx, ny, nz, px, py, pz, ux, uy, uz,
-                        point.stiffness, point.damping, _RUBS, h,
+                        sphere.stiffness, sphere.damping, _RUBS, h,
                     )  # fmt: skip
                 if load > 0.0:
                     apply_force(robot, px, py, pz, fx, fy, fz)
                     apply_impulse(plate, -h * fx, -h * fy, -h * fz, cx, cy, cz)
-                    add_touch(robot, plate.row)
+                    add_touch(robot, plate.model.row)
 
 
 # --- robots that lie on the floor or on another robot -----------------------------------------------------------------
@@ -691,10 +701,14 @@ def touch_plates(fleet, r, bodies, solids, h):
 
 @inner
 def _box_gap(part, x, y, z):
-    """Return the distance of a point from a box of a robot [m] and the outward unit normal, robot frame."""
-    middle = 0.5 * (part.bottom + part.top)
-    half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
-    at = (x - part.x, y - part.y, z - middle)
+    """Return the distance of a point from a part of a robot, negative inside [m], and the outward unit normal.
+
+    Point and normal are in the robot frame.
+    """
+    model = part.model
+    middle = 0.5 * (model.bottom + model.top)
+    half = (model.half_length, model.half_width, 0.5 * (model.top - model.bottom))
+    at = (x - model.x, y - model.y, z - middle)
     dx = at[0] - max(-half[0], min(half[0], at[0]))
     dy = at[1] - max(-half[1], min(half[1], at[1]))
     dz = at[2] - max(-half[2], min(half[2], at[2]))
@@ -717,12 +731,13 @@ def _press_into(fleet, r, q, body, other, h):
     """Apply the contact forces between wheels and points of robot r and bumpers and frame of robot q."""
     robot = fleet.robots[r]
     beneath = fleet.robots[q]
+    center = body.model.center
     quat = other.quat
-    hits = np.empty((robot.last_point - robot.first_point, 9))
+    hits = np.empty((robot.model.last_point - robot.model.first_point, 9))
     n = 0
-    for i in range(robot.first_point, robot.last_point):
-        point = fleet.points[i]
-        ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
+    for i in range(robot.model.first_point, robot.model.last_point):
+        point = fleet.points[i].model
+        ax, ay, az = rotate(body.quat, point.x - center[0], point.y - center[1], point.z - center[2])
         x, y, z = rotate_back(
             quat, body.com[0] + ax - other.pos[0], body.com[1] + ay - other.pos[1], body.com[2] + az - other.pos[2]
         )
@@ -730,7 +745,7 @@ def _press_into(fleet, r, q, body, other, h):
         bx = 0.0
         by = 0.0
         bz = 1.0
-        for p in range(beneath.first_part, beneath.last_part):
+        for p in range(beneath.model.first_part, beneath.model.last_part):
             d, nx, ny, nz = _box_gap(fleet.parts[p], x, y, z)
             if point.radius - d > best:
                 best = point.radius - d
@@ -747,7 +762,7 @@ def _press_into(fleet, r, q, body, other, h):
         nx = hits[k, 3]
         ny = hits[k, 4]
         nz = hits[k, 5]
-        point = fleet.points[i]
+        point = fleet.points[i].model
         ax = hits[k, 6] - (point.radius - depth) * nx
         ay = hits[k, 7] - (point.radius - depth) * ny
         az = hits[k, 8] - (point.radius - depth) * nz
@@ -758,21 +773,21 @@ def _press_into(fleet, r, q, body, other, h):
         vx, vy, vz = _velocity(other, cx, cy, cz)
         mobility = _mobility(body, ax, ay, az, nx, ny, nz) + _mobility(other, cx, cy, cz, nx, ny, nz)
         load, fx, fy, fz = _press(
-            robot, r, fleet.springs, -_POINTS - (i - robot.first_point) * 1000 - q, fleet.clock[0], depth, nx, ny, nz,
-            ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness,
+            robot, r, fleet.springs, -_POINTS - (i - robot.model.first_point) * 1000 - q, fleet.clock[0], depth,
+            nx, ny, nz, ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness,
             _limited_damping(point.damping, mobility, n, h), _RUBS, h,
         )  # fmt: skip
         if load > 0.0:
             apply_force(robot, ax, ay, az, fx, fy, fz)
             apply_force(beneath, cx, cy, cz, -fx, -fy, -fz)
-            add_touch(robot, other.row)
-            add_touch(beneath, body.row)
+            add_touch(robot, other.model.row)
+            add_touch(beneath, body.model.row)
 
 
 @compiled
 def touch_each_other(fleet, r, q, bodies, h):
-    """Apply the contact forces between two robots, one of which lies or is above the other."""
-    body = bodies[fleet.robots[r].body]
-    other = bodies[fleet.robots[q].body]
+    """Apply the contact forces between two robots that do not collide in plan view: tipped, or one above the other."""
+    body = bodies[fleet.robots[r].model.body]
+    other = bodies[fleet.robots[q].model.body]
     _press_into(fleet, r, q, body, other, h)
     _press_into(fleet, q, r, other, body, h)

@@ -23,7 +23,7 @@ from simcore.loop.compiled import compiled, inner
 __all__ = ["DAMPING_RATIOS", "place_parts", "touch_outlines", "touch_robots"]
 
 _BESIDE = 0.003
-"""Smallest overlap of two sides that collide [m]."""
+"""Smallest length along two sides in which the sides overlap and collide [m]."""
 _COMMON = 1e-3
 """Smallest common height of two robots' parts that collide [m]; a frame begins at the top of the bumpers."""
 _EQUAL = 1e-6
@@ -69,17 +69,18 @@ def place_parts(fleet, r, body):
     by = axes[1, 1]
     size_a = math.sqrt(ax * ax + ay * ay)
     size_b = math.sqrt(bx * bx + by * by)
-    for p in range(robot.first_part, robot.last_part):
+    for p in range(robot.model.first_part, robot.model.last_part):
         part = fleet.parts[p]
-        high = 0.5 * (part.bottom + part.top)
-        x = body.pos[0] + axes[0, 2] * high + ax * part.x + bx * part.y
-        y = body.pos[1] + axes[1, 2] * high + ay * part.x + by * part.y
-        part.low = body.pos[2] + axes[2, 2] * high - 0.5 * (part.top - part.bottom)
-        part.high = part.low + part.top - part.bottom
-        lx = part.half_length * ax
-        ly = part.half_length * ay
-        wx = part.half_width * bx
-        wy = part.half_width * by
+        model = part.model
+        high = 0.5 * (model.bottom + model.top)
+        x = body.pos[0] + axes[0, 2] * high + ax * model.x + bx * model.y
+        y = body.pos[1] + axes[1, 2] * high + ay * model.x + by * model.y
+        part.low = body.pos[2] + axes[2, 2] * high - 0.5 * (model.top - model.bottom)
+        part.high = part.low + model.top - model.bottom
+        lx = model.half_length * ax
+        ly = model.half_length * ay
+        wx = model.half_width * bx
+        wy = model.half_width * by
         part.corners[0, 0] = x + lx - wx
         part.corners[0, 1] = y + ly - wy
         part.corners[1, 0] = x + lx + wx
@@ -214,7 +215,7 @@ def _mobility(body, x, y, nx, ny):
     Roll and pitch do not contribute because the wheels resist them.
     """
     lever = (x - body.com[0]) * ny - (y - body.com[1]) * nx
-    return 1.0 / body.mass + lever * lever / body.inertia[2]
+    return 1.0 / body.model.mass + lever * lever / body.model.inertia[2]
 
 
 @compiled
@@ -262,7 +263,7 @@ def touch_outlines(fleet, r, body, h, found):
         found: Buffer for two contacts, shape (2, 7).
     """
     robot = fleet.robots[r]
-    for p in range(robot.first_part, robot.last_part):
+    for p in range(robot.model.first_part, robot.model.last_part):
         part = fleet.parts[p]
         low_x = math.inf
         low_y = math.inf
@@ -290,8 +291,8 @@ def touch_outlines(fleet, r, body, h, found):
                 ux, uy = _velocity(body, x, y, height)
                 mass = 1.0 / _mobility(body, x, y, nx, ny)
                 normal, across, way = _force(
-                    found, n, part.stiffness, _ratio(part.restitution * one.restitution), mass,
-                    part.friction * one.friction, -(nx * ux + ny * uy), nx * uy - ny * ux,
+                    found, n, part.model.stiffness, _ratio(part.model.restitution * one.restitution), mass,
+                    part.model.friction * one.friction, -(nx * ux + ny * uy), nx * uy - ny * ux,
                     fleet.springs, r, ((p + 1) * 100000 + o) * 2 + int(found[n, 6]), fleet.clock[0], robot.is_put, h,
                 )  # fmt: skip
                 robot.shift[0] -= way * nx
@@ -318,11 +319,11 @@ def touch_robots(fleet, a, b, bodies, h, found):
     """
     one = fleet.robots[a]
     other = fleet.robots[b]
-    body = bodies[one.body]
-    met = bodies[other.body]
-    for p in range(one.first_part, one.last_part):
+    body = bodies[one.model.body]
+    met = bodies[other.model.body]
+    for p in range(one.model.first_part, one.model.last_part):
         mine = fleet.parts[p]
-        for q in range(other.first_part, other.last_part):
+        for q in range(other.model.first_part, other.model.last_part):
             theirs = fleet.parts[q]
             low = max(mine.low, theirs.low)
             high = min(mine.high, theirs.high)
@@ -342,13 +343,14 @@ def touch_robots(fleet, a, b, bodies, h, found):
                 ux -= vx
                 uy -= vy
                 mass = 1.0 / (_mobility(body, x, y, nx, ny) + _mobility(met, x, y, nx, ny))
-                stiffness = mine.stiffness * theirs.stiffness / (mine.stiffness + theirs.stiffness)
+                k = mine.model.stiffness
+                stiffness = k * theirs.model.stiffness / (k + theirs.model.stiffness)
                 normal, across, way = _force(
-                    found, n, stiffness, _ratio(mine.restitution * theirs.restitution), mass,
-                    mine.friction * theirs.friction, nx * ux + ny * uy, nx * uy - ny * ux, fleet.springs, a,
+                    found, n, stiffness, _ratio(mine.model.restitution * theirs.model.restitution), mass,
+                    mine.model.friction * theirs.model.friction, nx * ux + ny * uy, nx * uy - ny * ux, fleet.springs, a,
                     -((p + 1) * 100000 + q) * 2 - int(found[n, 6]), fleet.clock[0], one.is_put or other.is_put, h,
                 )  # fmt: skip
-                share = met.mass / (body.mass + met.mass)
+                share = met.model.mass / (body.model.mass + met.model.mass)
                 one.shift[0] -= share * way * nx
                 one.shift[1] -= share * way * ny
                 other.shift[0] += (1.0 - share) * way * nx
@@ -358,5 +360,5 @@ def touch_robots(fleet, a, b, bodies, h, found):
                     fy = ny * normal - nx * across
                     apply_force(other, x - met.com[0], y - met.com[1], height - met.com[2], fx, fy, 0.0)
                     apply_force(one, x - body.com[0], y - body.com[1], height - body.com[2], -fx, -fy, 0.0)
-                    add_touch(one, met.row)
-                    add_touch(other, body.row)
+                    add_touch(one, met.model.row)
+                    add_touch(other, body.model.row)

@@ -1,6 +1,6 @@
 """Lists of possible contacts within a few milliseconds: between balls, and between balls and solids.
 
-A list is valid for up to 5 ms. It contains all pairs that can meet within this time at the present speeds, plus a
+A list is valid for up to 5 ms. The list contains all pairs that can meet within this time at the present speeds, plus a
 margin for balls and bodies that start to move meanwhile.
 """
 
@@ -21,7 +21,7 @@ _FAR = 1e5  # distance from the origin beyond which balls are ignored [m]
 
 @inlined
 def _is_here(balls_are, status, pos, i):
-    """Return whether a row is a ball on the field; False if the position is not finite or is far away."""
+    """Return whether row i is a ball on the field with a finite position less than `_FAR` from the origin."""
     return (
         balls_are[i]
         and (sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
@@ -60,13 +60,18 @@ def grid_of(balls):
 
 @inlined
 def cell_range(low, high, origin, edge, count):
-    """Return the first and the last cell of the interval from `low` to `high` [m] along an axis."""
+    """Return the indices of the first and last cell, within the grid, of an interval along an axis [m]."""
     return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
 
 
 @compiled
 def listed_balls(balls, bodies, grid, way, h):
-    """List the awake balls, fast balls first, and the sleeping balls that a body may touch within h [s]."""
+    """List the awake balls, fast balls first, and the sleeping balls that a body may touch within h [s].
+
+    Returns:
+        Rows of the listed balls, with capacity for all balls, shape (n,); 0 for listed balls and -1 for other balls,
+        by row, shape (n,); number of listed balls.
+    """
     head, after, low_x, low_y, edge, nx, ny, _ = grid
     is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
     queue, depth, count = np.empty(n, np.int64), np.full(n, NOBODY, np.int64), 0
@@ -75,7 +80,7 @@ def listed_balls(balls, bodies, grid, way, h):
             if depth[i] < 0 and (way[i] > _SLOW) == fast and _is_here(is_ball, status, pos, i):
                 if not sleeps(status, i):
                     queue[count], depth[i], count = i, 0, count + 1
-    origin, moving, turning, extent = bodies.pos, bodies.vel, bodies.rate, bodies.reach
+    origin, moving, turning, extent = bodies.pos, bodies.vel, bodies.rate, bodies.model.reach
     for b in range(len(bodies)):
         if not bodies[b].is_active:
             continue
@@ -94,13 +99,14 @@ def listed_balls(balls, bodies, grid, way, h):
 
 @compiled
 def near_pairs(balls, grid, way, queue, depth, count, first, second):
-    """Find the pairs of balls that may touch, and list the sleeping balls behind them.
+    """Find the pairs of balls that may touch, and append the sleeping balls of these pairs to the list.
 
     The search starts from each ball in the order of the list, so a pair of a fast and a slow ball is found from the
     fast ball. A fast ball searches up to the largest distance from which another ball can reach it.
 
     Returns:
-        Number of pairs, or -1 if `first` and `second` are too short; number of listed balls.
+        Number of pairs, whose rows are in `first` and `second`, or -1 if these arrays are too short; number of listed
+        balls.
     """
     status, pos, radius = balls.status, balls.pos, balls.radius
     head, after, low_x, low_y, edge, nx, ny, largest = grid
@@ -146,7 +152,7 @@ def is_outside(box, s, x, y, z, reach):
 
 @compiled
 def _grown(near):
-    """Return a copy of a list with twice the capacity."""
+    """Return an array of twice the length that begins with the values of `near`."""
     return np.concatenate((near, np.empty_like(near)))
 
 
@@ -155,12 +161,14 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
     """Find the solids that each listed ball may touch within h [s].
 
     Returns:
-        Index of the first entry of each ball and of the end, shape (count + 1,); solids of all balls in sequence.
+        Index of the first entry of each ball, and the number of entries, shape (count + 1,); rows of the solids of all
+        balls in sequence, with spare capacity.
     """
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
-    is_active, extent, first_solid, last_solid = bodies.is_active, bodies.reach, bodies.first_solid, bodies.last_solid
+    is_active, model = bodies.is_active, bodies.model
+    extent, first_solid, last_solid = model.reach, model.first_solid, model.last_solid
     start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     for k in range(count):

@@ -65,7 +65,7 @@ _f, _i, _b = np.float64, np.int64, np.uint8
 
 _MOTOR = np.dtype(
     [
-        # --- equal motors with controller and gear, referred to the shaft; see `simcore.robot.wheel_config` ---
+        # --- identical motors with controller and gear, referred to the shaft; see `simcore.robot.wheel_config` ---
         ("kind", _i),  # WHEELS, AZIMUTH, MECHANISM, PISTON or SERVO
         ("inertia", _f),  # moment of inertia of all parts that turn with the shaft [kg m^2]
         ("emf", _f),  # back-EMF per shaft speed [V s/rad]
@@ -165,24 +165,32 @@ SHAFT = np.dtype(
 )
 """Shaft with motors, gear and load: wheels, a swerve module's steering or a mechanism."""
 
-WHEEL = np.dtype(
+_WHEEL_MODEL = np.dtype(
     [
         ("x", _f),  # forward offset from the center of mass, robot frame [m]
         ("y", _f),  # offset to the left [m]
         ("cof", _f),  # coefficient of friction along the wheel [-]
         ("rolling", _f),  # rolling drag over load [-]
         ("is_lowered", _b),  # whether the wheel is a lowered middle wheel
+    ],
+    align=True,
+)
+
+WHEEL = np.dtype(
+    [
+        ("model", _WHEEL_MODEL),  # constant parameters, until the robot takes in or loses mass
+        # --- state ---
         ("load", _f),  # normal force of the ground [N]
         ("slip", _f),  # slip for which the tire law is linearized [m/s]
         ("force_x", _f),  # force of the ground in the last step, robot axes, forward [N]
         ("force_y", _f),  # force of the ground in the last step, to the left [N]
-        ("grip", _f),  # largest tire force mu N [N]
-        ("along", _f),  # tire force along the wheel [N]
-        ("across", _f),  # tire force across the wheel [N]
-        ("shaft", _i),
         ("mean_load", _f),  # mean load in the last call [N]
         ("mean_x", _f),  # mean of `force_x` in the last call [N]
         ("mean_y", _f),  # mean of `force_y` in the last call [N]
+        # --- within a step ---
+        ("grip", _f),  # largest tire force mu N [N]
+        ("along", _f),  # tire force along the wheel [N]
+        ("across", _f),  # tire force across the wheel [N]
     ],
     align=True,
 )
@@ -235,11 +243,10 @@ BATTERY = np.dtype(
 )
 """Battery, and power state of the roboRIO."""
 
-BODY = np.dtype(
+_BODY_MODEL = np.dtype(
     [
         ("row", _i),  # index among the bodies of the world
         ("is_robot", _b),  # whether the body is a robot, which the loop moves; the engine moves other bodies
-        ("is_active", _b),  # whether balls can touch the body now
         ("swings", _b),  # whether the body turns about a pivot
         ("carries", _b),  # whether robots drive on the body
         ("mark", _i),  # bit of the body in `Balls.bodies`
@@ -250,6 +257,15 @@ BODY = np.dtype(
         ("center", _f, (3,)),  # center of mass, body frame, or pivot, field frame [m]
         ("inertia", _f, (3,)),  # principal moments of inertia about the center of mass or pivot [kg m^2]
         ("principal", _f, (3, 3)),  # principal axes, body frame, as columns
+    ],
+    align=True,
+)
+
+BODY = np.dtype(
+    [
+        ("model", _BODY_MODEL),  # constant parameters, until a robot takes in or loses mass
+        # --- state ---
+        ("is_active", _b),  # whether balls can touch the body now
         ("pos", _f, (3,)),  # origin, field frame [m]
         ("quat", _f, (4,)),  # attitude quaternion (x, y, z, w)
         ("axes", _f, (3, 3)),  # body axes, field frame, as columns
@@ -257,27 +273,16 @@ BODY = np.dtype(
         ("vel", _f, (3,)),  # velocity of the center of mass, 0 for a pivot, field frame [m/s]
         ("rate", _f, (3,)),  # angular velocity, field frame [rad/s]
         ("pull", _f, (3,)),  # if robots drive on the body: angular acceleration in the engine's last step [rad/s^2]
-        ("mean_twist", _f, (6,)),  # mean of `vel` and `rate` over the last call [m/s, rad/s]
-        ("impulse", _f, (6,)),  # contact impulse in the last call [N s], angular impulse about `com` [N m s]
+        # --- in the last call ---
+        ("mean_twist", _f, (6,)),  # mean of `vel` and `rate` over the call [m/s, rad/s]
+        ("impulse", _f, (6,)),  # contact impulse in the call [N s], angular impulse about `com` [N m s]
     ],
     align=True,
 )
 """Rigid body."""
 
-_ROBOT_REQUEST = np.dtype(
+_ROBOT_MODEL = np.dtype(
     [
-        ("is_enabled", _b),
-        ("other_current", _f),  # battery current of loads other than motors [A]
-        ("force", _f, (3,)),  # external force on the center of mass, field frame [N]
-        ("torque", _f, (3,)),  # external torque, field frame [N m]
-    ],
-    align=True,
-)
-
-ROBOT = np.dtype(
-    [
-        ("request", _ROBOT_REQUEST),  # request, valid until the next request
-        # --- parts ---
         ("body", _i),  # index of the body
         ("first_shaft", _i),  # index of the first shaft
         ("last_shaft", _i),  # index after the last shaft
@@ -291,6 +296,24 @@ ROBOT = np.dtype(
         ("reach", _f),  # largest distance of bumpers and wheels from the robot's vertical axis [m]
         ("low", _f),  # smallest height of bumpers and frame, robot frame [m]
         ("high", _f),  # largest height of bumpers and frame, robot frame [m]
+    ],
+    align=True,
+)
+
+_ROBOT_REQUEST = np.dtype(
+    [
+        ("is_enabled", _b),
+        ("other_current", _f),  # battery current of loads other than motors [A]
+        ("force", _f, (3,)),  # external force on the center of mass, field frame [N]
+        ("torque", _f, (3,)),  # external torque, field frame [N m]
+    ],
+    align=True,
+)
+
+ROBOT = np.dtype(
+    [
+        ("model", _ROBOT_MODEL),  # parts of the robot, and their extent
+        ("request", _ROBOT_REQUEST),  # request, valid until the next request
         # --- in this step ---
         ("press", _f, (3,)),  # contact forces without tire friction, field frame [N]
         ("twist", _f, (3,)),  # torque of these forces about the center of mass, field frame [N m]
@@ -310,7 +333,7 @@ ROBOT = np.dtype(
 )
 """Robot."""
 
-POINT = np.dtype(
+_POINT_MODEL = np.dtype(
     [
         ("x", _f),  # x of the center of the soft ball, robot frame [m]
         ("y", _f),  # y of the center [m]
@@ -319,8 +342,16 @@ POINT = np.dtype(
         ("stiffness", _f),  # normal stiffness [N/m]
         ("damping", _f),  # normal damping [N s/m]
         ("is_wheel", _b),  # whether the point is a wheel
+    ],
+    align=True,
+)
+
+POINT = np.dtype(
+    [
+        ("model", _POINT_MODEL),  # constant parameters, until the robot takes in or loses mass
+        # --- in this step ---
         ("on", _i),  # index of the body under the point, -1 for the field
-        ("load", _f),  # normal force in this step [N]
+        ("load", _f),  # normal force [N]
         ("gap", _f),  # gap to the floor or to a near field element [m]
         ("normal", _f, (3,)),  # mean direction of the load, field frame
         ("arm", _f, (3,)),  # mean offset of the contact from the center of mass, field frame [m]
@@ -329,7 +360,7 @@ POINT = np.dtype(
 )
 """Contact point of a robot: a wheel, or a point of bumpers, frame or underside."""
 
-PART = np.dtype(
+_PART_MODEL = np.dtype(
     [
         ("robot", _i),  # index of the robot
         ("x", _f),  # x of the center, robot frame [m]
@@ -343,6 +374,14 @@ PART = np.dtype(
         ("stiffness", _f),  # force per depth and length of the side in contact [N/m^2]
         ("edge_stiffness", _f),  # stiffness against one end of a field edge [N/m]
         ("edge_damping", _f),  # damping against one end of a field edge [N s/m]
+    ],
+    align=True,
+)
+
+PART = np.dtype(
+    [
+        ("model", _PART_MODEL),  # constant parameters, until the robot takes in or loses mass
+        # --- state, from the pose of the robot ---
         ("low", _f),  # present height of the bottom, field frame [m]
         ("high", _f),  # present height of the top, field frame [m]
         ("first_outline", _i),  # index of the first field outline at these heights
@@ -370,7 +409,7 @@ OUTLINE = np.dtype(
     ],
     align=True,
 )
-"""Convex plan-view outline of a part of the field, between two heights."""
+"""Convex plan-view outline of a part of the field, between two heights; all fields are constant."""
 
 SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f, (3,)), ("put_in", _f)], align=True)
 """Contact of a robot: key, number of the last step with the contact, stretch of the friction spring, field frame [m],

@@ -42,11 +42,11 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
     """Clear the sums of the last call, and check that poses and velocities are finite.
 
     Returns:
-        Index of a robot with a position or velocity that is not finite, or -1.
+        Index of a robot with a position or velocity that is not finite, -1 if all are finite.
     """
     for r in range(len(fleet.robots)):
         robot = fleet.robots[r]
-        body = bodies[robot.body]
+        body = bodies[robot.model.body]
         total = 0.0
         for k in range(3):
             total += body.pos[k] + body.vel[k] + body.rate[k]
@@ -56,9 +56,9 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
         for k in range(6):
             body.mean_twist[k] = 0.0
         robot.touched = 0
-        for i in range(robot.first_shaft, robot.last_shaft):
+        for i in range(robot.model.first_shaft, robot.model.last_shaft):
             begin_motor(fleet.shafts, i)
-        for k in range(robot.first_wheel, robot.last_wheel):
+        for k in range(robot.model.first_wheel, robot.model.last_wheel):
             fleet.wheels[k].mean_load = 0.0
             fleet.wheels[k].mean_x = 0.0
             fleet.wheels[k].mean_y = 0.0
@@ -67,9 +67,10 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
 
 @inner
 def end_robots(fleet: Fleet, h: float) -> None:
-    """Convert the sums over a call of h [s] to means."""
+    """Divide the motor currents summed over a call by the duration h of the call [s], to get mean currents."""
     for r in range(len(fleet.robots)):
-        for i in range(fleet.robots[r].first_shaft, fleet.robots[r].last_shaft):
+        model = fleet.robots[r].model
+        for i in range(model.first_shaft, model.last_shaft):
             fleet.shafts[i].mean_current /= h
             fleet.shafts[i].mean_supply /= h
 
@@ -98,18 +99,18 @@ def advance_robots(
             robot.press[k] = 0.0
             robot.twist[k] = 0.0
             robot.shift[k] = 0.0
-        robot.is_upright = 1 if bodies[robot.body].axes[2, 2] > UPRIGHT else 0
+        robot.is_upright = 1 if bodies[robot.model.body].axes[2, 2] > UPRIGHT else 0
         if robot.is_upright:
-            place_parts(fleet, r, bodies[robot.body])
+            place_parts(fleet, r, bodies[robot.model.body])
     for r in range(n):
         robot = fleet.robots[r]
-        body = bodies[robot.body]
+        body = bodies[robot.model.body]
         if robot.is_upright:
             touch_outlines(fleet, r, body, h, found)
         touch_field(fleet, r, bodies, solids, has_floor, h)
         touch_plates(fleet, r, bodies, solids, h)
         for q in range(r + 1, n):
-            if _are_near(robot, fleet.robots[q], body, bodies[fleet.robots[q].body]):
+            if _are_near(robot, fleet.robots[q], body, bodies[fleet.robots[q].model.body]):
                 if _meet_in_plan(fleet, robot, fleet.robots[q]):
                     touch_robots(fleet, r, q, bodies, h, found)
                 else:
@@ -121,24 +122,25 @@ def advance_robots(
 
 @inner
 def _pull_plates(bodies, h):
-    """Accelerate plates as hinge and engine did in the last step: what stands on them must not see them sink.
+    """Accelerate plates that carry robots by the angular acceleration from hinge and engine in the engine's last step.
 
-    Tires would follow a plate that the load turns in each step: 0.3 mm/s at 5 cm above the hinge.
+    Without this, the wheel loads would turn a plate at rest in each step, and robots on the plate would creep:
+    0.3 mm/s at 5 cm above the hinge.
     """
     for b in range(len(bodies)):
-        if bodies[b].carries:
+        if bodies[b].model.carries:
             for k in range(3):
                 bodies[b].rate[k] += h * bodies[b].pull[k]
 
 
 @inner
 def _are_near(robot, other, body, met):
-    """Return whether two robots are near enough to touch."""
+    """Return whether two robots are near enough to touch, by bounding circles around the centers of mass."""
     dx = body.com[0] - met.com[0]
     dy = body.com[1] - met.com[1]
-    far = robot.reach + other.reach
+    far = robot.model.reach + other.model.reach
     if not (robot.is_upright and other.is_upright):
-        far = body.reach + met.reach
+        far = body.model.reach + met.model.reach
     return dx * dx + dy * dy < far * far
 
 
@@ -147,8 +149,8 @@ def _meet_in_plan(fleet, robot, other):
     """Return whether two robots are upright and have bumpers or frames at a common height."""
     if not (robot.is_upright and other.is_upright):
         return False
-    for a in range(robot.first_part, robot.last_part):
-        for b in range(other.first_part, other.last_part):
+    for a in range(robot.model.first_part, robot.model.last_part):
+        for b in range(other.model.first_part, other.model.last_part):
             if max(fleet.parts[a].low, fleet.parts[b].low) < min(fleet.parts[a].high, fleet.parts[b].high):
                 return True
     return False
@@ -156,8 +158,8 @@ def _meet_in_plan(fleet, robot, other):
 
 @inner
 def _control(robot, shafts, battery):
-    """Compute the outputs of all motor controllers of a robot for one step."""
-    for i in range(robot.first_shaft, robot.last_shaft):
+    """Compute the outputs of all motor controllers of a robot for a step; all are off while disabled or browned out."""
+    for i in range(robot.model.first_shaft, robot.model.last_shaft):
         s = shafts[i]
         model = s.model
         is_drive = model.kind == WHEELS or model.kind == AZIMUTH
@@ -165,7 +167,7 @@ def _control(robot, shafts, battery):
         s.torque_offset = 0.0
         if is_drive:
             if model.kind == WHEELS and model.partner >= 0:
-                s.emf_offset = model.coupled_emf * shafts[robot.first_shaft + model.partner].speed
+                s.emf_offset = model.coupled_emf * shafts[robot.model.first_shaft + model.partner].speed
             s.limit = s.request.stator_limit
             if battery.is_off:
                 s.is_open = 1
@@ -174,7 +176,7 @@ def _control(robot, shafts, battery):
                 s.wanted = 0.0
             elif s.request.mode == TARGET:
                 s.is_open = 0
-                _follow_target(shafts, i, robot.first_shaft)
+                _follow_target(shafts, i, robot.model.first_shaft)
             else:
                 control(shafts, i, robot.bus, 0.0)
         else:
@@ -235,7 +237,7 @@ def _follow_target(shafts, i, first_shaft):
 
 @inner
 def scrub(azimuth, wheel, least):
-    """Return dry friction [N m] and viscous drag [N m s/rad] of a contact patch that turns on the carpet.
+    """Return the dry friction [N m] and viscous drag [N m s/rad] that carpet exerts on a turning contact patch.
 
     A wheel at rest has dry friction mu N r and no drag. Coulomb friction acts along the slip. If the patch already
     slips by s because the wheel rolls, and steering at omega adds r omega < s, only the fraction r omega / s of the
@@ -248,7 +250,7 @@ def scrub(azimuth, wheel, least):
         least: Slip of a wheel at rest [m/s].
     """
     radius = azimuth.model.scrub
-    most = radius * wheel.cof * wheel.load
+    most = radius * wheel.model.cof * wheel.load
     slip = wheel.slip - least
     if radius * abs(azimuth.speed) < slip:
         return 0.0, most * radius / slip
@@ -258,15 +260,15 @@ def scrub(azimuth, wheel, least):
 @inner
 def _steer(robot, shafts, wheels, h, bus):
     """Advance the steer shafts and the mechanisms of a robot by one step of h [s]."""
-    for i in range(robot.first_shaft + robot.drive_shafts, robot.last_shaft):
+    for i in range(robot.model.first_shaft + robot.model.drive_shafts, robot.model.last_shaft):
         s = shafts[i]
         model = s.model
         if model.kind != AZIMUTH:
             turn(shafts, i, h, bus, 0.0, 0.0, 0.0)
             continue
-        wheel_shaft = shafts[robot.first_shaft + model.partner]
+        wheel_shaft = shafts[robot.model.first_shaft + model.partner]
         before = s.speed
-        dry, drag = scrub(s, wheels[robot.first_wheel + wheel_shaft.model.first], wheel_shaft.model.slip_speed)
+        dry, drag = scrub(s, wheels[robot.model.first_wheel + wheel_shaft.model.first], wheel_shaft.model.slip_speed)
         turn(shafts, i, h, bus, dry, drag, model.coupling * wheel_shaft.current)
         wheel_shaft.emf_offset = wheel_shaft.model.coupled_emf * 0.5 * (before + s.speed)
         wheel_shaft.torque_offset = -wheel_shaft.model.coupled_inertia * (s.speed - before) / h
@@ -276,15 +278,16 @@ def _steer(robot, shafts, wheels, h, bus):
 
 @inner
 def _kick(fleet, r, bodies, gravity, h, part):
-    """Apply the forces of a step of h [s] to the velocity of one robot.
+    """Apply the forces of a step of h [s] to the velocity of one robot, and advance motors, shafts and battery.
 
     All other forces act first. Tires react to the velocity at the end of the step, with forces at the wheel contacts.
     """
     robot = fleet.robots[r]
-    body = bodies[robot.body]
+    model = robot.model
+    body = bodies[model.body]
     robot.is_put = 0
     quat = body.quat
-    mass = body.mass
+    mass = body.model.mass
     body.vel[0] += h * (robot.request.force[0] + robot.press[0]) / mass
     body.vel[1] += h * (robot.request.force[1] + robot.press[1]) / mass
     body.vel[2] += h * ((robot.request.force[2] + robot.press[2]) / mass - gravity)
@@ -296,7 +299,7 @@ def _kick(fleet, r, bodies, gravity, h, part):
     )
     _, _, old_turn = rotate_back(quat, body.rate[0], body.rate[1], body.rate[2])
     wx, wy, wz = turned_rate(body, tx, ty, tz, h)
-    if robot.last_shaft > robot.first_shaft:
+    if model.last_shaft > model.first_shaft:
         battery = fleet.batteries[r]
         _control(robot, fleet.shafts, battery)
         bus = bus_voltage(
@@ -305,21 +308,21 @@ def _kick(fleet, r, bodies, gravity, h, part):
             robot.bus,
             robot.request.other_current,
             fleet.shafts,
-            robot.first_shaft,
-            robot.last_shaft,
+            model.first_shaft,
+            model.last_shaft,
         )
         robot.bus = bus
-        for k in range(robot.last_wheel - robot.first_wheel):
-            fleet.wheels[robot.first_wheel + k].load = fleet.points[robot.first_point + k].load
+        for k in range(model.last_wheel - model.first_wheel):
+            fleet.wheels[model.first_wheel + k].load = fleet.points[model.first_point + k].load
         _steer(robot, fleet.shafts, fleet.wheels, h, bus)
-        if robot.drive_shafts:
+        if model.drive_shafts:
             wx, wy, wz = _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part)
         supply = robot.request.other_current
-        for i in range(robot.first_shaft, robot.last_shaft):
+        for i in range(model.first_shaft, model.last_shaft):
             supply += fleet.shafts[i].supply
         robot.time += h
         if draw(fleet.batteries, r, h, supply, bus):
-            for i in range(robot.first_shaft, robot.last_shaft):
+            for i in range(model.first_shaft, model.last_shaft):
                 fleet.shafts[i].noted_supply = fleet.shafts[i].supply
     robot.yaw_rate = wz
     body.rate[0], body.rate[1], body.rate[2] = rotate(quat, wx, wy, wz)
@@ -331,11 +334,13 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
 
     The effective mass at the contacts is less than the robot's mass, because a force there also tips the robot.
     """
-    body = bodies[robot.body]
+    body = bodies[robot.model.body]
     quat = body.quat
-    high = body.center[2]
-    robot.plan_mass[0] = 1.0 / (1.0 / body.mass + high * high / body.inertia[1])
-    robot.plan_mass[1] = 1.0 / (1.0 / body.mass + high * high / body.inertia[0])
+    mass = body.model.mass
+    inertia = body.model.inertia
+    high = body.model.center[2]
+    robot.plan_mass[0] = 1.0 / (1.0 / mass + high * high / inertia[1])
+    robot.plan_mass[1] = 1.0 / (1.0 / mass + high * high / inertia[0])
     ground_x, ground_y, ground_turn = _ground_velocity(fleet, robot, bodies)
     vx, vy, _ = rotate_back(quat, body.vel[0], body.vel[1], body.vel[2])
     vx -= wy * high + ground_x
@@ -353,15 +358,15 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     mx = 0.0
     my = 0.0
     mz = 0.0
-    for k in range(robot.last_wheel - robot.first_wheel):
-        wheel = fleet.wheels[robot.first_wheel + k]
+    for k in range(robot.model.last_wheel - robot.model.first_wheel):
+        wheel = fleet.wheels[robot.model.first_wheel + k]
         wheel.mean_load += part * wheel.load
         wheel.mean_x += part * wheel.force_x
         wheel.mean_y += part * wheel.force_y
         size = wheel.force_x * wheel.force_x + wheel.force_y * wheel.force_y
         if size == 0.0:
             continue
-        point = fleet.points[robot.first_point + k]
+        point = fleet.points[robot.model.first_point + k]
         normal = point.normal
         arm = point.arm
         ex, ey, ez = rotate(quat, c * wheel.force_x - s * wheel.force_y, s * wheel.force_x + c * wheel.force_y, 0.0)
@@ -384,12 +389,12 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
         mx += arm[1] * ez - arm[2] * ey
         my += arm[2] * ex - arm[0] * ez
         mz += arm[0] * ey - arm[1] * ex
-    body.vel[0] += h * gx / body.mass
-    body.vel[1] += h * gy / body.mass
-    body.vel[2] += h * gz / body.mass
+    body.vel[0] += h * gx / mass
+    body.vel[1] += h * gy / mass
+    body.vel[2] += h * gz / mass
     mx, my, mz = rotate_back(quat, mx, my, mz)
     wz += ground_turn
-    return wx + h * mx / body.inertia[0], wy + h * my / body.inertia[1], wz + h * mz / body.inertia[2]
+    return wx + h * mx / inertia[0], wy + h * my / inertia[1], wz + h * mz / inertia[2]
 
 
 @inner
@@ -405,14 +410,14 @@ def _lever(point, body, plate):
 @inner
 def _ground_velocity(fleet, robot, bodies):
     """Return the mean velocity of the ground under a robot's wheels, weighted by load, robot axes [m/s, m/s, rad/s]."""
-    body = bodies[robot.body]
+    body = bodies[robot.model.body]
     total = 0.0
     x = 0.0
     y = 0.0
     z = 0.0
     turn = 0.0
-    for k in range(robot.last_wheel - robot.first_wheel):
-        point = fleet.points[robot.first_point + k]
+    for k in range(robot.model.last_wheel - robot.model.first_wheel):
+        point = fleet.points[robot.model.first_point + k]
         total += point.load
         if point.on < 0:
             continue
@@ -432,7 +437,7 @@ def _ground_velocity(fleet, robot, bodies):
 
 @compiled
 def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
-    """Lower a robot vertically until the robot is at rest, supported by the ground only.
+    """Let a robot sink vertically onto the ground for 3 s of simulated time, and then stop the robot.
 
     Args:
         fleet: All robots.
@@ -444,7 +449,7 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
         h: Time step [s].
     """
     robot = fleet.robots[r]
-    body = bodies[robot.body]
+    body = bodies[robot.model.body]
     update_axes(body)
     x = body.pos[0]
     y = body.pos[1]
@@ -459,12 +464,12 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
         touch_field(fleet, r, bodies, solids, has_floor, h)
         touch_plates(fleet, r, bodies, solids, h)
         for b in range(len(bodies)):
-            if bodies[b].carries:
+            if bodies[b].model.carries:
                 for k in range(3):
                     bodies[b].rate[k] = 0.0
         tx, ty, _ = rotate_back(body.quat, robot.twist[0], robot.twist[1], 0.0)
         wx, wy, _ = turned_rate(body, tx, ty, 0.0, h)
-        body.vel[2] = _HELD_BACK * (body.vel[2] + h * (robot.press[2] / body.mass - gravity))
+        body.vel[2] = _HELD_BACK * (body.vel[2] + h * (robot.press[2] / body.model.mass - gravity))
         body.rate[0], body.rate[1], _ = rotate(body.quat, _HELD_BACK * wx, _HELD_BACK * wy, 0.0)
         drift(body, h)
         body.com[0] += x - body.pos[0]

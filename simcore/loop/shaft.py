@@ -17,7 +17,7 @@ never reach zero."""
 
 @inner
 def begin_motor(shafts, i):
-    """Clear the mean currents of a shaft before a call."""
+    """Clear the sums for a shaft's mean stator and supply current before a call of the loop."""
     s = shafts[i]
     s.mean_current = 0.0
     s.mean_supply = 0.0
@@ -25,7 +25,7 @@ def begin_motor(shafts, i):
 
 @inner
 def open_circuit(shafts, i):
-    """Switch a shaft off: a motor coasts until the next request, a valve goes to idle, and a servo stops."""
+    """Switch a shaft off: a motor coasts until the next request, a valve goes to `idle`, and a servo stops at once."""
     s = shafts[i]
     model = s.model
     if model.kind == PISTON:
@@ -190,7 +190,7 @@ def accumulate(shafts, i, h, bus):
 
 @compiled
 def turn_alone(shafts: Records, i: int, dt: float, bus: float) -> None:
-    """Advance a mechanism by dt [s] at a constant battery voltage [V]."""
+    """Advance a mechanism without a robot by dt [s] under the present request, at a constant battery voltage [V]."""
     n = math.ceil(dt / STEP - 1e-9)
     h = dt / n
     s = shafts[i]

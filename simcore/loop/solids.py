@@ -43,7 +43,7 @@ class Solids(NamedTuple):
     plane: FloatArray
     """Outward unit normal and offset [m] of each triangle's plane, shape (t, 4)."""
     corner: FloatArray
-    """Corners of each triangle, counter-clockwise from outside [m], shape (t, 9)."""
+    """Corners of each triangle, counter-clockwise seen from outside [m], shape (t, 9)."""
     cell_first: IntArray
     """First entry of each grid cell in `cell_solid`, and the number of entries, shape (nx * ny + 1,)."""
     cell_solid: IntArray
@@ -155,7 +155,7 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
 
 @inner
 def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
-    """Return the fraction of a ray's length at which the ray enters a solid, but at most `nearest`."""
+    """Return the fraction of a ray's length at which the ray enters a solid, or `nearest` if that is smaller."""
     corner, plane = solids.corner, solids.plane
     for t in range(solids.first[s], solids.first[s + 1]):
         slope = plane[t, 0] * dx + plane[t, 1] * dy + plane[t, 2] * dz
@@ -211,7 +211,7 @@ def first_hits(
         start: Starts of the segments, field frame [m], shape (n, 3).
         end: Ends of the segments, field frame [m], shape (n, 3).
         with_robots: Whether segments hit robots; ignored if `drivable`.
-        ignored: Row of a robot that segments do not hit, -1 for none.
+        ignored: Row of a robot that segments do not hit, -1 to hit all robots.
         drivable: Whether segments hit only surfaces that robots drive on, on the field and on bodies.
         fraction: Filled with the fraction of each segment before the hit, 1 without a hit, shape (n,).
         row: Filled with the row of the body or field element that is hit, -1 without a hit, shape (n,).
@@ -231,9 +231,9 @@ def first_hits(
                     nearest, met = part, solids.row[s]
         for b in range(len(bodies)):
             body = bodies[b]
-            if body.row == ignored or (body.is_robot and (drivable or not with_robots)):
+            if body.model.row == ignored or (body.model.is_robot and (drivable or not with_robots)):
                 continue
-            if not body.is_robot and not (drivable and solids.is_drivable[body.first_solid]):
+            if not body.model.is_robot and not (drivable and solids.is_drivable[body.model.first_solid]):
                 continue
             axes, pos = body.axes, body.pos
             px, py, pz = ox - pos[0], oy - pos[1], oz - pos[2]
@@ -243,11 +243,11 @@ def first_hits(
             ux = axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz
             uy = axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz
             uz = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz
-            for s in range(body.first_solid, body.last_solid):
+            for s in range(body.model.first_solid, body.model.last_solid):
                 if _passes_box(solids.box, s, lx, ly, lz, ux, uy, uz, nearest):
                     part = _hit_triangles(solids, s, lx, ly, lz, ux, uy, uz, nearest)
                     if part < nearest:
-                        nearest, met = part, body.row
+                        nearest, met = part, body.model.row
         fraction[k] = nearest
         row[k] = met
 

@@ -153,7 +153,7 @@ def speed(v, i):
 
 @inlined
 def sleeps(status, i):
-    """Return whether ball i is on the field and frozen at rest."""
+    """Return whether ball i is on the field and frozen at rest: asleep or placed."""
     return status[i] == ASLEEP or status[i] == PLACED
 
 

@@ -39,13 +39,13 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
         h: Duration [s].
 
     Returns:
-        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1.
+        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1 if all are finite.
     """
     lost = begin_robots(fleet, bodies)
     if lost >= 0:
         return lost
     for b in range(len(bodies)):
-        if not bodies[b].is_robot and bodies[b].is_active:
+        if not bodies[b].model.is_robot and bodies[b].is_active:
             update_axes(bodies[b])
             for k in range(6):
                 bodies[b].impulse[k] = 0.0
@@ -81,9 +81,9 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
 
 @inner
 def _part_robots(fleet, bodies):
-    """Shift robots out of the initial overlaps of their contacts."""
+    """Shift robots out of the initial overlaps with other objects, without a change of velocity."""
     for r in range(len(fleet.robots)):
-        body = bodies[fleet.robots[r].body]
+        body = bodies[fleet.robots[r].model.body]
         for k in range(3):
             body.com[k] += fleet.robots[r].shift[k]
             body.pos[k] += fleet.robots[r].shift[k]
@@ -95,11 +95,11 @@ def _drift_bodies(bodies, h, call):
     part = h / call
     for b in range(len(bodies)):
         body = bodies[b]
-        if body.is_robot:
+        if body.model.is_robot:
             for k in range(3):
                 body.mean_twist[k] += part * body.vel[k]
                 body.mean_twist[3 + k] += part * body.rate[k]
-        if body.is_robot or body.is_active:
+        if body.model.is_robot or body.is_active:
             drift(body, h)
 
 
@@ -108,7 +108,7 @@ def prepare() -> None:
     """Compile the loop, or load it from the cache, so that no tick waits for the compiler."""
     fleet, bodies, start = no_robots()._replace(robots=records(ROBOT)), records(BODY), np.zeros((1, 3))
     for name in ("mass", "inertia"):
-        bodies[name] = 1.0
+        bodies["model"][name] = 1.0
     bodies["quat"] = 0.0, 0.0, 0.0, 1.0
     balls, memory = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3))), make_memory(1)
     floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)

@@ -66,9 +66,9 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
     for k in range(first, last):
         wheel = wheels[k]
         wheel.load = 0.0
-        if wheel.is_lowered:
-            rear = min(rear, wheel.x)
-            front = max(front, wheel.x)
+        if wheel.model.is_lowered:
+            rear = min(rear, wheel.model.x)
+            front = max(front, wheel.model.x)
     if force_z <= 0.0:
         return
     if rear <= front:  # the robot has lowered wheels
@@ -83,8 +83,8 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
         low, high = -math.inf, math.inf
     for k in range(first, last):  # `along` marks wheels that may carry load
         wheel = wheels[k]
-        is_candidate = low <= wheel.x <= high
-        if is_candidate and -math.inf < low and high < math.inf and wheel.is_lowered == 0:
+        is_candidate = low <= wheel.model.x <= high
+        if is_candidate and -math.inf < low and high < math.inf and wheel.model.is_lowered == 0:
             is_candidate = False
         wheel.along = 1.0 if is_candidate else 0.0
     while True:
@@ -94,8 +94,8 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
         for k in range(first, last):
             wheel = wheels[k]
             n += wheel.along
-            mean_x += wheel.along * wheel.x
-            mean_y += wheel.along * wheel.y
+            mean_x += wheel.along * wheel.model.x
+            mean_y += wheel.along * wheel.model.y
         if n == 0.0:
             return
         mean_x /= n
@@ -105,8 +105,8 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
         xy = 0.0
         for k in range(first, last):
             wheel = wheels[k]
-            dx = wheel.x - mean_x
-            dy = wheel.y - mean_y
+            dx = wheel.model.x - mean_x
+            dy = wheel.model.y - mean_y
             xx += wheel.along * dx * dx
             yy += wheel.along * dy * dy
             xy += wheel.along * dx * dy
@@ -133,7 +133,8 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
         for k in range(first, last):
             wheel = wheels[k]
             if wheel.along > 0.0:
-                wheel.load = force_z / n + slope_x * (wheel.x - mean_x) + slope_y * (wheel.y - mean_y)
+                model = wheel.model
+                wheel.load = force_z / n + slope_x * (model.x - mean_x) + slope_y * (model.y - mean_y)
                 if wheel.load < lowest:
                     lowest = wheel.load
                     out = k
@@ -162,14 +163,14 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
         vy: Velocity of this point to the left [m/s].
         omega: Yaw rate, counter-clockwise positive [rad/s].
     """
-    first_shaft = robot.first_shaft
-    n_shafts = robot.drive_shafts
-    first_wheel = robot.first_wheel
+    first_shaft = robot.model.first_shaft
+    n_shafts = robot.model.drive_shafts
+    first_wheel = robot.model.first_wheel
     mass_x = robot.plan_mass[0] / h
     mass_y = robot.plan_mass[1] / h
-    turn_h = body.inertia[2] / h
+    turn_h = body.model.inertia[2] / h
     # Effective inverse mass at one contact: 1/m for a wheel that slides alone, more if other wheels also slide.
-    compliance = (0.5 + 0.5 * (robot.last_wheel - first_wheel)) / min(mass_x, mass_y)
+    compliance = (0.5 + 0.5 * (robot.model.last_wheel - first_wheel)) / min(mass_x, mass_y)
     for g in range(first_shaft, first_shaft + n_shafts):
         _begin_shaft(shafts, g, h, bus)
         _touch(shafts, g, wheels, first_wheel, vx, vy, omega)
@@ -289,11 +290,11 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
     s.arm = 0.0
     for k in range(first_wheel + model.first, first_wheel + model.last):
         wheel = wheels[k]
-        wheel.grip = wheel.cof * wheel.load
+        wheel.grip = wheel.model.cof * wheel.load
         if wheel.grip > 0.0:
-            drag += wheel.rolling * wheel.load
+            drag += wheel.model.rolling * wheel.load
             wheel.slip = max(wheel.slip, s.s0)
-            s.arm = wheel.x * s.sin - wheel.y * s.cos
+            s.arm = wheel.model.x * s.sin - wheel.model.y * s.cos
             count += 1
     s.touching = count
     s.most_drag = drag / count if count else 0.0
@@ -329,9 +330,11 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
                 rc += c
                 c *= model.grain * model.grain
                 rq += c
-                a13 -= c * wheel.y
-                a23 += c * wheel.x
-                a33 += c * (wheel.x * wheel.x + wheel.y * wheel.y)
+                x = wheel.model.x
+                y = wheel.model.y
+                a13 -= c * y
+                a23 += c * x
+                a33 += c * (x * x + y * y)
         a11 += rq
         a22 += rq
         more = rc - rq
@@ -401,7 +404,7 @@ def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
             continue
         c = wheel.grip / wheel.slip
         wheel.along = c * rim
-        wheel.across = c * model.grain * (s.sin * (ux - uw * wheel.y) - s.cos * (uy + uw * wheel.x))
+        wheel.across = c * model.grain * (s.sin * (ux - uw * wheel.model.y) - s.cos * (uy + uw * wheel.model.x))
         size = math.sqrt(wheel.along * wheel.along + wheel.across * wheel.across)
         if size > wheel.grip or wheel.slip > s.s0:
             slides = True

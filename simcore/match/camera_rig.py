@@ -1,4 +1,4 @@
-"""Cameras and headsets of all robots in a match, their exposure times and their lines of sight."""
+"""Cameras and headsets of all robots in a match, with exposure times and lines of sight."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
 
     Args:
         name: Name of an official layout, or path of a JSON file; an empty name gives a field without tags.
-        field_size: Length and width of the field, used only if it has no tags [m].
+        field_size: Length and width of the field [m], used only for a field without tags.
 
     Raises:
         UnknownNameError: If no official layout has this name.
@@ -48,7 +48,7 @@ def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
 
 
 class CameraRig:
-    """All cameras of a match.
+    """All cameras and headsets of a match.
 
     Args:
         world: Physics world in which lines of sight are tested.
@@ -152,13 +152,13 @@ class CameraRig:
             headset.listen(time, self._histories[headset.robot])
 
     def follow_carry(self, robot: int, time: float, old_pos: Vector, *, to_start: bool) -> None:
-        """Restart a robot's pose history after people carried it, so that no frame shows it between the two places.
+        """Restart a robot's pose history after a move by the drive team, so that no frame shows a pose in between.
 
         Args:
             robot: Number of the robot.
             time: Simulated time of the move [s].
             old_pos: Position of the robot before the move, field frame [m].
-            to_start: Whether the robot was carried to the start of an auto; if so, its headset repeats its last pose
+            to_start: Whether the robot was carried to the start of an auto, where its headset repeats the last pose
                 reset there.
         """
         chassis = self._robots[robot].chassis
@@ -171,7 +171,7 @@ class CameraRig:
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
     def expose(self, time: float) -> None:
-        """Record robot poses at this time [s], expose the frames that are due and publish those that are ready."""
+        """Record robot poses at simulated time `time` [s], expose the frames that are due and publish ready frames."""
         if not self._histories:
             return
         scene = CameraScene(
@@ -197,11 +197,11 @@ class CameraRig:
             headset.close()
 
     def direction_lines(self) -> dict[str, FloatArray]:
-        """Return the line from each camera's lens to the target of its last frame, by camera name."""
+        """Return the `direction_line` of each camera to the target of the last frame, by camera name."""
         return {name: direction_line(*self._pose(camera), camera.last) for name, camera in self.cameras.items()}
 
     def sighting_lines(self) -> dict[str, FloatArray]:
-        """Return the lines from each camera's lens to the tags of its last frame and back, by camera name."""
+        """Return the `sighting_lines` of each camera to the tags of the last frame, by camera name."""
         return {
             name: sighting_lines(*self._pose(camera), camera.last, self.layout) for name, camera in self.cameras.items()
         }
@@ -212,7 +212,7 @@ class CameraRig:
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:
-    """Return the line from the lens to the target of the last frame, or 1 m along the optical axis without a target.
+    """Return the line from a camera to the target of its last frame, or 1 m along the optical axis without a target.
 
     Args:
         pos: Position of the camera, field frame [m].
@@ -236,7 +236,17 @@ def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatA
 
 
 def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: TagLayout) -> FloatArray:
-    """Return the line from the lens to each of n tags of the last frame and back, shape (2 n + 1, 7), or (0, 7)."""
+    """Return a line that runs from a camera to each of the n tags of its last frame and back.
+
+    Args:
+        pos: Position of the camera, field frame [m].
+        quat: Attitude of the camera, unit quaternion x, y, z, w.
+        frame: Last frame; None before the first frame.
+        layout: Layout of the field's tags.
+
+    Returns:
+        Poses of the line's points as rows of x, y, z [m], qw, qx, qy, qz, shape (2 n + 1, 7), or (0, 7) without tags.
+    """
     ids = [tag.id for tag in frame.tags] if frame is not None else []
     if not ids:
         return np.zeros((0, 7))

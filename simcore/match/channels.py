@@ -68,10 +68,10 @@ MATCH = (
     Channel("Sim/Performance/SleepingPieces", "int", lambda m: m.pieces.count(PieceStatus.ASLEEP),
             "pieces at rest, which wake when something reaches them"),
     Channel("Sim/Performance/TickMs", "double", lambda m: m.last_tick_ms,
-            "wall time of the tick before, as `simcore play` and `robotpy sim` measure it", "ms"),
+            "wall time of the previous tick, as measured by `simcore play` and `robotpy sim`", "ms"),
     Channel("Sim/Performance/RealTimeFactor", "double",
             lambda m: None if m.last_tick_ms is None else 1e3 * TICK / max(m.last_tick_ms, 1e-6),
-            "20 ms over that time: how many times faster than real time"),
+            "20 ms divided by that time: how many times faster than real time"),
     Channel("Sim/Shots", "int", lambda m: len(m.record.shots), "pieces shot so far, by all robots"),
     Channel("Sim/Hits", "int", lambda m: m.record.hits, "shots that scored"),
     Channel("Sim/TakenIn", "int", lambda m: len(m.record.taken_in), "pieces that robots have taken in so far"),
@@ -139,8 +139,8 @@ ROBOT = (
     Channel("Robot/Player", "string", lambda f: [record.player or None for record in f.records],
             "in a match of scripted players: its role and level, e.g. `collector:3`"),
     Channel("Robot/EstimatedPose", "Pose3d", lambda f: f.view.believed,
-            "pose that robot code believes: a Phoenix 6 drivetrain's own pose estimate, else wheel "
-            "odometry from encoders and gyro", "m", 6),
+            "pose estimated by robot code: a Phoenix 6 drivetrain's own pose estimate, else wheel odometry from "
+            "encoders and gyro", "m", 6),
     Channel("Intake/HeldCount", "int", lambda f: f.held, "pieces in the robot"),
     Channel("Debug/HeldCount", "int", lambda f: f.held, "pieces in the robot, next to the other debug values"),
     Channel("Debug/BatteryVoltage", "double", lambda f: f.batteries["voltage"],
@@ -161,7 +161,8 @@ ROBOT = (
             "along a profile: of a scripted robot, or of robot code for a TalonFX in simulated time or a SPARK",
             "turns/s, turns", 6),
     Channel("Sensors/<Sensor>", "boolean", lambda f: f.sensors,
-            "a switch of `simcore.toml` is pressed, a beam broken, a piece before a CANrange; as robot code reads it"),
+            "a switch of `simcore.toml` is pressed, a beam is broken, or a piece is in front of a CANrange; as robot "
+            "code reads it"),
     Channel("Lights/<name>/Colors", "int[]", lambda f: [robot.light_colors for robot in f.robots],
             "colors of robot code's lights: 0xRRGGBB of each LED; -1 where an animation has no one color (rainbow, RGB "
             "fade, fire)"),

@@ -13,7 +13,7 @@ from simcore.units import plain_sum
 __all__ = ["MatchClock", "MatchTimer", "Mode", "Phase"]
 
 Mode: TypeAlias = Literal["auto", "disabled", "teleop"]
-"""Robot mode, as a driver station selects it."""
+"""Robot mode, as selected at a driver station."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,11 @@ class MatchClock:
         """Duration of the whole match [s]."""
 
     def start(self, name: str) -> float:
-        """Return the match time at which a phase begins [s]."""
+        """Return the match time at which a phase begins [s].
+
+        Raises:
+            ConfigError: If the clock has no phase of this name.
+        """
         time = 0.0
         for phase in self.phases:
             if phase.name == name:
@@ -83,9 +87,9 @@ class MatchClock:
 class MatchTimer:
     """Running match time for scoring, telemetry and rules.
 
-    Without a driver station, the time starts with the first tick and runs to the end, as on a field. With a driver
-    station, it starts when robots are first enabled and stops while they are disabled, except in the pauses of the
-    match and after its end.
+    Without a driver station, the time starts with the first tick and never stops. With a driver station, the time
+    starts when robots are first enabled and stops while robots are disabled, except in disabled phases and after the
+    match.
     """
 
     def __init__(self, clock: MatchClock) -> None:
@@ -113,13 +117,13 @@ class MatchTimer:
 
     @property
     def is_enabled(self) -> bool:
-        """Whether robots may move."""
+        """Whether robots are enabled, by the driver station or else by the phase."""
         if self._enabled is not None:
             return self._enabled
         return not self.is_over and self.phase.mode != "disabled"
 
     def follow_driver_station(self) -> None:
-        """Stop the match time until a driver station calls `set_enabled`."""
+        """Disable the robots and stop the match time until a driver station enables the robots with `set_enabled`."""
         self._enabled = False
 
     def start(self, mode: Mode) -> None:
@@ -129,7 +133,7 @@ class MatchTimer:
         self.time = self._start
 
     def set_enabled(self, enabled: bool) -> None:
-        """Set whether the driver station enables the robots."""
+        """Enable or disable the robots, as the driver station does."""
         self._enabled = enabled
 
     def advance(self, dt: float) -> None:

@@ -1,8 +1,8 @@
-"""Commands that people give on a practice field, such as resetting it or placing a robot.
+"""Commands of users on a practice field, such as a reset of the field or the placement of a robot.
 
 Web pages, dashboards and Python share one table of actions. Commands may come from any thread at any time.
-`FieldControl` checks their arguments on arrival and runs them in order before the next tick, so that no command takes
-effect halfway through a tick.
+`FieldControl` checks the arguments of a command on arrival and runs the commands in order before the next tick, so that
+no command takes effect halfway through a tick.
 """
 
 from __future__ import annotations
@@ -50,22 +50,22 @@ class ControlledMatch(PlayedMatch, Protocol):
 
     @property
     def count(self) -> PieceCount:
-        """Number of pieces in each kind of place."""
+        """Number of pieces on the field, in flight, in robots, scored, placed and off the field."""
 
     def carry_to(self, number: int, pose: Pose) -> None:
-        """Place a robot at rest, as if people carried it there."""
+        """Place a robot at rest, as if the drive team carried the robot to a pose."""
 
     def require_robot(self, number: int) -> None:
         """Raise an error for a robot number that does not exist."""
 
     def reset_field(self) -> None:
-        """Return all pieces to their positions at the start of the match."""
+        """Reset pieces, preloads, score and rules to the start of the match."""
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Set the controller of a robot."""
 
     def start_mode(self, mode: Mode) -> None:
-        """Begin a mode, as a driver station does."""
+        """Set the match clock to the start of a mode, as a driver station does."""
 
     def start_pose(self, number: int) -> Pose:
         """Return the start pose of a robot, field frame [m, m, rad]."""
@@ -76,7 +76,7 @@ class CommandResult:
     """Result of one command."""
 
     number: int
-    """Number among all commands, from 1."""
+    """Number of the command, counted from 1."""
     command: str
     """Description of the command."""
     is_done: bool
@@ -92,8 +92,8 @@ class CommandResult:
 class FieldControl:
     """Queue of commands to one match, available as `Match.control`.
 
-    Each command method returns the number of its command at once. The command runs before the next tick, and its result
-    is then in `results`. A refused command changes nothing and is logged.
+    Each command method queues a command and returns the number of the command. The command runs before the next tick;
+    the result is then in `results`. A refused command changes nothing and is logged.
 
     Args:
         match: Match that the commands act on.
@@ -118,18 +118,21 @@ class FieldControl:
         self.count = 0
         """Number of commands done or refused so far."""
         self.sources: list[Callable[[], object]] = []
-        """Functions called before every tick; their commands run in the same tick."""
+        """Functions called before every tick; commands that the functions queue run in the same tick."""
         self.placed: list[Callable[[int, Pose | None], object]] = []
         """Functions called when a robot is placed, with its number and pose [m, m, rad], or None for the start pose."""
 
     # --- commands -------------------------------------------------------------------------------------------------
 
     def do(self, name: str, arguments: Mapping[str, Any]) -> int:
-        """Request an action by its name in `ACTIONS`, as web pages and dashboards do.
+        """Queue an action of the table `ACTIONS`, as web pages and dashboards do.
 
         Args:
-            name: Name of the action, one of `ACTIONS`.
+            name: Name of the action in `ACTIONS`.
             arguments: Values of all arguments of the action, by name.
+
+        Returns:
+            Number of the command.
 
         Raises:
             UnknownNameError: If no action has this name.
@@ -151,7 +154,7 @@ class FieldControl:
         return self.do("reset", {})
 
     def spawn(self, kind: str, places: Sequence[Sequence[float]]) -> int:
-        """Put pieces on the carpet, each at the free position nearest to the requested one.
+        """Put pieces on the carpet, each at the free position nearest to the requested position.
 
         Unused pieces are put down first, then pieces that wait off the field, then pieces that have scored; the game's
         total number of pieces never changes.
@@ -168,7 +171,7 @@ class FieldControl:
     def place_robot(self, pose: Any, robot: int = 0) -> int:
         """Place a robot at rest; the gyro keeps its reading, and pieces are moved out of the way.
 
-        Robot code keeps its pose estimate, so reset its odometry as well.
+        Robot code keeps its pose estimate, so also reset the odometry of the robot code.
 
         Args:
             pose: x, y [m] and heading [rad], or a `Pose2d`, field frame.
@@ -186,7 +189,7 @@ class FieldControl:
     def start_auto(self, name: str, robot: int = 0) -> int:
         """Reset the field, place a robot at the start of one of the game's autos, and run the auto from its beginning.
 
-        Use it for robots without robot code; robot code selects its auto with its own chooser.
+        The command is refused for a robot with robot code, which selects the auto with its own chooser.
 
         Args:
             name: Name of the auto.
@@ -195,7 +198,7 @@ class FieldControl:
         return self.do("auto", {"name": name, "robot": robot})
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Request an action of the human player of `blue` or `red`, to happen as soon as it is possible.
+        """Request an action of the human player of `blue` or `red`, performed as soon as the action is possible.
 
         From the first call on, a person controls this human player and the game's own policy is off.
         """
@@ -329,7 +332,7 @@ class FieldControl:
         return _ALLIANCES[alliance], actions
 
     def _carry_out(self) -> None:
-        """Perform the requested actions of human players that are ready."""
+        """Perform requested actions of human players that are ready, and drop requests that are done or impossible."""
         match = self._match
         for alliance, wanted in match.persons.items():
             _, actions = self._human_player(alliance)
@@ -347,7 +350,7 @@ class FieldControl:
             return self._last_number
 
     def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
-        """Return a controller that removes itself if it raises an error, so that the match goes on."""
+        """Return a controller that is removed from the robot after an error, so that the match goes on."""
 
         def play(body: Robot, time: float) -> None:
             try:
@@ -368,7 +371,7 @@ def _reason(error: Exception) -> str:
 
 
 def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
-    """Return the first part that a robot lacks compared with another, worded to follow "no"; empty if it lacks none."""
+    """Return the first part that a robot lacks compared with a wanted config, worded to follow "no"; empty if none."""
     for name, mechanism in wanted.mechanisms.items():
         if type(config.mechanisms.get(name)) is not type(mechanism):
             return f"{type(mechanism).__name__.removesuffix('Config').lower()} named {name!r}"
@@ -380,7 +383,7 @@ def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
 
 def _text(owner: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise ConfigError(f"{owner} must be a text, got {shown(value)}")
+        raise ConfigError(f"{owner} must be a string, got {shown(value)}")
     return value
 
 
@@ -407,7 +410,7 @@ def _places(_: str, value: Any) -> FloatArray:
     rows = value if np.iterable(value) else [value]
     places = np.array([_numbers("spawn: a place", place, "x, y [m]", 2) for place in rows]).reshape(-1, 2)
     if not 1 <= len(places) <= _MOST_PIECES:
-        raise ConfigError(f"spawn: want 1 to {_MOST_PIECES} places, got {len(places)}")
+        raise ConfigError(f"spawn needs 1 to {_MOST_PIECES} places, got {len(places)}")
     return places
 
 
@@ -431,7 +434,7 @@ class Action:
     """Function that performs the action, called with the `FieldControl` and the arguments; returns a description of the
     effect."""
     arguments: Mapping[str, Callable[[str, Any], Any]]
-    """Check of each argument, by name: called with a name for messages and a value, it returns the checked value."""
+    """Check of each argument, by name: a function of a name for messages and a value that returns the checked value."""
 
 
 ACTIONS: Mapping[str, Action] = {

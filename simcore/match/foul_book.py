@@ -46,7 +46,7 @@ class _Stretch:
 
 
 class FoulBook:
-    """Book of fouls, with one foul for a violation that lasts several ticks.
+    """Record of rule violations that counts a violation over several ticks as one foul.
 
     Args:
         match: Match whose tracker receives the fouls.
@@ -59,13 +59,15 @@ class FoulBook:
     def call(
         self, rule: str, robot: int, points: int, text: str, *about: Hashable, every: float = math.inf, later: int = 0
     ) -> None:
-        """Report that a robot breaks a rule in this tick; call it in each tick of the violation.
+        """Report that a robot breaks a rule in this tick; call the method in each tick of the violation.
+
+        A violation that resumes within 1 s is the same foul.
 
         Args:
             rule: Number of the rule in the manual.
             robot: Number of the robot.
             points: Points for the other alliance.
-            text: Description of the violation, for people.
+            text: Description of the violation, worded to follow "robot 0" in a message.
             about: Further keys that separate this violation from others of the same rule and robot at the same time,
                 e.g. the number of the opponent.
             every: Duration after which a continued violation is another foul [s].
@@ -82,7 +84,7 @@ class FoulBook:
             now.fouls += 1
 
     def rules(self, alliance: Alliance) -> list[str]:
-        """Return the rules that an alliance has broken so far, one per foul."""
+        """Return the rule number of each foul of an alliance so far, oldest first."""
         return [foul.rule for foul in self._match.tracker.fouls if foul.alliance == alliance]
 
     def count(self, alliance: Alliance, points: int) -> int:
@@ -121,7 +123,10 @@ class Releases:
         self._holders: dict[int, int] = {}
 
     def update(self) -> list[PieceRelease]:
-        """Return the pieces released onto the field since the last call; call once a tick."""
+        """Return the pieces that robots have released onto the field or into the air since the last call.
+
+        Call the method once a tick.
+        """
         match, state = self._match, self._match.pieces.state
         now = {slot: robot.number for robot in match.robots for slot in robot.held}
         found = []
@@ -150,16 +155,16 @@ class _PinCount:
     """Positions of both robots at the start of the count, by robot number [m]."""
     seconds: float = 0.0
     ended: float = 0.0
-    """Time since the robots moved six feet apart, or one of them six feet away from its position in `where` [s]."""
+    """Time since the robots moved six feet apart, or either robot six feet away from its position in `where` [s]."""
     fouls: int = 0
 
 
 class PinCounts:
-    """Pin counts of one match by the PIN rule, which FIRST's manuals have worded alike for years.
+    """Pin counts of one match under the PIN rule of FIRST's game manuals.
 
-    A robot pins an opponent if it prevents, by contact, the movement of an opponent that tries to move. A count ends
-    when the robots have been six feet apart for three seconds, when one of them has been six feet away from its
-    position at the start of the count for three seconds, or when the pinned robot pins the other one.
+    A robot pins an opponent by contact that keeps an opponent from moving although the opponent tries to move. A count
+    ends when the robots have been six feet apart for three seconds, when either robot has been six feet away from its
+    position at the start of the count for three seconds, or when the pinned robot pins the other robot.
 
     Args:
         limit: Longest allowed pin, and period of each further foul [s].
@@ -170,7 +175,7 @@ class PinCounts:
         self._counts: dict[Pin, _PinCount] = {}
 
     def seconds(self, pin: Pin) -> float:
-        """Return the duration of a pin so far [s], or 0 if there is no such pin."""
+        """Return the duration of a pin so far [s], or 0 without a count for this pin."""
         return self._counts[pin].seconds if pin in self._counts else 0.0
 
     def update(self, dt: float, pins: set[Pin], places: Mapping[int, tuple[float, float]]) -> list[tuple[Pin, int]]:
@@ -204,10 +209,11 @@ class PinCounts:
 
 
 def pins_of(match: PlayedMatch) -> set[Pin]:
-    """Return the pins of this tick, in which a robot touches an opponent that tries to move but hardly does.
+    """Return the pins of this tick, in which a robot touches an opponent that tries to move but hardly moves.
 
-    The pinned robot must be held between the pinning robot and a static element, or between two opponents; robots that
-    push each other in the open field do not pin.
+    An opponent tries to move if a drive motor draws at least 15 A, and hardly moves at 0.25 m/s or less. The pinned
+    robot must be held between the pinning robot and a static element, or between two opponents; robots that push each
+    other in the open field do not pin.
     """
     sides = match.alliances
     touches = [(a, b) for a, b in sorted(match.contacts.robots) if sides[a] != sides[b]]
@@ -223,7 +229,7 @@ def pins_of(match: PlayedMatch) -> set[Pin]:
 
 
 def _is_at_something(match: PlayedMatch, robot: Robot) -> bool:
-    """Return whether a robot is close to a static element of the field."""
+    """Return whether a robot is within 0.1 m of a static element of the field."""
     body, chassis = robot.chassis.config, robot.chassis
     half = 0.5 * body.bumper_length + _BESIDE, 0.5 * body.bumper_width + _BESIDE
     height = chassis.pos[2]
@@ -243,7 +249,7 @@ def lowest_bumper(robot: Robot) -> float:
 
 
 def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
-    """Return the number of the first robot whose bumpers are within reach of a point, or -1 if there is none.
+    """Return the number of the first robot whose bumpers are within reach of a point, or -1 if no robot is in reach.
 
     Args:
         robots: Robots to test, in order.
@@ -259,14 +265,14 @@ def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
 
 
 def is_carried(match: PlayedMatch, number: int, by: int) -> bool:
-    """Return whether one robot fully carries another: the other is above it and touches nothing else."""
+    """Return whether robot `by` fully carries robot `number`, which is higher, off the ground and off all elements."""
     above, below = match.robots[number], match.robots[by]
     is_higher = above.chassis.pos[2] > below.chassis.pos[2] + above.chassis.config.clearance
     return is_higher and is_airborne(above) and not match.contacts.elements(number)
 
 
 def reaches_into(robot: Robot, other: Robot) -> bool:
-    """Return whether an intake outside a robot's bumpers reaches into another robot's frame perimeter."""
+    """Return whether an active intake that extends past the bumpers reaches into another robot's frame perimeter."""
     body, frame = other.chassis.config, 2.0 * other.chassis.config.bumper_thickness
     perimeter = corners(*other.chassis.pose, body.bumper_length - frame, body.bumper_width - frame)
     return any(overlaps(perimeter, outline) for outline in _reaching_out(robot))

@@ -95,7 +95,7 @@ class FieldDefinition:
     def __post_init__(self) -> None:
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.symmetry.size != self.size:
-            raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
+            raise ConfigError(f"FieldDefinition: symmetry is for a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):
             raise ConfigError("FieldDefinition: give either a mesh or elements")
         if unknown := {rung.mount for rung in self.rungs} - {body.name for body in self.hanging} - {""}:
@@ -105,8 +105,8 @@ class FieldDefinition:
         """Load the field geometry, with a surface for each element.
 
         Args:
-            mesh: OBJ file to use instead of the game's. Its groups get the game's materials by name; all other groups
-                get the material of `*`.
+            mesh: OBJ file of the field; None for the game's file. A group with a name of the game's field gets that
+                material; all other groups get the material of `*`.
 
         Raises:
             FieldMeshError: If the file is missing or invalid.
@@ -185,8 +185,8 @@ class StagedPieces:
     attitudes: FloatArray | None = None
     """Attitudes of the pieces on the field, unit quaternions x, y, z, w, shape (n, 4); None for upright pieces."""
     resting: bool = False
-    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged before them; otherwise
-    they fall when the match begins."""
+    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged earlier; otherwise the
+    pieces fall when the match begins."""
     lodged: float | None = None
     """Force that frees wedged pieces [N]; None if the pieces are not wedged."""
     off_field: int = 0
@@ -217,9 +217,9 @@ class RobotEntry:
     alliance: Alliance = "blue"
     start: Pose | None = None
     """Start pose for the blue alliance, field frame [m, m, rad]; a red robot starts at the corresponding red pose. None
-    for the game's start pose at the robot's position in the list."""
+    for the n-th of the game's start poses, for the n-th robot of the alliance."""
     preload: int | None = None
-    """Number of preloaded pieces of the game's first kind; None for as many as the game allows."""
+    """Number of preloaded pieces of the game's first kind; None for as many as the game allows and the robot holds."""
     config: RobotConfig | None = None
     """Config of the robot; None for the game's default robot."""
 
@@ -245,7 +245,7 @@ class PlayedMatch(Protocol):
 
     game: Game
     entries: tuple[RobotEntry, ...]
-    """Robot entries as requested when the match was created."""
+    """Entries of the robots, by robot number."""
     options: frozenset[str]
     """Names of the game options that are on."""
     practice: bool
@@ -271,12 +271,12 @@ class PlayedMatch(Protocol):
     draws: ScatterDraws
     """Scatter draws of this run."""
     persons: dict[Alliance, dict[str, float]]
-    """Requested actions of each human player that a user controls: the time at which each action ends [s], by name."""
+    """End time of each requested action [s], by action name, for each human player that a user controls."""
     record: RunRecord
     """Record of the run so far."""
 
     def outline(self, number: int) -> FloatArray:
-        """Return the corners of a robot's bumpers [m], shape (4, 2); a red robot is flipped to the blue side."""
+        """Return the bumper corners of a robot seen from above [m], shape (4, 2), flipped to the blue side for red."""
 
 
 @runtime_checkable
@@ -288,7 +288,7 @@ class Driving(Protocol):
         """Names of the driver's actions, in the order of the buttons."""
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
-        """Make a controller that reads the driver's inputs once per tick and follows them."""
+        """Make a controller that reads the driver's inputs once per tick and follows the inputs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -302,7 +302,7 @@ class Auto:
     start: Pose
     """Start pose for the blue alliance, field frame [m, m, rad]."""
     preload: int | None = None
-    """Number of preloaded pieces; None for as many as the game allows."""
+    """Number of preloaded pieces; None for as many as the game allows and the robot holds."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Auto {self.name!r}", start=START, preload=COUNT)
@@ -329,7 +329,7 @@ class Rules:
     Hooks use the public parts of the match: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
 
     Args:
-        match: Match being played, complete except for the pieces, which are staged when `start` is called.
+        match: Match being played, with all pieces staged.
     """
 
     channels: ClassVar[Sequence[Channel]] = ()
@@ -339,19 +339,19 @@ class Rules:
         self.match = match
 
     def start(self) -> None:
-        """Act as the match begins, with pieces staged and robots at their start poses."""
+        """Act at the start of the match and after a reset of the field, with all pieces staged."""
 
     def start_mode(self, mode: str) -> None:
-        """Act after a driver station has enabled `auto` or `teleop`."""
+        """Act after a driver station has enabled `auto` or `teleop`, and after a reset of the field in this mode."""
 
     def before_tick(self) -> None:
-        """Act after robot code has given its commands, before anything moves."""
+        """Act after the robots' controllers have given their commands, before all motion."""
 
     def worth(self, zone: ScoringZone) -> int:
         """Return the points for a piece that scores in a zone now.
 
         Web pages and dashboards may call this method, `game_data`, `breakdown` and the functions of `channels` at any
-        time, so they must not change any state. Put the effects of a scoring piece in `scored`.
+        time, so none of these may change any state. Put the effects of a scoring piece in `scored`.
         """
         return zone.points
 
@@ -362,16 +362,16 @@ class Rules:
         """Act after a piece has come to rest in one of the game's `places`."""
 
     def removed(self, event: PlaceEvent) -> None:
-        """Act after a placed piece has fallen from its place or a robot has taken it."""
+        """Act after a placed piece has fallen from a resting place or a robot has taken the piece."""
 
     def after_tick(self) -> None:
         """Act at the end of a tick, after motion and scoring and before telemetry."""
 
     def end(self) -> None:
-        """Act once, after the last phase."""
+        """Act once, when the last phase has ended."""
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions of human players, with the same names in every run; empty if the game has none."""
+        """Return the actions of human players, with fixed names; empty if this run has no human players."""
         return ()
 
     def game_data(self) -> str:
@@ -405,7 +405,7 @@ class Game:
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
-    """Places where pieces stay and count as placed."""
+    """Resting places, where pieces stay and count as placed."""
     rules: Callable[[PlayedMatch], Rules] = Rules
     robot: Callable[[], RobotConfig]
     """Function that makes the default robot's config."""
@@ -479,17 +479,17 @@ class Game:
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
-        """Make a game on a bare carpet with a wall around it, for experiments and tests.
+        """Make a game on a bare carpet surrounded by a wall, for experiments and tests.
 
         Args:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
-            pieces: Kinds of pieces; all pieces are off the field until `match.pieces.spawn` puts them on it.
+            pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
             robot: Function that makes the default robot's config; None for a 55 kg robot with four swerve modules and
                 no mechanisms.
             zones: Zones where pieces score.
-            places: Places where pieces stay and count as placed.
+            places: Resting places, where pieces stay and count as placed.
         """
         module = SwerveModuleConfig(
             x=0.0,

@@ -1,4 +1,4 @@
-"""Human players: the pieces that they hold, and their actions by a game's policy or at a person's request.
+"""Human players: their stocks of pieces, and their actions by a game's policy or at a user's request.
 
 A game lists the actions. The game's policy decides when to `take` an action; if a person controls the human player,
 `FieldControl` takes the requested actions instead. Limits, times and errors are the same in both cases.
@@ -82,7 +82,7 @@ class Feeder:
             self.keep(slot)
 
     def is_due(self, period: float, hand: str = "") -> bool:
-        """Return whether a hand's period between two pieces [s], times the clumsiness, has passed."""
+        """Return whether a period [s], times the clumsiness, has passed since a hand last released a piece."""
         since = self._match.time - self._last.get(hand, -math.inf)
         return since >= self.clumsiness * period - 0.5 * TICK
 
@@ -120,7 +120,7 @@ class Feeder:
             target: Point that the falling piece should pass through, field frame [m].
             elevation: Launch angle above the horizontal [rad].
             error: Standard deviation of the direction [rad], and of the speed relative to the nominal speed [-].
-            flip: Symmetry that maps both points to the other alliance's side; None to leave them unchanged.
+            flip: Symmetry that maps both points to the other alliance's side; None to leave the points unchanged.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -159,7 +159,7 @@ class HumanAction:
         require_fields(self, f"HumanAction {self.name!r}", period=DURATION, lasts=DELAY)
 
     def refusal(self, timer: MatchTimer, alliance: Alliance) -> str:
-        """Return the reason why the action is not possible now, regardless of its period; empty if it is possible."""
+        """Return the reason why the action is impossible now, ignoring the period between pieces; empty if possible."""
         if not self.feeders[alliance].stock:
             return "no piece is left for it"
         if not timer.is_enabled:
@@ -169,11 +169,11 @@ class HumanAction:
         return ""
 
     def is_ready(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Return whether the action is possible and its period since the last time has passed."""
+        """Return whether the action is possible and the period since the last such action has passed."""
         return self.feeders[alliance].is_due(self.period, self.name) and not self.refusal(timer, alliance)
 
     def take(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Perform the action if it is ready; return whether it was performed."""
+        """Perform the action if `is_ready`; return whether the action was performed."""
         if not self.is_ready(timer, alliance):
             return False
         self.act(alliance)

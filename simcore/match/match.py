@@ -1,7 +1,7 @@
 """Match of any game with any robots, and the tick that advances it.
 
 A tick runs the phases of `before`, then the loop of `Motion`, then the phases of `after`. With scripted robots, the
-loop runs once a tick; robot code whose motor controllers need more frequent updates runs it several times.
+loop runs once a tick; robot code whose motor controllers need more frequent updates runs the loop several times.
 """
 
 from __future__ import annotations
@@ -70,14 +70,14 @@ class Match:
         robots: Robots of the match; by default one blue robot with the game's default config.
         seed: Seed of all random draws, a whole number >= 0.
         scatter: Random differences between runs in robots, pieces and shots; None for no differences.
-        controllers: Controllers of the robots, in order; a robot with None stands still.
+        controllers: Controllers of the robots, in order of robot number; None for a robot that stands still.
         options: Names of the game options to switch on.
         practice: Whether every piece counts, regardless of the match clock.
         sinks: Receivers of telemetry.
-        engine: Physics engine, or its name, closed with the match; None for the default of `engine_choice`.
+        engine: Physics engine, which the match closes, or name of an engine; None for the default of `engine_choice`.
         network: Network on which cameras publish, e.g. `CameraTables`; None if frames are read from `cameras` only.
-        field_mesh: OBJ file of the field, instead of the game's.
-        tags: AprilTag layout, instead of the game's: an official name, or a file in WPILib's JSON format.
+        field_mesh: OBJ file of the field; None for the game's field.
+        tags: AprilTag layout, by official name or as a file in WPILib's JSON format; None for the game's layout.
         never_sleep: Whether pieces always stay awake, for measurements.
 
     Raises:
@@ -124,7 +124,7 @@ class Match:
         if network is not None and not callable(getattr(network, "port", None)):
             raise ConfigError(f"network must be CameraTables(instance) or None, got {shown(network)}")
         self.network = network
-        """Network on which cameras publish and listen."""
+        """Network on which cameras publish and listen; None if frames are read from `cameras` only."""
         self._tags = tags or game.field.tags
         self._never_sleep = never_sleep
         self._controllers: list[Controller | None] = [None] * len(self.entries)
@@ -138,7 +138,7 @@ class Match:
         self.field = definition.load(field_mesh)  # before the engine starts, so that an invalid mesh fails early
         self.world = PhysicsWorld(engine=engine)
         self.control = FieldControl(self)
-        """Commands of people on the field; `reset` keeps this object."""
+        """Queue of commands from web pages, dashboards and Python; `reset` keeps this object."""
         self.before: tuple[Callable[[], None], ...] = (
             self.control.before_tick,
             self._make_way,
@@ -156,7 +156,8 @@ class Match:
             self._let_go,
             self._publish,
         )
-        """Phases after motion: piece positions, cameras, sleep, score and rules, shots and placing, and telemetry."""
+        """Phases after motion: piece positions, cameras, sleep of slow pieces, score and rules, shots and placing, and
+        telemetry."""
         try:
             self._begin(seed)
         except BaseException:
@@ -177,7 +178,7 @@ class Match:
         places: Sequence[RestingPlace] = (),
         **settings: Any,
     ) -> Match:
-        """Make a match on a bare carpet with a wall around it, for experiments and tests.
+        """Make a match on a bare carpet surrounded by a wall, for experiments and tests.
 
         Args:
             robot: Config of the robot; None for a 55 kg robot with four swerve modules and no mechanisms.
@@ -185,9 +186,9 @@ class Match:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
-            pieces: Kinds of pieces; all pieces are off the field until `match.pieces.spawn` puts them on it.
+            pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
             zones: Zones where pieces score.
-            places: Places where pieces stay and count as placed.
+            places: Resting places, where pieces stay and count as placed.
             settings: Further arguments of `Match`.
 
         Example:
@@ -211,7 +212,7 @@ class Match:
     # --- building -------------------------------------------------------------------------------------------------
 
     def _begin(self, seed: int) -> None:
-        """Build all objects of a run in an empty physics world."""
+        """Build all objects of a run in an empty physics world, check the start poses, and start the rules."""
         game = self.game
         self.seed = seed
         """Seed of all random draws."""
@@ -226,13 +227,13 @@ class Match:
         self.field_resets = 0
         """Number of calls of `reset_field` since the start of the run."""
         self.persons: dict[Alliance, dict[str, float]] = {}
-        """Requested actions of each human player that a user controls: the time at which each action ends [s]."""
+        """End time of each requested action [s], by action name, for each human player that a user controls."""
         self.timer = MatchTimer(game.clock)
-        """Match time, for scoring and rules."""
+        """Timer of the match, for scoring and rules."""
         self.digest = TrajectoryDigest()
-        """Digest of all states so far."""
+        """Digest of the state trajectory so far."""
         self._started: Mode | None = None
-        """Mode that a driver station enabled last; None before the first."""
+        """Mode that a driver station enabled last; None if no mode has been enabled yet."""
         self._has_concluded = False
         self._unchecked: set[int] = set()  # robots that have changed alliance since the last tick
         self.alliances: list[Alliance] = [entry.alliance for entry in self.entries]
@@ -293,7 +294,7 @@ class Match:
         self._publisher: Publisher | None = None
 
     def _update_digest(self) -> None:
-        """Add the state of all moving bodies to the digest, and every 0.1 s the points."""
+        """Add the states of robots, hanging bodies and pieces to the digest, and every 0.1 s the parts of the score."""
         for robot in self.robots:
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         for body in self.hanging:
@@ -324,9 +325,9 @@ class Match:
         self._preload(robot)
 
     def _stage(self, rng: np.random.Generator) -> None:
-        """Put pieces at their starting positions, flipped if the first robot is red.
+        """Put the game's pieces on the field or aside, with positions flipped if the first robot is red.
 
-        A match with a red first robot is therefore the mirror image of the blue match.
+        A match with a red first robot is therefore the counterpart of the blue match under the field's symmetry.
         """
         symmetry = self.game.field.symmetry if self.entries[0].alliance == "red" else None
         for some in self.game.staging(rng, self.entries):
@@ -356,17 +357,17 @@ class Match:
         self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
 
     def _require_place(self, number: int, pose: Pose) -> None:
-        """Raise an error for a pose at which a robot cannot stand."""
+        """Raise an error for a robot pose that is not three finite numbers or is not free."""
         require_row(f"robot {number}", "pose", pose, POSE)
         require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
 
     def _note_put(self, number: int, reason: str) -> None:
-        """Record that a robot was placed."""
+        """Record a robot's placement, and move overlapping pieces out of the way."""
         self.record.robots[number].put(self.time, reason)
         self._make_room()
 
     def _missed(self, number: int, pose: Pose) -> Pose | None:
-        """Return the pose with people's placement error, or None without an error."""
+        """Return the pose with the drive team's placement error, or None if the error is zero."""
         ahead, left, turn = start_error(self.draws, number)
         if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
             left, turn = -left, -turn
@@ -374,10 +375,10 @@ class Match:
         return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
 
     def _begin_rules(self) -> None:
-        """Restart the rules with nothing scored."""
+        """Make and start new rules, and clear the cached breakdown of the score."""
         self._has_ended = self.timer.is_over
         self._counted: tuple[int, Score] | None = None
-        """Time and points at the last update of `score_counts`; None before the first update."""
+        """Number of the 0.1 s period and points at the last update of `score_counts`; None before the first update."""
         self._counts: Mapping[str, int] = {}
         self.rules: Rules = self.game.rules(self)
         self.rules.start()
@@ -389,13 +390,16 @@ class Match:
         self.close()
 
     def close(self) -> None:
-        """Close all sinks and the engine, even if closing one of them fails; safe to call twice."""
+        """End the run, and close cameras, sinks and engine even if closing one of them fails; safe to call twice."""
         with ExitStack() as stack:
             stack.callback(self.world.close)
             self._end_run(stack)
 
     def _end_run(self, stack: ExitStack) -> None:
-        """Write the last snapshot and log totals, once per run; the stack closes cameras and sinks."""
+        """Log brown-out totals and write a snapshot if there are new shortfalls, once per run.
+
+        The stack closes cameras and sinks.
+        """
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
         if self._has_concluded:
@@ -430,7 +434,7 @@ class Match:
             phase()
 
     def run_part(self, h: float) -> None:
-        """Advance the motion by part of a tick, h [s].
+        """Advance the motion by h [s], part of a tick.
 
         Raises:
             ConfigError: If h is not above 0 and at most 20 ms; nothing moves in this case.
@@ -445,11 +449,11 @@ class Match:
             phase()
 
     def play(self, seconds: float, *, controllers: Sequence[Controller | None] | None = None) -> None:
-        """Advance by several ticks.
+        """Set new controllers, if given, and advance by a simulated time.
 
         Args:
             seconds: Simulated time to advance by, rounded to whole ticks [s].
-            controllers: New controllers of the robots, in order; None keeps the present controllers.
+            controllers: New controllers of the robots, in order of robot number; None to keep the current controllers.
         """
         require("Match.play", "seconds", seconds, Quantity("s", 0.0, 1e6))
         for number, controller in enumerate(controllers or ()):
@@ -478,17 +482,17 @@ class Match:
         self.rules.before_tick()
 
     def _wake(self) -> None:
-        """Wake sleeping pieces that something can reach within the tick."""
+        """Clear the contacts of the last tick, and wake sleeping pieces that a moving body can reach in this tick."""
         self.motion.begin_tick()
 
     def _take_in(self) -> None:
-        """Take pieces in; this phase comes before motion so that intakes do not catch a new shot."""
+        """Move pieces within reach into robots; this phase precedes motion so that intakes do not catch a new shot."""
         self.flow.take_in()
 
     # --- after ----------------------------------------------------------------------------------------------------
 
     def _gather(self) -> None:
-        """Read poses and velocities from the engine, and return pieces that have left the field."""
+        """Advance clock and record, read the state of pieces and hanging bodies, and put back pieces off the field."""
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
@@ -498,7 +502,7 @@ class Match:
             body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
 
     def _see(self) -> None:
-        """Expose the camera frames that are due, and publish those that are ready."""
+        """Record robot poses for cameras, expose the frames that are due, and publish the frames that are ready."""
         self.cameras.expose(self.time)
 
     def _settle(self) -> None:
@@ -506,7 +510,7 @@ class Match:
         self.pieces.settle(TICK)
 
     def _score(self) -> None:
-        """Score pieces that have entered a scoring zone, and apply the game's rules."""
+        """Score pieces that have entered a scoring zone, update the resting places, and apply the game's rules."""
         state, slots = self.pieces.state, self.pieces.awake
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
@@ -527,11 +531,11 @@ class Match:
         self.rules.after_tick()
 
     def _let_go(self) -> None:
-        """Release pieces from shooters and placers."""
+        """Advance hoppers, and release pieces from shooters and placers."""
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """Write a snapshot to the sinks that are due, update the digest and log brown-outs."""
+        """Log brown-outs, check estimated poses as an auto begins, update the digest, and write to the sinks due."""
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
         self.beliefs.after_tick(self.time, self.timer)
@@ -545,16 +549,17 @@ class Match:
     # --- commands of robot code and drive team --------------------------------------------------------------------
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Set the controller of a robot from the next tick on."""
+        """Set the controller of a robot from the next tick on; with None, the robot gets no further commands."""
         self.require_robot(number)
         if not (controller is None or callable(controller)):
             raise ConfigError(f"robot {number}: a controller is called with robot and time, got {shown(controller)}")
         self._controllers[number] = controller
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
-        """Change a robot's alliance and place it at rest at its start pose; the gyro keeps its reading.
+        """Change a robot's alliance, and place the robot at rest at the start pose for the new alliance.
 
-        If another robot still occupies the start pose when the next tick begins, the robot is placed next to it.
+        The pose has the scatter's placement error, and the gyro keeps its reading. If another robot still occupies the
+        start pose when the next tick begins, the robot is placed next to the other robot.
 
         Raises:
             ConfigError: If the robot or the alliance does not exist.
@@ -567,15 +572,15 @@ class Match:
         self._unchecked.add(number)
 
     def carry_to(self, number: int, pose: Pose, *, by_people: bool = False) -> None:
-        """Place a robot at rest, as if people carried it there.
+        """Place a robot at rest, as if the drive team carried the robot to a pose.
 
         The gyro keeps its reading, and pieces are moved out of the way.
 
         Args:
             number: Number of the robot.
             pose: New pose, field frame [m, m, rad].
-            by_people: Whether people place the robot for an auto: the pose then has the scatter's placement error, and
-                the headset repeats its last pose reset; otherwise the pose is exact.
+            by_people: Whether the drive team places the robot for an auto: the pose then has the scatter's placement
+                error, and the headset repeats its last pose reset; otherwise the pose is exact.
 
         Raises:
             ConfigError: If the robot does not exist or the pose is not three finite numbers.
@@ -592,7 +597,10 @@ class Match:
         self.cameras.follow_carry(number, self.time, old_pos, to_start=by_people)
 
     def start_mode(self, mode: Mode) -> None:
-        """Set the match clock to the start of `auto` or `teleop`, which a driver station has just enabled."""
+        """Set the match clock to the start of `auto` or `teleop`, which a driver station has just enabled.
+
+        At the start of `auto`, also clear the score and the record of pieces; pieces stay in place.
+        """
         self.timer.start(mode)
         if mode == "auto":
             self.tracker.reset()
@@ -605,7 +613,7 @@ class Match:
     def reset_field(self) -> None:
         """Reset pieces, preloads, score and rules to the start of the match.
 
-        Robots stay in place, pieces are moved out of their way, and the clock goes on.
+        Robots stay in place, pieces are moved out of the way of the robots, and the clock goes on.
         """
         self.field_resets += 1
         self.pieces.clear()
@@ -624,9 +632,9 @@ class Match:
             self.rules.start_mode(self._started)
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
-        """Restart the match in the same engine, with new robots, pieces and rules.
+        """End this run, and start a new run in the same engine, with new robots, pieces and rules.
 
-        The sinks of the old run are closed, which completes its log.
+        The sinks of the old run are closed, which completes the old log.
 
         Args:
             seed: Seed of the new run; None for the seed of the old run.
@@ -663,14 +671,14 @@ class Match:
         return self._counts
 
     def breakdown(self) -> dict[str, int]:
-        """Return the scored pieces of each zone, the points of human players' throws, and the rules' breakdown."""
+        """Return the number of scored pieces by zone, the points of human players' throws and the rules' breakdown."""
         people = self.record.human_points.items() if self.rules.human_actions() else ()
         thrown = {f"{alliance.capitalize()}/humanPlayerPoints": points for alliance, points in people}
         return {**self.tracker.pieces, **thrown, **self.rules.breakdown()}
 
     @property
     def count(self) -> PieceCount:
-        """Number of pieces in each kind of place, such as on the field or in a robot."""
+        """Number of pieces on the field, in flight, in robots, scored, placed and off the field."""
         return PieceCount.of(self.pieces)
 
     def piece_positions(self) -> dict[str, FloatArray]:
@@ -702,7 +710,11 @@ class Match:
             raise ConfigError(f"there are robots 0 to {len(self.entries) - 1}, got {shown(number)}")
 
     def outline(self, number: int) -> FloatArray:
-        """Return the corners of a robot's bumpers [m], shape (4, 2); a red robot is flipped to the blue side."""
+        """Return the bumper corners of a robot seen from above, flipped to the blue side for a red robot.
+
+        Returns:
+            Corners, field frame [m], shape (4, 2).
+        """
         body, pose = self.robots[number].chassis.config, self.robots[number].chassis.pose
         if self.alliances[number] == "red":
             pose = self.game.field.symmetry.flip_pose(*pose)

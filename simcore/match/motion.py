@@ -1,7 +1,7 @@
 """Motion of all bodies during one tick, and the robots' contacts, for matches and bare worlds.
 
-`Motion.advance` is the loop. In each 5 ms step it updates the devices, then moves robots and balls. If there are
-other bodies, the engine moves them in one step, or in several if the pieces require it. Sensors are read last.
+`Motion.advance` is the loop. Each 5 ms step updates the devices, then moves robots and balls. The engine moves all
+other bodies, in one step or in several if the pieces require shorter steps. Sensors are read last.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class RobotContacts:
     def touching_piece(self, slot: int) -> list[int]:
         """Return the numbers of the robots that a piece touched.
 
-        Contacts of balls are those of this tick; contacts of other pieces are those of the last engine step.
+        For a ball, contacts in this tick count; for any other piece, contacts in the last engine step.
         """
         return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
 
@@ -89,7 +89,7 @@ class RobotContacts:
         return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
-        """Return the names of field elements that a robot touched in the last substep, and of rungs it hangs on."""
+        """Return the names of elements that a robot touched in the last substep, and of rungs that hold the robot."""
         robot = self._robots[number]
         touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
         return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
@@ -106,7 +106,7 @@ class Motion:
     Args:
         world: Physics world of the bodies.
         robots: All robots.
-        pieces: All pieces; None if there are none.
+        pieces: All pieces; None for a world without pieces.
         hanging: Hanging bodies of the field.
         watchers: Contact records to update after each step.
     """
@@ -141,7 +141,7 @@ class Motion:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
-        """Advance by dt [s], a whole tick or part of a tick."""
+        """Advance devices and bodies by dt [s], a whole tick or part of a tick, and then read the sensors."""
         world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count

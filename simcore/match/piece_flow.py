@@ -57,7 +57,7 @@ class PieceFlow:
     # --- in -------------------------------------------------------------------------------------------------------
 
     def take_in(self) -> None:
-        """Move pieces within reach into intakes and placers."""
+        """Take in pieces within reach, hand pieces from storages to placers, and begin the tick of all robots."""
         for robot, slots in zip(self._robots, self._in_reach(self._pieces.fastest * TICK), strict=True):
             slots = slots[self._pieces.is_on_field[slots]]  # an earlier robot may have taken some of them
             if len(slots):
@@ -152,13 +152,17 @@ class PieceFlow:
     # --- out ------------------------------------------------------------------------------------------------------
 
     def let_go(self, time: float) -> None:
-        """Release pieces from shooters with an open gate and from placers that run outward, at a simulated time [s]."""
+        """Advance hoppers, and release pieces from shooters with an open gate and from placers that run outward.
+
+        Args:
+            time: Simulated time, for log messages [s].
+        """
         for robot in self._robots:
             for name in robot.advance_hoppers(self._world.gravity):
                 if (robot.number, name) not in self._is_jammed:
                     self._is_jammed.add((robot.number, name))  # until a piece leaves the storage
                     its = f"its hopper{name and f' {name!r}'}"
-                    _log.warning("robot %d at %.2f s: two pieces jam the outlet of %s", robot.number, time, its)
+                    _log.warning("robot %d at %.2f s: pieces jam the outlet of %s", robot.number, time, its)
             for number, shooter in enumerate(robot.shooters):
                 self._let_shoot(robot, number, shooter, time)
             for placer in robot.placers:
@@ -199,7 +203,8 @@ class PieceFlow:
     def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> str:
         """Return the name of an obstacle to the next piece at a muzzle; empty if the muzzle is free.
 
-        Another piece is an obstacle if the overlap is more than foam can compress; it jams the shooter until it leaves.
+        Another piece is an obstacle if the overlap is more than foam can compress; the other piece then jams the
+        shooter until the muzzle is free.
         """
         slot = robot.storage_of(shooter.config).in_turn[0]
         kind, motion = self._kind_of(slot), robot.motion_at(launch.delay / TICK)

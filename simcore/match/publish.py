@@ -49,14 +49,14 @@ class PublishedMatch(PlayedMatch, Protocol):
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Scored pieces of each zone, and the rules' breakdown."""
+        """Breakdown of the score: number of scored pieces by zone, and further parts by name."""
 
 
 class _Source(NamedTuple):
-    """Keys of one type, with the function that returns their values."""
+    """Telemetry keys of one type, with the function that returns their values."""
 
     field: str
-    """Name of the snapshot's field."""
+    """Name of the snapshot field that holds the values."""
     keys: list[str]
     """Telemetry keys; an open key contains `<...>`, which the name of each value replaces."""
     decimals: int | None
@@ -79,7 +79,7 @@ class Publisher:
         self._others: list[_Source] = []
         """Sources of arrays and strings."""
         self._named: list[_Source] = []
-        """Sources of numbers by name."""
+        """Sources of numbers with an open key."""
         self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
         """Latest names and their columns, by field and open key."""
         for kind in self._pieces.kinds:
@@ -129,7 +129,7 @@ class Publisher:
         (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
 
     def _decimals(self, name: str) -> tuple[IntArray, FloatArray]:
-        """Return the columns of fixed values, and the scale by which each is rounded: a power of ten, 0 for none."""
+        """Return the columns of a field's fixed values, and the rounding scale of each: a power of ten, 0 for none."""
         sources = self._fixed[name]
         columns = [self._tables[name].place(key) for one in sources for key in one.keys]
         scales = [0.0 if one.decimals is None else 10.0**one.decimals for one in sources for _ in one.keys]
@@ -161,7 +161,7 @@ class Publisher:
         return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
     def _columns_of(self, name: str, key: str, values: Mapping[str, Any]) -> IntArray:
-        """Return the columns of an open key's values, cached while their names stay the same."""
+        """Return the columns of an open key's values, cached while the names of the values stay the same."""
         known, now = self._known.get((name, key)), tuple(values)
         if known is None or known[0] != now:
             places = [self._tables[name].place(one) for one in _filled(key, values)]
@@ -169,7 +169,7 @@ class Publisher:
         return known[1]
 
     def _row(self, name: str, late: list[tuple[IntArray, Any]]) -> Columns:
-        """Return the values of a field: its fixed columns, and `late` columns with their values."""
+        """Return the values of a field in their columns; `late` lists columns of open keys with their values."""
         table, (columns, scales) = self._tables[name], self._rounding[name]
         block = table.empty()
         if len(columns):
@@ -191,7 +191,7 @@ def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _values_of(channels: Sequence[Channel], thing: Any) -> list[Any]:
-    """Return the values of channels of one type; a gap for a missing number."""
+    """Return an object's values of channels that have one type, with `GAP` for a missing number."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
 
@@ -201,7 +201,7 @@ def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
-    """Yield each channel of a robot with its key and the object from which it is read."""
+    """Yield each channel of a robot, its mechanisms and parts, with the key and the object that has the value."""
     prefix = robot_prefix(robot.number)
     for channel in ROBOT:
         yield channel, f"{prefix}/{channel.key}", robot
@@ -235,7 +235,7 @@ class _Robots:
 
     def __init__(self, match: PublishedMatch) -> None:
         self.match, self.robots, self.records = match, match.robots, match.record.robots
-        loop = match.world.robots.robots
+        loop = match.world.robots.robots["model"]
         self.view = FleetView(self.robots)
         self.shaft_of: dict[int, int] = {}
         """Row of each mechanism among the loop's shafts, by the mechanism's `id`."""
@@ -246,7 +246,7 @@ class _Robots:
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
         self._drives: list[tuple[IntArray, IntArray]] = []
-        """Robot numbers and rows of their drive shafts, for each number of drive shafts."""
+        """Robot numbers, shape (n,), and rows of drive shafts, shape (n, shafts), for each number of shafts."""
         for count, some in drives.items():
             numbers, firsts = np.array(some).T
             self._drives.append((numbers, firsts[:, None] + np.arange(count)))
@@ -273,7 +273,7 @@ class _Robots:
 
     @property
     def drive_currents(self) -> FloatArray:
-        """Battery current of each robot's drive motors [A]."""
+        """Battery current of each robot's drivetrain motors [A], shape (n,)."""
         found = np.empty(len(self.robots))
         for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
@@ -281,7 +281,7 @@ class _Robots:
 
     @property
     def sensors(self) -> list[dict[str, bool]]:
-        """Sensor states of each robot's program, by name."""
+        """Sensor states as each robot's program reads them, by telemetry name."""
         return [{telemetry_name(k): value for k, value in robot.sensor_states.items()} for robot in self.robots]
 
 
@@ -318,7 +318,7 @@ class _Pieces:
         """Read the current state of all pieces.
 
         Args:
-            places: Poses of the robots, field frame, shape (n, 7).
+            places: Poses of the robots as rows of x, y, z [m], qw, qx, qy, qz, field frame, shape (n, 7).
             slots: Slots of the pieces held by each robot.
         """
         pieces, flying = self._match.pieces, self._match.record.flying
@@ -362,7 +362,7 @@ def _put_rounded(values: FloatArray, scales: FloatArray, columns: IntArray, bloc
 
 
 def _rounded(values: Any, decimals: int | None) -> Any:
-    """Round an array to a number of decimals, with 0.0 for -0.0; None returns the array unchanged."""
+    """Return values as a read-only array rounded to decimals, with 0.0 for -0.0, or unchanged if `decimals` is None."""
     return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
 
 

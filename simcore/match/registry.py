@@ -1,6 +1,6 @@
 """Installed games: entry points of the group `simcore.games`, each a `Game`.
 
-Finding a game by name loads only that game; listing all games skips those that fail to load.
+Finding a game by name loads only that game; listing all games skips games that fail to load.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _log = logging.getLogger(__name__)
 
 
 def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
-    """Load all installed games and return them by name, newest year first.
+    """Load all installed games; return the games that load, by name, newest year first.
 
     Args:
         say: Function called for each game that fails to load, with a one-line message that gives the file and line.
@@ -51,11 +51,12 @@ def game_names() -> list[str]:
 
 
 def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game | None:
-    """Load a game by name; return None if it is not installed or fails to load.
+    """Load a game by name; return None if the game is not installed or fails to load.
 
     Args:
         name: Name of the game, e.g. from a log.
-        say: Function called if the game fails to load, with a one-line message that gives the file and line.
+        say: Function called with a one-line message if the game fails to load, which gives the file and line, or if
+            another package has a game of the same name.
     """
     points = _points().get(name or "", [])
     try:
@@ -69,7 +70,7 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
 
 def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
-    """Make an empty game: a carpet with a wall around it, without pieces or tags.
+    """Make an empty game: a carpet surrounded by a wall, without pieces or tags.
 
     Args:
         size: Length and width of the field [m].

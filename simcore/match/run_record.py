@@ -1,7 +1,7 @@
 """Record of a run: shots, pieces taken in, placements, distances, a digest of the trajectory, and tick times.
 
-A match writes the record. Reports, sweep rows and telemetry (and thus logs, pages and layouts) all read it, so their
-counts agree.
+A match writes the record. Reports, sweep rows and telemetry (with logs, pages and layouts) all read this record, so
+that their counts agree.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class TrajectoryDigest:
         """Add the state of one tick; pass the same arrays in the same order every time.
 
         Arrays may have any number type, and their shapes are part of the digest. Values are hashed as little-endian
-        float64, so that all computers agree. -0.0 is hashed as 0.0, because the two are equal and the sign of a zero
-        sum is accidental.
+        float64, so that the digest is the same on all computers. -0.0 is hashed as 0.0, because the two are equal and
+        the sign of a zero sum is accidental.
         """
         for array in arrays:
             # Adding +0.0 turns -0.0 into 0.0, changes nothing else and makes the copy that is hashed.
@@ -92,7 +92,7 @@ _SHOWN = 1.0  # [s] for which an event counts as new; sinks with longer periods 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceCount:
-    """Number of pieces in each kind of place; the other fields add up to `staged`."""
+    """Number of pieces by status; the other fields add up to `staged`."""
 
     staged: int
     """Number of all pieces that have come into the match, including preloads."""
@@ -121,7 +121,7 @@ class PieceCount:
 
     @property
     def is_conserved(self) -> bool:
-        """Whether every piece is accounted for."""
+        """Whether the numbers of pieces by status add up to `staged`."""
         somewhere = self.on_field + self.in_flight + self.held + self.scored + self.placed + self.off_field
         return somewhere == self.staged
 
@@ -165,14 +165,14 @@ class TakenIn:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Placement of a robot at its start, by people or by a reset."""
+    """Placement of a robot at the start of the run, by the drive team or by a reset."""
 
     time: float
     """Time of the placement [s]."""
     pose: Pose
     """Pose of the robot after the placement, field frame [m, m, rad]."""
     reason: str
-    """`start`, `carried` (by people, the gyro keeps its reading) or `reset` (the whole robot starts again)."""
+    """`start`, `carried` (by the drive team; the gyro keeps its reading) or `reset` (the whole robot starts again)."""
 
 
 _Event = TypeVar("_Event", bound="ShotRecord | Hit | TakenIn")
@@ -187,13 +187,13 @@ class RobotRecord:
         self.player = ""
         """Role and level of the robot's scripted player, e.g. `collector:3`; empty without a role."""
         self.distance = 0.0
-        """Distance driven, without moves by people [m]."""
+        """Distance driven, excluding moves by the drive team [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
         """Placements in order, the start first."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """Restart the record of the robot's shots and intakes."""
+        """Restart the monitor of the robot's intakes and shooters."""
         self.shortfalls = Shortfalls(self._robot)
         """Reasons why the robot took in or shot nothing."""
 
@@ -209,7 +209,7 @@ class RobotRecord:
         self.placements.append(Placement(time, pose, reason))
 
     def after_tick(self, time: float) -> None:
-        """Add the distance driven in the tick that ends at this time [s]."""
+        """Add the distance driven in the tick that ends at `time` [s], and check the intakes and shooters."""
         self.shortfalls.after_tick(time)
         x, y, _ = self._robot.chassis.pos
         self.distance += math.hypot(x - self._place[0], y - self._place[1])
@@ -218,7 +218,7 @@ class RobotRecord:
 
 @dataclass(frozen=True, slots=True)
 class RecordColumns:
-    """Newest events for telemetry: flat, read-only arrays of the rows of the last second."""
+    """Newest events for telemetry: flat, read-only arrays with the rows of the last second before the newest event."""
 
     shots: IntArray
     """Rows of shot number, slot, robot number and number of ticks until the piece had left, shape (4 n,)."""
@@ -269,7 +269,7 @@ class RunRecord:
     # --- events -----------------------------------------------------------------------------------------------------
 
     def after_tick(self, time: float) -> None:
-        """Record robots and shots at the end of a tick [s]."""
+        """Record the robots' distances and the paths of shots at the end of a tick, at simulated time `time` [s]."""
         self.time = time
         for robot in self.robots:
             robot.after_tick(time)
@@ -323,7 +323,7 @@ class RunRecord:
 
     @property
     def shortfalls(self) -> list[str]:
-        """Reasons why robots took in or shot nothing, and wrong pose estimates of robot code, one sentence each."""
+        """Reasons why robots took in or shot nothing, and pose errors over 0.5 m of robot code, one sentence each."""
         found = []
         for number, robot in enumerate(self.robots):
             taken_in = len([taken for taken in self.taken_in if taken.robot == number])
@@ -344,14 +344,14 @@ class RunRecord:
 
     @property
     def flying(self) -> IntArray:
-        """Slots of the robots' shots that have not touched anything yet, oldest first."""
+        """Slots of pieces that robots have shot and that have touched nothing yet, oldest first."""
         untouched = self._pieces.is_untouched
         flying = [slot for slot, shot in self._followed.items() if untouched[slot] and shot.robot != _PERSON]
         return np.array(flying, dtype=np.int64)
 
     @property
     def columns(self) -> RecordColumns:
-        """Newest events for telemetry; every event creates a new object."""
+        """Newest events for telemetry; a new object after each event."""
         if self._columns is None:
             self._columns = RecordColumns(
                 shots=_newest(self.shots, lambda shot: (shot.slot, shot.robot, round(shot.time / self._tick))),

@@ -34,7 +34,7 @@ from simcore.units import TICK
 __all__ = ["NOTHING", "AutoRun", "RunReport", "Spread", "play_auto", "play_robots", "print_report", "split_level"]
 
 NOTHING = ("", "None")
-"""Texts for an empty value in the match state; the score API uses the second."""
+"""Texts that mean an empty value in the match state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,13 +90,13 @@ class RunReport:
         self.ticks = match.ticks
         self.score = match.score
         self.match_state = _match_state(match.snapshot())
-        """Match clock, period and the game's state at the end; the names are those after `Sim/Match/` in telemetry."""
+        """Match clock, period and the game's state at the end, by telemetry key without the prefix `Sim/Match/`."""
         self.pieces = match.count
-        """Number of pieces of all kinds in each kind of place."""
+        """Number of pieces of all kinds by status."""
         self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
-        """Names of the kinds of pieces, for people."""
+        """Names of the kinds of pieces in lower case, joined by "and"."""
         self.breakdown = match.breakdown()
-        """Scored pieces of each zone, points of human players' throws, and other parts of the score."""
+        """Number of scored pieces by zone, points of human players' throws, and other parts of the score."""
         self.placed = dict(match.pieces.places.totals())
         """Number of placed pieces by level, in a game with resting places."""
         self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)
@@ -108,7 +108,7 @@ class RunReport:
         self.shortfalls = tuple(record.shortfalls)
         """Reasons why robots took in or shot nothing, one sentence each."""
         self.distance_m = record.robots[0].distance
-        """Distance driven by the first robot, without moves by people [m]."""
+        """Distance driven by the first robot, excluding moves by the drive team [m]."""
         self.tick_ms = TickTimes.of([seconds for seconds, _, _ in ticks])
         self.substeps = Spread.of([substeps for _, substeps, _ in ticks])
         self.awake = Spread.of([awake for _, _, awake in ticks])
@@ -272,7 +272,7 @@ def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
 
 
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
-    """Return rows with match clock, period and the game's own state, worded for people."""
+    """Return the rows of the report's table with match clock, period and the game's own state, by label."""
     rest = dict(state)
     for told_elsewhere in ("Game", "LastFoul"):
         rest.pop(told_elsewhere, None)
@@ -410,7 +410,7 @@ def play_robots(
 
 
 def auto_seconds(game: Game) -> float:
-    """Return the duration of a game's autonomous period [s]."""
+    """Return the duration of a game's first auto phase [s], or of the whole match if the clock has no auto phase."""
     for phase in game.clock.phases:
         if phase.mode == "auto":
             return phase.duration

@@ -1,4 +1,4 @@
-"""Scatter: random differences of robots, pieces, sensors and people between matches and between shots.
+"""Scatter: random differences of robots, pieces, sensors and human players between matches and between shots.
 
 A `Scatter` holds the size of each spread. `ScatterDraws` draws the values for a match, with a separate random generator
 for each spread and object, so that a draw depends only on the match's seed and not on other spreads, the order of draws
@@ -89,8 +89,8 @@ class Scatter:
     """Spread of the resistances, for each battery [-]. One team's used batteries have internal resistances of 13 to 21
     mohm (chiefdelphi.com/t/368572); with 5 mohm of cable, the total is 22 +- 2.5 mohm."""
     motor_kt: float = 0.03
-    """Spread of the torque constant, and equally of the back-EMF constant, for each motor [-]. Makers guarantee +-10 %
-    (HIWIN, torque motors, "tolerances"), taken as three standard deviations."""
+    """Spread of the torque constant, and equally of the back-EMF constant, for each motor [-]. HIWIN guarantees +-10 %
+    for torque motors ("tolerances"), taken as three standard deviations."""
     motor_resistance: float = 0.04
     """Spread of the resistance of winding and leads, for each motor [-]. Source: HIWIN as for `motor_kt`, plus 10 K of
     copper at 0.4 %/K."""
@@ -110,8 +110,8 @@ class Scatter:
     """Spread of the measured yaw rate at rest, for each gyro [rad/s]. Estimate: a drift of 0.6 degrees per minute
     remains after calibration at power-up, when the robot stands on a cart."""
     start_position: float = 0.015
-    """Spread of the starting position along x and along y, for each robot [m]. Estimate: people place the robot at a
-    mark by eye."""
+    """Spread of the starting position along x and along y, for each robot [m]. Estimate: the drive team places the
+    robot at a mark by eye."""
     start_heading: float = degrees(1.0)
     """Spread of the starting heading, for each robot [rad]. Estimate: 14 mm at the end of a bumper."""
     camera_noise: float = 0.3
@@ -214,7 +214,7 @@ def _number(text: str, part: str) -> float:
 
 
 class ScatterDraws:
-    """Random draws of one match.
+    """Random draws of one match, each determined by the seed, the name of a spread and the numbers of an object.
 
     Args:
         scatter: Sizes of all spreads.
@@ -226,21 +226,21 @@ class ScatterDraws:
         self._seed = seed
 
     def generator(self, name: str, *numbers: int) -> np.random.Generator:
-        """Return the random generator for one spread of one object.
+        """Return a new random generator for one spread of one object; equal arguments give equal draws.
 
         Args:
             name: Name of the spread.
-            numbers: Numbers that identify the object, e.g. those of the robot and the shooter.
+            numbers: Numbers that identify the object, e.g. robot number and shooter number.
         """
         return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
 
     def normal(self, name: str, *numbers: int) -> float:
-        """Draw a normal number with the size of a spread as its standard deviation."""
+        """Draw a normal number with mean 0 and the size of a spread as standard deviation."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).standard_normal()) if size else 0.0
 
     def factor(self, name: str, *numbers: int) -> float:
-        """Draw a positive factor around 1, e to the power of `normal`."""
+        """Draw a log-normal factor with median 1: e to the power of `normal`."""
         return math.exp(self.normal(name, *numbers))
 
     def share(self, name: str, *numbers: int) -> float:
@@ -250,7 +250,7 @@ class ScatterDraws:
 
 
 def piece_variation(draws: ScatterDraws, counts: Sequence[int]) -> PieceVariation:
-    """Draw the variation of all pieces of a match.
+    """Draw the factors on mass, diameter, restitution and drag of all pieces of a match.
 
     Args:
         draws: Scatter draws of the match.
@@ -290,7 +290,7 @@ _AHEAD = 64  # random numbers that a shooter draws at once
 
 
 def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRobot:
-    """Draw an as-built robot for a config.
+    """Draw the as-built drivetrain, battery, gyro, mechanisms and shot errors of a robot.
 
     Args:
         config: Config of the robot.
@@ -318,7 +318,7 @@ def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRo
 
 
 def start_error(draws: ScatterDraws, robot: int) -> Pose:
-    """Draw people's placement error in the robot frame: forward, to the left, and rotation [m, m, rad]."""
+    """Draw the drive team's placement error in the robot frame: forward, left and counter-clockwise [m, m, rad]."""
     return (
         draws.normal("start_position", robot, 0),
         draws.normal("start_position", robot, 1),
@@ -350,9 +350,9 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
 def _fixed_wheels(
     config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
 ) -> tuple[TankConfig | MecanumConfig, ...]:
-    """Draw the wheels of a mecanum drive or the sides of a tank drive.
+    """Draw the as-built config of each wheel of a mecanum drive or each side of a tank drive.
 
-    A side gets the mean factors of its motors and one value of wear.
+    Motor constants are scaled by the mean factors of the motors on a shaft; all wheels of a side have the same wear.
     """
     tread, drag = draws.factor("tread_friction", robot), draws.factor("drive_friction", robot)
     is_tank = isinstance(config, TankConfig)
@@ -378,7 +378,7 @@ def _fixed_wheels(
 
 
 def _motor_factors(draws: ScatterDraws, motors: int, *numbers: int) -> tuple[float, float]:
-    """Draw the mean factors of kt and of resistance for the motors on one shaft."""
+    """Draw torque-constant and resistance factors for the motors on one shaft, and return the mean of each."""
     kt = [draws.factor("motor_kt", *numbers, motor) for motor in range(motors)]
     resistance = [draws.factor("motor_resistance", *numbers, motor) for motor in range(motors)]
     return math.fsum(kt) / motors, math.fsum(resistance) / motors
@@ -437,7 +437,7 @@ def _shot_errors(draws: ScatterDraws, robot: int, shooter: int, *, hood: bool, t
 
 
 def _normals(size: float, rng: np.random.Generator) -> Callable[[], float]:
-    """Return a function that draws one normal number per call."""
+    """Return a function that draws a normal number with mean 0 and standard deviation `size` at each call."""
     ready: list[float] = []
 
     def next_one() -> float:

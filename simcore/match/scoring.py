@@ -32,7 +32,7 @@ class ScoringZone:
     name: str
     """Name of the zone, also used as its key in the breakdown."""
     alliance: Alliance
-    """Alliance that receives the points, regardless of who shot."""
+    """Alliance that receives the points, regardless of the robot that shot."""
     zone: Zone
     points: int = 1
     """Points for one piece while the zone is active."""
@@ -75,7 +75,7 @@ class FoulEvent:
     points: int
     """Points for the other alliance."""
     text: str
-    """Description of the violation, for people."""
+    """Description of the violation, worded to follow "robot 0" in a message."""
 
     @property
     def gains(self) -> Alliance:

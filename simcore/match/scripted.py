@@ -1,7 +1,7 @@
 """Robot controller that follows a script, with commands for driving, collecting and shooting.
 
-Scripts are generators that yield once a tick. They are written for a blue robot; for a red robot, the controller flips
-poses and commands by the field's symmetry.
+Scripts are generators that yield once a tick. Scripts are written for a blue robot; for a red robot, the controller
+flips poses and commands by the field's symmetry.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _log = logging.getLogger(__name__)
 Steps: TypeAlias = Generator[None, None, None]
 """Generator that yields once a tick."""
 Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
-"""Function of the scripted robot that makes the generator of its steps."""
+"""Function that takes the scripted robot and returns the generator of the script's steps."""
 
 # Tolerances of a robot that is ready to shoot. Each shifts a shot of 2.5 m and 1.2 s by 40 to 60 mm at the target.
 _WHEEL_TOLERANCE = 0.01  # of the wheel speed; the range of a shot varies with the square of the speed
@@ -52,13 +52,13 @@ class ScriptSettings:
     """Settings for robots driven by scripts."""
 
     acceleration: float = 6.0
-    """Limit of horizontal acceleration [m/s^2]; half of what the tires allow, so that wheels do not skid."""
+    """Limit of horizontal acceleration [m/s^2]; about half of the tires' limit, so that wheels do not skid."""
     shot_elevation: float = degrees(60.0)
     """Elevation of shots above the horizontal, for shooters with a hood [rad]."""
     feed_volts: Mapping[str, float] = field(default_factory=dict)
     """Voltages of the mechanisms that feed pieces to the shooter, by name [V]."""
     roller_volts: float = 9.0
-    """Voltage of the intake's roller while the intake is out [V]."""
+    """Voltage of the intake's roller while the intake is commanded out [V]."""
     intake_x: float = -0.6
     """Position of the intake along the robot's x axis [m]."""
 
@@ -108,7 +108,7 @@ class ScriptedRobot:
         self._wheel_loops: dict[str, VelocityController] = {}
         self._robot: Robot | None = None
         self.pose: Pose = (0.0, 0.0, 0.0)
-        """Pose of the robot in this tick from odometry since its placement, blue field frame [m, m, rad]."""
+        """Pose of the robot in this tick, from odometry since the last placement, blue field frame [m, m, rad]."""
         self.is_done = False
         """Whether the script has ended."""
         self.aim_error = (0.0, 0.0)
@@ -125,7 +125,7 @@ class ScriptedRobot:
         return self._alliance
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the script, which restarts for a new robot, e.g. after `Match.reset`."""
+        """Run one tick of the script and command the robot; restart the script for a new robot, as after a reset."""
         if self._robot is not robot:
             self.begin(robot)
         self.pose = self.as_blue(robot.reckoned_pose)
@@ -183,7 +183,7 @@ class ScriptedRobot:
     # --- commands of a script -----------------------------------------------------------------------------------
 
     def stop(self) -> None:
-        """Stop driving."""
+        """Command zero velocity."""
         self._velocity = (0.0, 0.0, 0.0)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
@@ -202,16 +202,16 @@ class ScriptedRobot:
         self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
 
     def intake(self, on: bool) -> None:
-        """Deploy the intake and run the roller, or retract the intake."""
+        """Deploy the first intake and run its roller, or retract the intake and stop the roller."""
         self._intake = on
 
     def set_position(self, mechanism: str, position: float) -> None:
-        """Move a mechanism to a position [rad] and hold it there."""
+        """Move a mechanism to a position [rad], and hold the position."""
         self._volts.pop(mechanism, None)
         self._positions[mechanism] = position
 
     def set_volts(self, mechanism: str, volts: float) -> None:
-        """Apply a constant voltage to a mechanism [V]."""
+        """Apply a constant voltage to a mechanism [V], instead of holding a position."""
         self._positions.pop(mechanism, None)
         self._volts[mechanism] = volts
 
@@ -230,7 +230,7 @@ class ScriptedRobot:
             y: y coordinate of the goal, blue field frame [m].
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
-            tolerance: Distance from the goal that counts as reached [m].
+            tolerance: Distance from the goal that counts as reached, with a heading error below 3 degrees [m].
             timeout: Time after which the robot stops anyway [s].
         """
         yield from self.drive_through([(x, y)], yaw, speed=speed, tolerance=tolerance, timeout=timeout)
@@ -251,7 +251,7 @@ class ScriptedRobot:
             points: Corners of the path, blue field frame [m].
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
-            tolerance: Distance from the last point that counts as reached [m].
+            tolerance: Distance from the last point that counts as reached, with a heading error below 3 degrees [m].
             corner: Distance from a corner at which the robot turns toward the next point [m].
             timeout: Time after which the robot stops anyway [s].
         """
@@ -308,7 +308,9 @@ class ScriptedRobot:
         kind: str | None = None,
         yaw: float = 0.0,
     ) -> Steps:
-        """Take in the pieces in a rectangle, nearest first, until none is left or the robot is full.
+        """Drive to the pieces in a rectangle, nearest first, until no piece is left or the robot is full.
+
+        Switch the intake on first.
 
         Args:
             low: Corner of the rectangle with the smallest x and y, blue field frame [m].
@@ -340,7 +342,7 @@ class ScriptedRobot:
         yield
 
     def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
-        """Aim at a target and shoot all pieces.
+        """Aim at a target and shoot all pieces, standing still.
 
         If no shot is possible, the log gives the reason once. If the target's zone also counts rising pieces
         (`downward=False`), a shot may enter the zone on the way up.

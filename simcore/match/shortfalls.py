@@ -22,7 +22,7 @@ _ELSEWHERE = 0.5  # [m]; tolerated distance between pose estimate and true pose
 class Shortfalls:
     """Monitor that checks the intakes and shooters of one robot ten times a second.
 
-    A part is checked only until it has worked once, so a robot that works well takes no time.
+    An intake or shooter is checked only until the part has worked once, so a working robot costs no time.
 
     Args:
         robot: Robot to monitor.
@@ -39,7 +39,7 @@ class Shortfalls:
         self._shots = self._ticks = 0
 
     def after_tick(self, time: float) -> None:
-        """Check the parts at the end of a tick [s], before the tick's shots."""
+        """Check the intakes and shooters every fifth tick, before the shots of the tick that ends at `time` [s]."""
         self._ticks += 1
         if self._ticks % _PERIOD:
             return
@@ -59,14 +59,14 @@ class Shortfalls:
                     self._empty_at[number] = time
 
     def note_shot(self) -> None:
-        """Record a shot of the robot."""
+        """Count a shot, and count it for each feeder that coasted during the shot."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
             if self._mechanism(name).record["request"]["value"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
-        """Yield one sentence per shortfall, without parts that robot code never commanded.
+        """Yield one sentence per shortfall of a commanded part, per coasting feeder, and for a wrong pose estimate.
 
         Args:
             taken_in: Number of pieces that the robot has taken in.

@@ -50,10 +50,11 @@ _RING, _RINGS = 0.1, 20  # [m], [-]; spacing and number of the rings searched fo
 def require_playable(
     game: Game, entries: Sequence[RobotEntry], *, options: Iterable[str], controllers: int, seed: int
 ) -> None:
-    """Raise an error for an invalid match.
+    """Raise an error if the game cannot be played with the given robots, options and seed.
 
     Raises:
-        ConfigError: If the seed is not a whole number >= 0, or there are too many robots, controllers or preloads.
+        ConfigError: If the game or an entry has the wrong type, the seed is not a whole number >= 0, or there are too
+            many robots, controllers or preloads.
         UnknownNameError: If the game does not have one of the options.
     """
     if not hasattr(game, "robots"):
@@ -162,7 +163,7 @@ def require_free_place(
 def free_place(
     world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, others: Sequence[Robot] = ()
 ) -> Pose | None:
-    """Return the free pose nearest to an intended pose, or None if there is none within two meters.
+    """Return an intended pose if free, else a free pose on flat ground within 2 m; None if no pose is free.
 
     Args:
         world: Physics world with the field and the robots.
@@ -191,9 +192,10 @@ def free_place(
 
 
 class BeliefCheck:
-    """Check that warns, once per auto, about a robot that starts the auto away from its estimated pose.
+    """Check that warns at most once per auto if a robot is over 0.5 m or 10 degrees away from the estimated pose.
 
-    The check runs when the robot begins to move, and again half a second into the auto or at its end.
+    The check of a robot runs when the robot begins to move, and again half a second into the auto or at its end. A
+    robot with an entry in `reasons` is reported in any case.
 
     Args:
         robots: Robots of the match.
@@ -207,7 +209,7 @@ class BeliefCheck:
         """Unreported reasons why robots could not be placed at the start of their auto, by robot number."""
 
     def after_tick(self, time: float, timer: MatchTimer) -> None:
-        """Check the robots at the end of a tick [s]."""
+        """Check the robots at the end of a tick, at simulated time `time` [s]."""
         is_auto = timer.is_enabled and timer.phase.mode == "auto"
         if is_auto and self._since is None:
             self._since, self._open = time, list(self._robots)
@@ -237,15 +239,15 @@ class BeliefCheck:
 
 
 def pose_text(pose: Pose) -> str:
-    """Format a pose for people, in meters and degrees."""
+    """Format a pose as text in meters and degrees."""
     return f"({pose[0]:.2f}, {pose[1]:.2f}) m, {math.degrees(math.remainder(pose[2], math.tau)):.0f} deg"
 
 
 def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> Pose:
-    """Return the pose at which people place a robot, with their placement error.
+    """Return an intended pose with the drive team's placement error.
 
-    If the error would put the robot into an obstacle, the position error is reversed; if that also fails, the intended
-    pose is returned.
+    If the error would make the robot overlap an obstacle or a ramp, the position error is reversed; if that also fails,
+    the intended pose is returned.
 
     Args:
         world: Physics world with the field and the robots.
@@ -266,7 +268,7 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
 
 
 def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> tuple[bool, bool]:
-    """Return whether a robot at a pose would overlap a wall or a robot, and whether it would overlap a ramp."""
+    """Return whether a robot at a pose would overlap a solid obstacle, and whether the robot would overlap a ramp."""
     c, (x, y, yaw) = robot.chassis.config, pose
     half_length, half_width = 0.5 * c.bumper_length, 0.5 * c.bumper_width
     return world.obstacles(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)
@@ -281,9 +283,9 @@ def _place(x: float, y: float, as_blue: Flip | None) -> str:
 
 
 def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Robot] = ()) -> str:
-    """Return the obstacle that a robot at a pose would overlap by more than `_SPARE`, worded for a message.
+    """Return the obstacle that a robot at a pose would overlap by more than `_SPARE` in this tick or the next.
 
-    The text is empty if the pose is free.
+    The text is worded for a message, and is empty if the pose is free.
     """
     c, (x, y, yaw) = robot.chassis.config, pose
     z = robot.chassis.standing(pose)[0][2]

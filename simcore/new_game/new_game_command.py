@@ -51,8 +51,8 @@ def run(args: argparse.Namespace) -> int:
         print(path)
     print(
         f"\nPlay it, test it:\n\n    cd {folder}\n    python -m pip install -e .\n    simcore play {args.name}\n"
-        f"    python -m pytest\n\nIts year is {year}, in game.py: the newest game is played where none is named.\n"
-        f"README.md there says what to change, in which order."
+        f"    python -m pytest\n\nIts year is {year}, in game.py: the newest game is played if none is named.\n"
+        "Its README.md says what to change, and in which order."
     )
     return 0
 
@@ -79,8 +79,8 @@ def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in ("simcore", "games", "tests"):
         raise ConfigError(
-            f"a game's name is 2 to 31 lower-case letters, digits and '_', begins with a letter and is no word of "
-            f"Python, e.g. 'discs'; got {name!r}"
+            "a game's name is 2 to 31 lower-case letters, digits and '_', begins with a letter and is not a Python "
+            f"keyword, e.g. 'discs'; got {name!r}"
         )
     if name in entry_points(group="simcore.games").names or find_spec(name) is not None:
         raise ConfigError(f"{name!r} is a game or module that is installed; choose another, e.g. 'my_{name}'")

@@ -36,7 +36,7 @@ FLIGHT_STEP = 0.005
 PER_TICK = 4
 """Number of flight steps per tick; scoring is evaluated at the end of a tick."""
 LONGEST = 1200
-"""Number of flight steps after which a shot has missed: 6 s, the time of a shot to a height of 40 m."""
+"""Number of flight steps after which a shot counts as a miss: 6 s, the time of a flight up to 40 m."""
 SQUEEZE = 0.9
 """Fraction of a piece's radius that must be free at the muzzle; foam can yield by the rest."""
 _LEFT = 0.75  # fraction of balls still in flight below which the arrays are compacted
@@ -46,7 +46,7 @@ def flying_balls(
     kind: GamePieceConfig, pos: FloatArray, vel: FloatArray, spin: FloatArray, *, mass: float | FloatArray = 1.0,
     diameter: float | FloatArray = 1.0, drag: float | FloatArray = 1.0,
 ) -> Balls:  # fmt: skip
-    """Create balls of a kind at launch; another shape is replaced by the largest sphere inside it.
+    """Create balls of a kind at launch; a shape other than a ball is replaced by the largest sphere inside the shape.
 
     As in a match, the diameter changes the aerodynamics of a ball, but not the collision radius.
 
@@ -98,7 +98,7 @@ class ShotOutcomes:
 def fly_shots(
     field: StandingField, balls: Balls, opening: ShotOpening, zone: Zone, *, downward: bool = True, clean: bool = False
 ) -> ShotOutcomes:
-    """Fly shots until they have scored or can no longer score.
+    """Fly shots until each shot has scored or can no longer score, for at most 6 s.
 
     Args:
         field: Field elements that the shots can touch.
@@ -107,6 +107,9 @@ def fly_shots(
         zone: Zone in which balls score.
         downward: Whether only falling balls score.
         clean: Whether to stop following shots that miss the opening, or touch the rim or an obstacle.
+
+    Returns:
+        Outcome of each shot, in the order of the balls.
     """
     n = len(balls.status)
     found = ShotOutcomes(
@@ -155,7 +158,7 @@ def fly_shots(
 
 
 def _ball() -> FloatArray:
-    """Return the center of a unit sphere and 14 points on it, along axes and diagonals, shape (15, 3)."""
+    """Return the center of a unit sphere and 14 surface points, along axes and diagonals, shape (15, 3)."""
     corners = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T / math.sqrt(3.0)
     return np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3), corners])
 
@@ -164,7 +167,7 @@ _BALL = _ball()
 
 
 def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius: float, *, robot: int) -> int:
-    """Return the row of the field element or robot that blocks a piece at a muzzle, -1 if the muzzle is free.
+    """Return the row of the field element or robot that blocks a piece at a muzzle, or -1 if the muzzle is free.
 
     A wall may be between robot and muzzle, or around the muzzle. Rays are therefore cast from a point inside the robot,
     where no wall can be, to the piece's center and to points around it.

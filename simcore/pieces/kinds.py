@@ -94,7 +94,7 @@ class GamePieceConfig:
             )
 
     def _check_shape(self) -> None:
-        """Check that engines can simulate the shape well."""
+        """Check the number of parts, the center of mass and the thickness of a shape, which engines limit."""
         shape = self.shape
         if isinstance(shape, Compound) and len(shape.parts) > _MOST_PARTS:
             raise ConfigError(
@@ -119,7 +119,7 @@ class GamePieceConfig:
         """Parameters of a ball's foam law, the four numbers of `simcore.loop.contact.foam_force`.
 
         Foam compressed by more than 60 % of the radius becomes dense and hard: 300 J, half of a robot's energy at 4.6
-        m/s, compress it by 90 %. Estimate: no value for the bottoming out of foam balls is published.
+        m/s, compress the foam by 90 %. Estimate: no value for the bottoming out of foam balls is published.
         """
         s, radius = self._one_side, self.bounding_radius
         linear, cubic = (s.linear, s.cubic) if isinstance(s, FoamStiffness) else (s, 0.0)

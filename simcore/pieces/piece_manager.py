@@ -42,8 +42,8 @@ _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0
 """Largest travel of a point in an engine step [m], and shortest and longest step [s], for boxes, for other shapes with
 one part, and for shapes with several parts.
 
-An engine finds a contact only when it exists, and for shapes other than boxes one point at a time: a disc that falls
-flat from 1.3 m sinks in by 3 mm, or by 33 mm in steps of 5 ms.
+An engine finds a contact only after bodies touch, and for shapes other than boxes one point at a time: a disc that
+falls flat from 1.3 m sinks in by 3 mm, or by 33 mm in steps of 5 ms.
 """
 _INSIDE = 0.3  # [m], from the edge of the field to the center of a piece: within reach across the guardrail
 _SPACING = 0.01  # [m], between pieces that are put down
@@ -56,7 +56,7 @@ _ALL = (*_LOOSE, _HELD)
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """Box around a robot or hanging body that can reach pieces, with its speed."""
+    """Box around a robot or hanging body, with the speed of the body, to find pieces that the body can reach."""
 
     x: float
     """x coordinate of the center, field frame [m]."""
@@ -105,7 +105,7 @@ class GamePieceManager:
         types: Kinds of pieces, each with the largest number of pieces.
         field_size: Length and width of the field [m]; pieces that rest outside or are 0.5 m outside are put back.
         never_sleep: Whether pieces never fall asleep, for measurements.
-        places: Places where pieces stay and count.
+        places: Resting places, where pieces stay and count.
         variation: Variation of single pieces; None for pieces without variation.
     """
 
@@ -133,14 +133,14 @@ class GamePieceManager:
         self._others = (~self._is_ball).nonzero()[0]
         self._is_shot = np.zeros(len(self._pool.rows), dtype=bool)
         self.places = RestingPlaces(places, self._pool)
-        """Assignment of pieces to places where they stay and count."""
+        """Assignment of pieces to resting places."""
         self.shown = ShownPieces(self._pool, self.attitudes)
         """View of the pieces on the field, for displays."""
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
         self.out_of_field: Callable[[int], bool] | None = None
-        """Callback for each piece that has left the field; returns whether it took the piece, which otherwise is put
-        back on the field."""
+        """Function called with the slot of each piece that has left the field; the piece is put back on the field if
+        the function is None or returns False."""
         self.total = 0
         """Number of pieces in the match so far."""
         self.recovered = 0
@@ -154,7 +154,7 @@ class GamePieceManager:
     # --- life -----------------------------------------------------------------------------------------------------
 
     def stage(self, name: str, count: int) -> IntArray:
-        """Add pieces to the match without placing them on the field, and return their slots.
+        """Add pieces to the match, off the field, and return the slots of the pieces.
 
         Raises:
             UnknownNameError: If no kind has this name.
@@ -236,7 +236,7 @@ class GamePieceManager:
         self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
-        """Move pieces into a robot and wake sleeping pieces that may have leaned on them.
+        """Move pieces into a robot, and wake sleeping pieces that may have leaned on the moved pieces.
 
         Raises:
             ConfigError: If a slot has no piece, a robot already holds the piece, or the robot does not exist; nothing
@@ -262,7 +262,7 @@ class GamePieceManager:
         quat: Quaternion = IDENTITY,
         flying: bool = True,
     ) -> int:
-        """Launch a held piece with a velocity, and return its slot.
+        """Launch a held piece with a velocity, and return the slot of the piece.
 
         The robot keeps the piece if an error is raised.
 
@@ -272,7 +272,7 @@ class GamePieceManager:
             vel: Velocity of the piece, field frame [m/s].
             spin: Angular velocity of the piece, field frame [rad/s].
             slot: Slot of the piece; None for the lowest slot that the robot holds.
-            quat: Attitude of the piece, field frame.
+            quat: Attitude of the piece, field frame, unit quaternion x, y, z, w.
             flying: Whether the piece is shot into the air, instead of being put down.
 
         Raises:
@@ -300,7 +300,7 @@ class GamePieceManager:
         return slot
 
     def _leave(self, slot: int, robot: int) -> None:
-        """Ignore contact between a launched piece and the robot with this engine row until the piece is outside it."""
+        """Ignore contact between a launched piece and the robot in engine row `robot` until the piece is outside it."""
         if self._is_ball[slot]:
             self._world.balls.leave(slot, robot)
         else:
@@ -366,10 +366,10 @@ class GamePieceManager:
         return depth < (_SOFT * float(self._pool.radius[slot]) if self._is_ball[slot] else _HARD)
 
     def require_room(self) -> None:
-        """Check that no piece is inside a field element.
+        """Check that no piece on the field is more than 2 cm inside a field element or the floor, except lodged balls.
 
         Raises:
-            ConfigError: If a piece is inside a field element; the message names the element and the depth.
+            ConfigError: If a piece is inside an element; the message names the element and the depth.
         """
         for slot in self.on_field().tolist():
             if self._is_ball[slot] and self._balls.hold[slot] > 0.0:  # lodged on purpose
@@ -393,7 +393,7 @@ class GamePieceManager:
         return float(self._world.engine.depth(self._pool.rows[slot]))
 
     def score(self, slots: IntArray) -> None:
-        """Remove scored pieces from the field and wake sleeping pieces that may have leaned on them.
+        """Remove scored pieces from the field, and wake sleeping pieces that may have leaned on the scored pieces.
 
         Raises:
             ConfigError: If a piece is not on the field; nothing changes.
@@ -405,7 +405,7 @@ class GamePieceManager:
             self.state.status[slot] = _SCORED
 
     def set_aside(self, slots: IntArray) -> None:
-        """Stage scored pieces that people will put on the field again.
+        """Stage scored pieces that human players or field staff will put on the field again.
 
         Raises:
             ConfigError: If a piece has not scored; nothing changes.
@@ -414,10 +414,10 @@ class GamePieceManager:
         self.state.status[slots] = _STAGED
 
     def push(self, slots: IntArray, velocities: FloatArray, *, flying: bool = False) -> None:
-        """Set the velocities of pieces on the field and wake the pieces.
+        """Set the velocities of pieces on the field, stop their rotation and wake the pieces.
 
         A lodged piece stays in place unless the force needed for this velocity within a tick exceeds the force that
-        frees it. Nothing changes if an error is raised.
+        frees the piece. Nothing changes if an error is raised.
 
         Args:
             slots: Slots of the pieces.
@@ -507,7 +507,7 @@ class GamePieceManager:
 
     @property
     def is_untouched(self) -> BoolArray:
-        """Whether the piece of each slot was shot and has not touched anything since, shape (n,)."""
+        """Whether the piece of each slot was shot and has touched nothing since, shape (n,)."""
         untouched: BoolArray = self._is_shot & (self._balls.is_touched == 0)
         return untouched
 
@@ -521,11 +521,14 @@ class GamePieceManager:
         return str(self._pool.types[self.state.kind[slot]].name)
 
     def row(self, slot: int) -> int:
-        """Return the engine row of a piece, -1 for a ball."""
+        """Return the engine row of a piece, or -1 for a ball."""
         return self._pool.rows[slot]
 
     def robots_touching(self, slot: int) -> list[int]:
-        """Return the engine rows of the robots that a ball touched in this tick, or another piece in the last step."""
+        """Return the engine rows of the robots that a piece touched.
+
+        For a ball, contacts in this tick count; for any other piece, contacts in the last engine step.
+        """
         if self._is_ball[slot]:
             return self._world.balls.robots_touching(slot)
         return [row for row in self._world.engine.touching(self._pool.rows[slot]) if row in self._world.robot_rows]
@@ -556,7 +559,7 @@ class GamePieceManager:
         return np.nonzero(here)[0]
 
     def attitudes(self, slots: IntArray) -> FloatArray:
-        """Return attitudes w, x, y, z, shape (n, 4); a piece off the field has its last attitude on the field."""
+        """Return attitudes w, x, y, z, shape (n, 4); a piece off the field keeps the last attitude on the field."""
         quat = self._balls.quat
         if len(self._others):
             moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
@@ -599,7 +602,7 @@ class GamePieceManager:
     # --- one tick -------------------------------------------------------------------------------------------------
 
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> float:
-        """Wake all pieces that moving objects can reach in this tick.
+        """Begin a tick: wake pieces other than balls that a moving object can reach; the loop wakes balls.
 
         Args:
             robots: Footprints of all moving objects other than pieces.
@@ -625,7 +628,7 @@ class GamePieceManager:
         return self._longest_step()
 
     def apply_drag(self, h: float) -> None:
-        """Apply drag to pieces that are not balls, before the engine's step of h [s]."""
+        """Apply drag to pieces other than balls that are faster than 3 m/s, before the engine's step of h [s]."""
         slots = self._moving_others()
         if len(slots):
             slots = slots[_squares(self.state.vel[slots]) > _WINDY * _WINDY]
@@ -634,7 +637,7 @@ class GamePieceManager:
             self._world.engine.apply_forces(rows, self._pool.mass[slots][:, None] * drag)
 
     def gather(self, dt: float) -> None:
-        """Read the positions of awake pieces from the engine, once per tick after a motion of dt [s]."""
+        """Update the state of awake pieces after a motion of dt [s], and put back pieces that have left the field."""
         state, balls = self.state, self._balls
         state.before[:] = self._start
         others = self._moving_others()
@@ -657,7 +660,10 @@ class GamePieceManager:
             self._put_back(awake[~within.all(axis=1)])
 
     def settle(self, dt: float) -> None:
-        """Put pieces to sleep if they have been slow for long enough, after a tick of dt [s]."""
+        """Put pieces to sleep that have been slow for 0.3 s, after a tick of dt [s].
+
+        Pieces that come to rest outside the field are put back on the field.
+        """
         state, still = self.state, self._balls.still
         others = self._moving_others()
         if len(others):
@@ -685,7 +691,7 @@ class GamePieceManager:
         return moving
 
     def _wake_reached(self, awake: IntArray, dt: float) -> None:
-        """Wake sleeping pieces that are not balls if a moving object can reach them within dt [s]."""
+        """Wake sleeping pieces, other than balls, that a moving object can reach within dt [s]."""
         state, radius = self.state, self._pool.radius
         status = state.status[self._others]
         asleep = self._others[(status == _ASLEEP) | (status == _PLACED)]
@@ -706,7 +712,7 @@ class GamePieceManager:
             self._wake(slot)
 
     def _near_balls(self, dt: float) -> tuple[IntArray, list[int]]:
-        """Return the slots of other pieces and the rows of hanging bodies that balls could touch within dt [s]."""
+        """Return the slots of non-ball pieces and the rows of hanging bodies that balls could touch within dt [s]."""
         state, radius = self.state, self._pool.radius
         here = self.is_on_field
         balls, others = (here & self._is_ball).nonzero()[0], self._others[here[self._others]]
@@ -751,7 +757,7 @@ class GamePieceManager:
             self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake sleeping pieces around a piece that is removed, as they may have leaned on it."""
+        """Wake sleeping pieces that may have leaned on a piece that is removed: all pieces close by."""
         state = self.state
         if state.status[slot] not in ON_FIELD:
             return
@@ -788,7 +794,7 @@ class GamePieceManager:
                 self._fall_asleep(np.array([slot]))
 
     def _put_back(self, slots: IntArray) -> None:
-        """Place pieces on the carpet at rest, each at the free position nearest to where it left the field."""
+        """Place pieces that `out_of_field` does not take on the carpet at rest, each at the nearest free position."""
         for slot in slots.tolist():
             if self.out_of_field is not None and self.out_of_field(slot):
                 continue
@@ -799,7 +805,7 @@ class GamePieceManager:
     def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
         """Place a piece on the carpet at rest, at the free position nearest to `near` [m].
 
-        If the field has no free position, the piece is placed above `near`.
+        If the field has no free position, the piece is dropped from 1 m above the carpet at `near`.
         """
         kind, others = self._pool.types[self.state.kind[slot]], self.on_field()
         radius, height, taken = kind.bounding_radius, kind.rest_height, self.state.pos[others[others != slot]]
@@ -834,7 +840,7 @@ class GamePieceManager:
             raise ConfigError(f"{what}: piece {int(wrong[0])} is {status}, it must be one of {names}")
 
     def _require_support(self, name: str, positions: FloatArray) -> None:
-        """Check that new resting pieces of a kind have a support."""
+        """Check that each new resting piece of a kind is close to the carpet, a field element or another piece."""
         reach = self._pool.types[self._kind(name)].bounding_radius + _SUPPORT_REACH
         others = self.on_field()
         is_near = self._world.near_field(positions, np.full(len(positions), reach)) | (positions[:, 2] < reach)
@@ -848,7 +854,7 @@ class GamePieceManager:
 
 
 def _steps_of(shape: Shape) -> tuple[float, float, float]:
-    """Return the limits of the engine step for a shape; see `_BOXES`."""
+    """Return the largest travel of a point per engine step [m], and the shortest and longest step [s], for a shape."""
     if all(isinstance(part.shape, Sphere | Box) for part in parts_of(shape)):
         return _BOXES
     return _PARTS if isinstance(shape, Compound) else _PLAIN
@@ -872,7 +878,7 @@ def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
 
 
 def _require_speed(what: str, velocity: Sequence[float] | FloatArray) -> None:
-    """Check that a speed [m/s] is plausible, as the number of steps per tick grows with the speed."""
+    """Check that a speed is at most 1,000 m/s, because the number of steps per tick grows with the speed."""
     require(what, "speed", math.hypot(*velocity), _PIECE_SPEED)
 
 

@@ -46,7 +46,7 @@ class PieceStatus(IntEnum):
     SCORED = 6
     """Scored and removed from the field."""
     PLACED = 7
-    """At rest and frozen in a place where the piece counts."""
+    """At rest and frozen in a resting place, where the piece counts."""
 
 
 ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
@@ -72,7 +72,7 @@ class PieceState:
     kind: npt.NDArray[np.uint8]
     """Index of the piece's kind, shape (n,)."""
     holder: IntArray
-    """Number of the robot that holds the piece, -1 for none, shape (n,)."""
+    """Number of the robot that holds the piece, -1 if no robot holds it, shape (n,)."""
 
 
 class PiecePool:
@@ -84,7 +84,7 @@ class PiecePool:
         types: list[tuple[GamePieceConfig, int]],
         variation: PieceVariation | None = None,
     ) -> None:
-        """Create all bodies.
+        """Allocate the state of all pieces, and create the bodies of pieces that are not balls.
 
         Args:
             world: World that contains the pieces.
@@ -174,18 +174,18 @@ class PiecePool:
             ConfigError: If the count is negative.
         """
         if count < 0:
-            raise ConfigError(f"{self.types[kind].name}: how many pieces must be >= 0, got {count}")
+            raise ConfigError(f"{self.types[kind].name}: number of pieces must be >= 0, got {count}")
         free = np.nonzero((self.state.kind == kind) & (self.state.status == PieceStatus.FREE))[0]
         if len(free) < count:
             have = int((self.state.kind == kind).sum())
             raise CapacityError(
-                f"{self.types[kind].name}: {count} more wanted, but {have - len(free)} of {have} are in play: a larger "
-                f"number in the game's PieceSupply({self.types[kind].name.upper()}, {have}) has more"
+                f"{self.types[kind].name}: {count} more wanted, but {have - len(free)} of {have} are in play; for "
+                f"more, raise the number in the game's PieceSupply({self.types[kind].name.upper()}, {have})"
             )
         return free[:count]
 
     def place(self, slot: int, pos: tuple[float, float, float], quat: Quaternion = IDENTITY) -> None:
-        """Move a parked piece to a pose on the field, at rest and awake.
+        """Move a piece to a pose on the field, at rest; the caller sets the status.
 
         Raises:
             NonFiniteError: If a value is NaN or infinite; the piece does not move.
@@ -205,7 +205,7 @@ class PiecePool:
             self._world.set_piece_touchable(row, True)
 
     def park(self, slot: int) -> None:
-        """Remove a piece from the field; `pos` keeps its last position on the field."""
+        """Remove a piece from the field; `pos` keeps the last position on the field, and the caller sets the status."""
         self.changes += 1
         self.state.vel[slot] = 0.0
         row = self.rows[slot]

@@ -1,7 +1,7 @@
 """Resting places: places on the field where game pieces stay and count, such as a pipe, a trough or a shelf.
 
-A piece counts as placed when it rests in a place, supported and without contact with a robot. It sleeps and wakes like
-any other piece, and counts until it leaves the place or a robot takes it.
+A piece counts as placed when the piece rests in a place, supported and without contact with a robot. A placed piece
+sleeps and wakes like any other piece, and counts until the piece leaves the place or a robot takes it.
 """
 
 from __future__ import annotations
@@ -60,20 +60,20 @@ class RestingPlace:
 
 @dataclass(frozen=True, slots=True)
 class PlaceEvent:
-    """Arrival of a piece in a resting place, or departure from it."""
+    """Arrival of a piece in a resting place, or departure of a piece from the place."""
 
     place: RestingPlace
     slot: int
     """Slot of the piece."""
     holder: int
-    """Number of the robot that took the piece, -1 for none."""
+    """Number of the robot that took the piece; -1 if no robot took it."""
 
 
 class RestingPlaces:
     """Assignment of pieces to resting places.
 
     Args:
-        places: Resting places with unique names; where places overlap, a piece counts in the first of them.
+        places: Resting places with unique names; where places overlap, a piece counts in the first place.
         pool: Pool of the pieces to assign.
 
     Raises:
@@ -102,12 +102,12 @@ class RestingPlaces:
                 self._levels.setdefault(place.level, []).append(number)
 
     def judge(self, slot: int, quat: tuple[float, float, float, float], touches_robot: bool) -> None:
-        """Assign a piece that has just fallen asleep to the resting place that contains it, if any.
+        """Assign a piece that has just fallen asleep to the resting place around the piece, and set status PLACED.
 
         Args:
             slot: Slot of the piece.
             quat: Attitude of the piece, x, y, z, w.
-            touches_robot: Whether the piece touches a robot, in which case it does not count.
+            touches_robot: Whether the piece touches a robot and therefore does not count.
         """
         state = self._pool.state
         if touches_robot:
@@ -180,7 +180,7 @@ class RestingPlaces:
             counts.setflags(write=False)
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
-        """Return the index of the place in which a piece counts, -1 for none."""
+        """Return the index of the place in which a piece counts, or -1 if the piece counts in no place."""
         state = self._pool.state
         kind, here = state.kind[slot], state.pos[slot][None]
         for number, place in enumerate(self.places):

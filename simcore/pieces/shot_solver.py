@@ -79,6 +79,9 @@ def solve_shot(
         max_speed: Maximum speed of the launcher [m/s].
         gravity: Gravitational acceleration, downward [m/s^2].
 
+    Returns:
+        Launch that hits the target, relative to the moving muzzle.
+
     Raises:
         NoShotError: If no launch hits; the message states the reason.
         ConfigError: If not exactly one of elevation and speed is given, or a value is out of range.

@@ -26,7 +26,7 @@ class BatteryConfig:
     """Config of a lead-acid battery of 18 Ah with cables, and of the roboRIO's brown-out levels.
 
     The defaults are a good competition battery. 12.9 V charged and 11.7 V empty, after rest, are the usual values for
-    AGM batteries. WPILib's `BatterySim` also assumes 15 mohm inside the battery and 5 mohm of breaker and cable.
+    AGM batteries. The series resistance is the default of WPILib's `BatterySim`: 20 mohm, with a nominal 12 V.
     """
 
     full_voltage: float = 12.9
@@ -53,8 +53,8 @@ class BatteryConfig:
     outputs that a heartbeat has disabled stay off until the next heartbeat. Source: WPILib documentation, "FRC CAN
     Device Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
     reset_voltage: float = 4.5
-    """Voltage below which the roboRIO shuts down [V]; it boots when the voltage has recovered. Source: NI roboRIO user
-    manual, table 2, stage 3."""
+    """Voltage below which the roboRIO shuts down [V]; the roboRIO boots when the voltage has recovered. Source: NI
+    roboRIO user manual, table 2, stage 3."""
     reset_hold: float = 0.015
     """Time for which the roboRIO's capacitors bridge a voltage below `reset_voltage` [s]; estimate, +-50 %: no value is
     published, and at events, robots with weak batteries often brown out but rarely reboot (Chief Delphi 144371)."""
@@ -165,18 +165,18 @@ class Battery:
         return float(self.records[name][0])
 
     def reset(self) -> None:
-        """Replace the battery with a rested battery at the initial charge; the minimum voltage of the run is kept."""
+        """Swap in a rested battery at the initial charge; lowest voltage and event counts of the run are kept."""
         self._set(charge=self.config.initial_charge)
         begin_battery(self.records, 0)
         self.begin_tick()
         self.report()
 
     def begin_tick(self) -> None:
-        """Start a new tick, with a new minimum voltage."""
+        """Start a new tick: set `tick_min_voltage` and `tick_browned_out` to the present state."""
         self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
 
     def report(self) -> None:
-        """Call `on_brownout` and `on_reset` for events since the last call of this method."""
+        """Call `on_reset` and `on_brownout`, each at most once, for events since the last call of this method."""
         before, self._reported = self._reported, (self.brownouts, self.resets)
         if self._reported[1] > before[1] and self.on_reset is not None:
             self.on_reset()
@@ -250,12 +250,12 @@ class Battery:
 
 
 class BrownoutLog:
-    """Log of brown-outs: one line with the largest consumers at the start of a series, and a count at the end.
+    """Log of brown-outs: one line with the largest consumers per series of brown-outs, and a count for the run.
 
-    Every reset of the roboRIO, which ends most matches for the robot, has its own line.
+    Every reset of the roboRIO has its own line.
 
     Args:
-        number: Number of the robot.
+        number: Number of the robot in messages.
         battery: Battery to watch.
         consumers: Supplier of the current of each consumer at the start of the last brown-out, by name [A].
     """
@@ -281,7 +281,7 @@ class BrownoutLog:
         return f"{volts:.1f} V with {amps:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
-        """Log a reset, or the start of a series of brown-outs, in the tick that ended at `time` [s]."""
+        """Log a reset, and the start of a series of brown-outs, in the tick that ended at `time` [s]."""
         if self._reset:
             _log.warning(
                 "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
@@ -298,7 +298,7 @@ class BrownoutLog:
         self._first, self._last = "", time
 
     def log_total(self) -> None:
-        """Log the number of brown-outs at the end of a run, unless it is zero."""
+        """Log brown-outs, resets, time without motors and lowest voltage of a run with at least one brown-out."""
         battery = self._battery
         if battery.brownouts:
             resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""

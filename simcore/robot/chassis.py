@@ -45,13 +45,13 @@ class GroundClearance:
     height: float
     """Smallest gap between a wheel and the surface below [m]; slightly negative when a tire is compressed."""
     is_airborne: bool
-    """Whether no wheel touches the ground."""
+    """Whether all wheels are more than the tolerance above the ground."""
 
 
 def ground_clearance(
     wheel_points: FloatArray, surface_heights: FloatArray, *, tolerance: float = 0.01
 ) -> GroundClearance:
-    """Compute the ground clearance from the lowest point of each wheel; a tilted robot on a bump is not airborne.
+    """Compute the smallest gap between a wheel and the ground, so that a robot tilted on a bump is not airborne.
 
     Args:
         wheel_points: Lowest point of each wheel, field frame [m], shape (n, 3).
@@ -81,7 +81,7 @@ _ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class ChassisSimulation:
-    """Robot body, driven by a drivetrain model or by external forces.
+    """Body of a robot, moved by a drivetrain model or by external forces.
 
     Args:
         world: World that contains the robot.
@@ -216,14 +216,14 @@ class ChassisSimulation:
 
     @property
     def normal_loads(self) -> list[float]:
-        """Normal force on each wheel in the last sub-step [N]; zeros without a drivetrain."""
+        """Mean normal force on each wheel in the last sub-step [N]; zeros without a drivetrain."""
         if self._drivetrain is None:
             return [0.0] * len(self.config.wheel_positions)
         return self._drivetrain.normal_loads
 
     @property
     def touching(self) -> list[bool]:
-        """Whether each wheel touches the ground."""
+        """Whether each wheel is within 4 mm of the ground."""
         gaps = self._dynamics.wheel_gaps(self._number, len(self.config.wheel_positions))
         return [gap < _CONTACT_GAP for gap in gaps]
 
@@ -252,7 +252,7 @@ class ChassisSimulation:
 
     @property
     def speed(self) -> float:
-        """Upper bound on the speed of any bumper corner [m/s]."""
+        """Upper bound on the horizontal speed of any bumper corner of an upright robot [m/s]."""
         return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
@@ -278,7 +278,7 @@ class ChassisSimulation:
         return self._world.standing(self._number, pose)
 
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lowest point of each wheel and the ground height under it.
+        """Return the lowest point of each wheel and the ground height under each wheel.
 
         Returns:
             Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable surface vertically

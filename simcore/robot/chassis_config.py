@@ -2,7 +2,8 @@
 
 Mass, center of mass and inertia in a robot's config are those of the whole robot at the start, without game pieces. The
 body is the robot without its moving masses. Moving masses and held pieces are point masses: the inertia of moving
-masses about their own centers stays with the body; that of pieces is ignored (0.02 kg m^2 for 50 balls of 0.215 kg).
+masses about their own centers stays with the body; the inertia of pieces about their own centers is ignored
+(0.02 kg m^2 for 50 balls of 0.215 kg).
 """
 
 from __future__ import annotations
@@ -226,7 +227,7 @@ class ChassisConfig:
 
     @property
     def bumpers(self) -> tuple[BumperPart, ...]:
-        """Parts that collide with walls and robots: the bumpers and the frame above them."""
+        """Parts that collide with walls and robots: the bumpers, and the frame above the bumpers."""
         inset = 2.0 * self.bumper_thickness
         length, width = self.bumper_length, self.bumper_width
         layers = [(length, width, self.clearance, self.bumper_top, BUMPER_STIFFNESS)]
@@ -249,7 +250,7 @@ class ChassisConfig:
         return _points(self)
 
     def around_bay(self, length: float, width: float, top: float) -> list[Part]:
-        """Return a box from the ground clearance up to `top` [m], divided into three boxes if there is a bay."""
+        """Return a box from the ground clearance up to `top` [m]; with a bay, three boxes around the bay."""
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
         if self.bay is None:
             return [Part(Box((length, width, tall)), (0.0, 0.0, z))]

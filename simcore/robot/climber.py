@@ -1,8 +1,8 @@
 """Climbers: hooks, moved by mechanisms, that hang on rungs of the field.
 
-A hook engages a rung by moving down onto it. The rung then pushes the hook like a stiff spring, never downward. The
-force lifts the robot and loads the mechanism through the gears. A hook disengages by rising off the rung. A rung on a
-hanging body moves with the body and passes the reaction force to it.
+A hook engages a rung by moving down onto the rung. The rung then pushes the hook like a stiff spring, never downward.
+The force lifts the robot and loads the mechanism through the gears. A hook disengages by rising off the rung. A rung on
+a hanging body moves with the body and passes the reaction force on to the body.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Rung:
             raise ConfigError(f"Rung {self.name!r}: its ends must differ, got {self.start} and {self.end}")
 
     def nearest(self, point: Vector) -> Vector:
-        """Return the point on the rung nearest to a given point [m]."""
+        """Return the point on the rung at rest that is nearest to a given point, field frame [m]."""
         direction = [b - a for a, b in zip(self.start, self.end, strict=True)]
         along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, direction, strict=True))
         share = min(1.0, max(0.0, along / math.fsum(w * w for w in direction)))
@@ -123,7 +123,7 @@ class Climber:
 
     @property
     def is_near(self) -> bool:
-        """Whether the hook is on a rung or could engage one in the next sub-step; otherwise `push` can be skipped."""
+        """Whether the hook is on a rung or could engage a rung in the next sub-step; if not, `push` can be skipped."""
         if self.rung is not None:
             return True
         c = self._chassis
@@ -138,7 +138,7 @@ class Climber:
         return any([_is_inside(hook, low, high) for _, low, high in self._boxes])
 
     def push(self, h: float) -> tuple[Vector, Vector]:
-        """Apply the rung's force to mechanism and rung, and return the wrench on the robot for the next sub-step.
+        """Engage or release a rung, load mechanism and rung, and return the wrench on the robot for the next sub-step.
 
         Args:
             h: Length of the sub-step [s].

@@ -66,7 +66,7 @@ class Components:
         self._views: list[FloatArray] = [self._rows[span] for span in self._spans]
 
     def poses(self, shafts: Records) -> list[FloatArray]:
-        """Return the poses of each robot's parts in the robot frame as a read-only array, shape (n, 7) each.
+        """Return the poses of the moving parts, one read-only array per robot, robot frame, shape (n, 7) each.
 
         Rows are `x, y, z, qw, qx, qy, qz`. The array of a robot stays the same object while no part of the robot moves.
 

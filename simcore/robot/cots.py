@@ -1,7 +1,7 @@
 """COTS swerve modules and wheel treads, by name.
 
 Source: `COTS` table of MapleSim 0.4, with ratios from the vendors' pages and tread coefficients from tests by Spectrum
-3847 on carpet. Vendors publish no steer inertia, efficiency or losses; the defaults of `SwerveModuleConfig` apply.
+3847 on carpet. Steer inertia, efficiency and friction are the defaults of `SwerveModuleConfig`.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ _ROWS = (
 MODULES: dict[str, SwerveModuleType] = {m.name: m for m in _ROWS}
 """Products by name.
 
-WCP publishes no final drive ratios for the first SwerveX (steer ratio 11.3142), so it is not in this table.
+WCP publishes no final drive ratios for the first SwerveX (steer ratio 11.3142), so this table does not contain the
+first SwerveX.
 """
 
 TREADS = {

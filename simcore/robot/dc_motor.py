@@ -52,15 +52,12 @@ MOTOR_NAMES = tuple(_DATA)
 """Product names of the motors in WPILib's `DCMotor`."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
-"""Moment of inertia of a brushless rotor [kg m^2]; estimate, +-50 %.
-
-Vendors publish no values for Kraken, Falcon, NEO or Vortex.
-"""
+"""Moment of inertia of the rotor of a brushless motor such as Kraken X60, Falcon or NEO [kg m^2]; estimate, +-50 %."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorModel:
-    """Permanent-magnet DC motor, described by the values in its datasheet.
+    """Permanent-magnet DC motor, described by datasheet values.
 
     Current and torque are linear in speed: I = (V - Omega / kv) / R and tau = kt * I, as in WPILib's `DCMotor`. Some
     datasheets contradict themselves: if `kt * kv` is above 1 (NEO: 1.25), the published stall torque and free speed
@@ -79,12 +76,12 @@ class MotorModel:
     nominal_voltage: float = 12.0
     """Voltage at which the datasheet values apply [V]."""
     rotor_inertia: float = _DEFAULT_ROTOR_INERTIA
-    """Moment of inertia of the rotor about its axis [kg m^2]."""
+    """Moment of inertia of the rotor about the motor axis [kg m^2]."""
     supply_resistance: float = 0.0
     """Resistance of supply and leads in the vendor's measurement, part of `nominal_voltage / stall_current` [ohm]. This
     resistance acts only at full duty cycle; at a lower duty cycle and at a current limit the controller compensates for
-    it, so that the torque per volt is higher. 0 unless the vendor has published stall data below the nominal
-    voltage."""
+    the resistance, so that the torque per volt is higher. 0 unless the vendor has published stall data below the
+    nominal voltage."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -181,7 +178,9 @@ def as_motor(source: Any) -> MotorModel:
     fields = ("nominal_voltage", "stall_torque", "stall_current", "free_current", "free_speed")
     values: dict[str, Any] = {name: getattr(source, name, getattr(source, _camel_case(name), None)) for name in fields}
     if None in values.values():
-        raise ConfigError(f'a motor is one of simcore, motor("Kraken X60"), or WPILib\'s DCMotor; got {shown(source)}')
+        raise ConfigError(
+            f"a motor must be one of simcore's, e.g. motor(\"Kraken X60\"), or WPILib's DCMotor; got {shown(source)}"
+        )
     return MotorModel(name="DCMotor", **values)
 
 
@@ -193,7 +192,7 @@ _SPARK_LIMITS = (80.0, math.inf)
 def controller_limits(
     model: MotorModel, stator: float | None = None, supply: float | None = None
 ) -> tuple[float, float]:
-    """Return the stator and supply limit [A]: configured values or, if None, factory defaults of the controller.
+    """Return the stator and supply current limit [A]: `stator` and `supply`, or the factory default for None.
 
     A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK limits a NEO or Vortex to 80 A.
     Other motors, mostly brushed motors with a PWM controller, are limited only by a 40 A breaker, which takes seconds

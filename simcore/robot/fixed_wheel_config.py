@@ -52,9 +52,9 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     supply_limit: float | None = None
     """Supply current limit per motor, drawing and regenerating [A]; None and `math.inf` as for `stator_limit`."""
     brake: bool = True
-    """Whether the motors brake in neutral, instead of coasting."""
+    """Whether the motors brake (short circuit) in neutral, instead of coasting (open circuit)."""
     kp: float = 1.0
-    """Proportional gain of the on-board velocity loop [V per m/s]."""
+    """Proportional gain of the on-board velocity loop [V per m/s]; feed-forward follows from the motor."""
     mass: float = 50.0
     """Mass of the robot [kg]."""
     yaw_inertia: float = 5.3
@@ -64,7 +64,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         self.require_robot("fixed wheels")
 
     def require_robot(self, owner: str) -> None:
-        """Validate the fields of wheels, motors and robot, and compute `positions`; messages name `owner`."""
+        """Validate the fields of wheels, motors and robot, and compute `positions`; error messages name `owner`."""
         self.require_wheel(owner)
         require_fields(
             self,
@@ -80,7 +80,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         DrivetrainConfig.require_robot(self, owner)
 
     def shaft_motor(self, count: int) -> LimitedMotor:
-        """Return the combined constants of all motors on a drive shaft.
+        """Return the constants of all motors on a drive shaft, with gears and current limits.
 
         Args:
             count: Number of motors on the shaft.
@@ -99,16 +99,16 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     def speed_share(self) -> float:
         """Ratio of actual to datasheet free speed [-]: `free_speed_share` if given, otherwise 1 or .885.
 
-        The default is .885 for motors with contradictory datasheets such as the NEO, whose stall torque and free speed
-        are not both possible (`MotorModel`): a kit chassis with four NEOs reached .87 to .89 in a measurement. A tank
-        drive with Falcons reached the datasheet speed.
+        The default is .885 for motors with `kt * kv` above 1.1 such as the NEO, whose stall torque and free speed in
+        the datasheet are not both possible (`MotorModel`): a kit chassis with four NEOs reached .87 to .89 in a
+        measurement. A tank drive with Falcons reached the datasheet speed.
         """
         if self.free_speed_share is not None:
             return self.free_speed_share
         return _CONTRADICTED if self.motor.kt * self.motor.kv > 1.1 else 1.0
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
-        """Return the moment of inertia of a shaft's wheels and geared rotors about the axle [kg m^2]."""
+        """Return the moment of inertia of a shaft with wheels and geared motor rotors, about the axle [kg m^2]."""
         return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
 
 
@@ -116,21 +116,21 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
 class TankConfig(FixedWheelConfig):
     """Config of a tank drive with a row of chained wheels and one gearbox per side.
 
-    The defaults describe the KitBot chassis, FIRST's AM14U series.
+    The defaults describe a KitBot on the AM14U chassis.
     """
 
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
     """x coordinates of the wheels on one side, forward of the robot center [m]."""
     dropped_center: bool = True
     """Whether the inner wheels of a row of three or more are lower, by about 3 mm in a kit chassis. The robot then
-    stands on the inner wheels and on one end, so that it turns without scrubbing both ends."""
+    stands on the inner wheels and on one end, so that the robot turns without scrubbing both ends."""
     trackwidth: float = 0.56
     """Distance between left and right wheels [m]."""
     friction_volts: float = 0.65
     """Friction voltage measured by SysId, including rolling resistance [V]. Constants of public tank drives range from
     .13 to 1.31 V, with a median near .65; a kit chassis (4 NEO, 8.46) was measured at .7 to .8 V."""
     rolling_resistance: float = 0.0
-    """Coefficient of rolling resistance [-]; 0 because `friction_volts` includes it."""
+    """Coefficient of rolling resistance [-]; 0 because `friction_volts` includes rolling resistance."""
     motors_per_side: int = 2
     """Number of motors on each side."""
     right_efficiency: float | None = None
@@ -151,7 +151,7 @@ class TankConfig(FixedWheelConfig):
 
     @property
     def sides(self) -> tuple[TankConfig, TankConfig]:
-        """Configs of the left and right side, each as a drivetrain with two equal sides."""
+        """Configs of the left and right side, each as the config of a drive with two identical sides."""
         right = self.efficiency if self.right_efficiency is None else self.right_efficiency
         return replace(self, right_efficiency=None), replace(self, efficiency=right, right_efficiency=None)
 
@@ -163,7 +163,10 @@ class TankConfig(FixedWheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MecanumConfig(FixedWheelConfig):
-    """Config of a mecanum drive: four wheels, each with a gearbox, whose 45 degree rollers form an X from above."""
+    """Config of a mecanum drive: four wheels with 45-degree rollers, each wheel with a gearbox.
+
+    Seen from above, the rollers on top of the wheels form an X.
+    """
 
     places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
     """Centers of the front left, front right, rear left and rear right wheel, robot frame [m]."""

@@ -41,7 +41,7 @@ _SIDES = (-1.0, 1.0, 1.0, -1.0)
 
 
 class FixedWheelDrive(WheeledDrive[FixedT]):
-    """Base of `TankDrive` and `MecanumDrive`, whose shafts can be commanded by voltage or speed, or to neutral.
+    """Base of `TankDrive` and `MecanumDrive`: commands of voltage, speed or neutral for each drive shaft.
 
     Args:
         config: Nominal drivetrain, as assumed by robot code and the on-board loops.
@@ -74,7 +74,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self._rest([0.0] * len(shafts))
 
     def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Zero encoders and time, reset the battery, and set the wheels rolling at a chassis velocity.
+        """Zero encoders and time, reset the battery, command neutral, and let the wheels roll at a chassis velocity.
 
         The velocity of the chassis itself does not change.
 
@@ -132,12 +132,12 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         return float(self.shaft_speeds[shaft]) * self.config.shaft_motor(1).emf
 
     def wheel_angles(self) -> list[float]:
-        """Return the grip direction of each wheel, along which `wheel_distances` are measured [rad]."""
+        """Return the grip direction of each wheel, counter-clockwise from forward [rad]; see `wheel_distances`."""
         sin, cos = self.shafts["sin"], self.shafts["cos"]
         return [math.atan2(sin[g], cos[g]) for g in self._shaft_of_wheel]
 
     def motor_currents(self) -> dict[str, list[float]]:
-        """Return each motor's stator current in the last inner step [A], by group: `left` and `right`, or `drive`."""
+        """Return each motor's stator current in the last step [A], by group: `left` and `right`, or `drive`."""
         return self._by_group(self.drive_motors.current)
 
     @property
@@ -158,7 +158,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     @property
     def max_accel(self) -> float:
-        """Acceleration straight ahead from rest on level ground at a stiff 12 V [m/s^2]."""
+        """Acceleration straight ahead from rest at a stiff 12 V within traction and stator limits [m/s^2]."""
         arms = [self._share] * self._driven
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, arms, self.robot.mass)
 
@@ -207,14 +207,18 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         self.set_shaft_volts((left, right))
 
     def set_speeds(self, left: float, right: float) -> None:
-        """Command the ground speed of each side by the on-board loops [m/s].
+        """Command the tread speed of each side by the on-board loops [m/s].
 
         Raises the same errors as `set_shaft_volts`.
         """
         self.set_shaft_speeds((left, right))
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
-        """Command forward speed [m/s] and yaw rate [rad/s] by the on-board loops; wheel scrub is ignored."""
+        """Command forward speed [m/s] and yaw rate [rad/s] by the on-board loops, computed without wheel scrub.
+
+        Raises:
+            NonFiniteError: If a speed is NaN or infinite; the old command is kept.
+        """
         vx, omega = checked_number("chassis speed vx", vx), checked_number("chassis speed omega", omega)
         half = 0.5 * self.config.trackwidth * omega
         self.set_speeds(vx - half, vx + half)
@@ -279,7 +283,13 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         self.set_shaft_speeds(speeds)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops, limited to `max_speed`."""
+        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops.
+
+        If a wheel would exceed `max_speed`, the speeds of all wheels are scaled down.
+
+        Raises:
+            NonFiniteError: If a speed is NaN or infinite; the old command is kept.
+        """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
         speeds = self._treads(vx, vy, omega)

@@ -35,19 +35,19 @@ class FleetView:
         ]
         self._has_targets = np.zeros(count, np.uint8)
         self.places = np.empty((count, 7))
-        """Poses x, y, z, qw, qx, qy, qz, field frame, shape (n, 7)."""
+        """Poses of the robots x, y, z, qw, qx, qy, qz, field frame, shape (n, 7)."""
         self.heights = np.empty(count)
-        """Height of the lowest wheel above the floor [m], shape (n,)."""
+        """Height of each robot's lowest wheel above z = 0 [m], shape (n,)."""
         self.slips = np.empty(count)
-        """Slip speed of the fastest sliding tire [m/s], shape (n,)."""
+        """Slip speed of the fastest sliding tire of each robot [m/s], 0 while no tire slides, shape (n,)."""
         self.believed = np.zeros((count, 7))
         """Pose estimates of robot code, rounded to 1 mm and 1 mrad to hide gyro noise at rest, shape (n, 7)."""
         self.module_states: list[FloatArray | None] = []
         """Speed [m/s] and steer angle [rad] of each swerve drive's modules by encoder, rounded to 1 mm/s and 1 mrad;
         None for other drives."""
         self.module_setpoints: list[FloatArray | None] = []
-        """Speed and angle setpoints of each swerve drive's modules, like `module_states`; no rows without
-        setpoints."""
+        """Speed and angle setpoints of each swerve drive's modules, like `module_states`; no rows for a
+        drive without setpoints, None for other drives."""
 
     def look(self, fleet: Fleet, bodies: Records) -> None:
         """Update all values from the current records of the loop."""
@@ -70,7 +70,7 @@ class FleetView:
 
 
 def _settled(rows: FloatArray) -> FloatArray:
-    """Round module states for telemetry, shape (n, 2)."""
+    """Return module states (speed, angle) rounded by `_shown_state`, read-only, shape (n, 2)."""
     found = np.empty((len(rows), 2))
     for number, (speed, angle) in enumerate(rows.tolist()):
         found[number] = _shown_state(speed, angle)
@@ -109,10 +109,10 @@ def _look(
     targets: FloatArray,
     has_targets: npt.NDArray[np.uint8],
 ) -> None:
-    """Write the values of all robots to the arrays of `FleetView`."""
+    """Write poses, heights, slips, pose estimates, module states and targets of all robots to the given arrays."""
     for number in range(len(robots)):
         robot = robots[number]
-        body = bodies[robot["body"]]
+        body = bodies[robot["model"]["body"]]
         pos, quat = body["pos"], body["quat"]
         x, y, z, w = quat[0], quat[1], quat[2], quat[3]
         place = places[number]
@@ -125,14 +125,14 @@ def _look(
         heights[number] = height
         slip = 0.0
         if robot["is_sliding"]:
-            for k in range(robot["first_wheel"], robot["last_wheel"]):
+            for k in range(robot["model"]["first_wheel"], robot["model"]["last_wheel"]):
                 slip = max(slip, wheels[k]["slip"])
         slips[number] = slip
         yaw = _rounded(beliefs[number, 2], 1e3)
         believed[number, 0], believed[number, 1] = _rounded(beliefs[number, 0], 1e3), _rounded(beliefs[number, 1], 1e3)
         believed[number, 3], believed[number, 6] = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
         first, last = first_module[number], first_module[number + 1]
-        shaft = robot["first_shaft"]
+        shaft = robot["model"]["first_shaft"]
         is_told = last > first and robot["request"]["is_enabled"] and shafts[shaft]["request"]["mode"] == TARGET
         has_targets[number] = is_told
         for k in range(first, last):

@@ -35,7 +35,7 @@ _LIMIT = replace(CURRENT_LIMIT, is_open=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GearboxConfig:
-    """One or more equal motors that drive a mechanism through a gear.
+    """One or more identical motors that drive a mechanism through a gear.
 
     >>> from simcore.robot.dc_motor import motor
     >>> shooter = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
@@ -55,7 +55,7 @@ class GearboxConfig:
     """Supply current limit of each motor, for drawing and for regenerating [A]; applied with the speed at the start of
     a step."""
     friction_torque: float = 0.0
-    """Coulomb friction at the mechanism, equal in motion and at rest [N m]."""
+    """Coulomb friction torque at the mechanism, in motion and at rest [N m]."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motor", as_motor(self.motor))
@@ -80,7 +80,7 @@ class GearboxConfig:
 
     @property
     def resistance(self) -> float:
-        """Resistance of one motor [ohm]."""
+        """Resistance of one motor at full duty cycle [ohm]."""
         return self.motor.resistance
 
     def varied(self, *, kt: float, resistance: float) -> GearboxConfig:
@@ -98,14 +98,14 @@ class GearboxConfig:
         return volts / self.volts_per_speed
 
     def stall_torque(self, volts: float) -> float:
-        """Return the stall torque at a voltage [V], without friction and within the current limit [N m]."""
+        """Return the stall torque at a voltage [V], without friction and within the stator current limit [N m]."""
         require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
         return self.torque_per_amp * min(
             max(volts / self.resistance, -self.stator_current_limit), self.stator_current_limit
         )
 
     def holding_volts(self, torque: float) -> float:
-        """Return the voltage that produces `torque` [N m] at rest [V]."""
+        """Return the voltage that produces a torque [N m] at the mechanism at rest, without friction [V]."""
         return torque * self.resistance / self.torque_per_amp
 
 
@@ -134,11 +134,11 @@ def no_load_friction(gearbox: GearboxConfig) -> float:
 
 
 def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
-    """Convert a kS to a friction torque at the mechanism [N m].
+    """Convert a static friction gain kS to a friction torque at the mechanism [N m].
 
     Args:
         gearbox: Motors and gears of the mechanism.
-        volts: kS, for example from SysId [V]; the sign does not matter.
+        volts: Gain kS, for example from SysId [V]; the sign does not matter.
 
     Raises:
         ConfigError: If `volts` is not finite.
@@ -149,7 +149,9 @@ def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
 
 
 def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float:
-    """Estimate the friction torque of a mechanism without a measurement [N m].
+    """Estimate the friction torque of a mechanism without a measurement, at the mechanism [N m].
+
+    With gears, this is the larger of `no_load_friction` and the torque of `GEARED_FRICTION_VOLTS`.
 
     Args:
         gearbox: Motors and gears of the mechanism.
@@ -178,7 +180,7 @@ class VelocityController:
 
     @classmethod
     def for_gearbox(cls, gearbox: GearboxConfig, *, kp: float = 0.0, max_volts: float = 12.0) -> VelocityController:
-        """Return a controller whose feed-forward gains match the gearbox and its friction."""
+        """Return a controller whose gains `kv` and `ks` match the back-EMF and friction of a gearbox."""
         return cls(
             kv=gearbox.volts_per_speed,
             kp=kp,
@@ -187,7 +189,7 @@ class VelocityController:
         )
 
     def volts(self, goal: float, velocity: float) -> float:
-        """Compute the voltage that drives `velocity` to `goal` [rad/s]; at a goal of zero, only `kp` brakes [V]."""
+        """Compute the voltage that drives `velocity` to `goal` [rad/s], within the voltage limit [V]."""
         friction = self.ks if goal > 0.0 else -self.ks if goal < 0.0 else 0.0
         volts = friction + self.kv * goal + self.kp * (goal - velocity)
         return min(max(volts, -self.max_volts), self.max_volts)
@@ -208,7 +210,7 @@ class PositionController:
         require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
 
     def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
-        """Compute the voltage that drives `position` to `goal` and holds it there [V].
+        """Compute the voltage that drives `position` to `goal`, within the voltage limit [V].
 
         Args:
             goal: Goal position [rad].

@@ -52,9 +52,7 @@ class GyroConfig:
         )
 
 
-# Drift: the navX has about 1 degree per minute according to its maker; the others are estimates, within a factor of 2,
-# because the table in the Pigeon 2's guide was not accessible. Rate noise: MapleSim's COTS table. Scale and tilt errors
-# are estimates, +-50 %: vendors publish no figures.
+# Drift: estimates, within a factor of 2. Rate noise: MapleSim's COTS table. Scale and tilt errors: estimates, +-50 %.
 GYROS = {
     "ideal": GyroConfig(),
     "pigeon2": GyroConfig(
@@ -102,7 +100,7 @@ _DRAWN = 600  # random numbers per call: a call takes 3 us, whether for 6 number
 
 
 class Gyro:
-    """Gyro that follows the true attitude with errors; gyros with equal random generators have equal readings."""
+    """Gyro that follows the true attitude with errors; equal seeds of the random generator give equal readings."""
 
     def __init__(self, config: GyroConfig, rng: np.random.Generator) -> None:
         """Start level, with a yaw of 0.
@@ -121,7 +119,7 @@ class Gyro:
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
-        """Reset the readings to `yaw` [rad], level, at a true yaw of `true_yaw` [rad].
+        """Set the reported yaw to `yaw` [rad], and pitch, roll and rates to zero, at a true yaw of `true_yaw` [rad].
 
         Raises:
             NonFiniteError: If a value is not finite; the gyro is left unchanged.
@@ -139,7 +137,7 @@ class Gyro:
         self._true_rate: float | None = None
 
     def set_yaw(self, yaw: float) -> None:
-        """Set the reported yaw [rad], like `set_yaw` in robot code; raises the same errors as `reset`."""
+        """Set the reported yaw [rad], as robot code does; raises the same errors as `reset`."""
         self.yaw = checked_number("gyro: yaw", yaw)
 
     def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:

@@ -1,27 +1,34 @@
-"""Hopper: simulation of balls that fall, roll and jam in a box inside a robot, in the robot frame.
+"""Hopper: balls that fall, roll and jam in a box inside a robot, moved by the law of all balls (`simcore.loop`).
 
-The method is position-based dynamics (Macklin and Mueller, "Small steps in physics simulation", 2019): in each of a few
-sub-steps, gravity, the robot's acceleration and the belt move the balls; contacts then push balls out of walls and
-apart. Feed rates, fill and jams follow from the geometry, without random numbers.
+The loop moves them in a frame that falls with the robot's origin and does not turn. The box turns in it: centrifugal,
+Coriolis and Euler accelerations need no formula, and gravity minus the robot's acceleration points down. Each tick has
+its own frame; between ticks everything is in the robot frame. The floor is another body, at the place of the box but
+with the velocity of the belt: its friction drives the balls. Feed rates, fill and jams follow from foam and friction.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from simcore.errors import ConfigError
+from simcore.loop.robot_state import BODY, STEP, no_robots, records
+from simcore.loop.state import AWAKE, JUST_PUT, Balls, Floor, make_balls, make_memory
+from simcore.loop.step import advance
 from simcore.quantities import FRICTION, RATIO, ROBOT_LENGTH, ROBOT_PLACE, Quantity, require_fields
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import FloatArray
 from simcore.units import TICK
-from simcore.world.contact_law import FOAM, WALL, pair_friction, pair_rolling
-from simcore.world.rotation import Vector
+from simcore.world.contact_law import FOAM, WALL, pair_friction
+from simcore.world.rotation import IDENTITY, Vector, matrix
+from simcore.world.shapes import Hull
+from simcore.world.solids_builder import SolidsBuilder
 
-__all__ = ["FACES", "Hopper", "HopperConfig", "arch_holds"]
+__all__ = ["FACES", "Hopper", "HopperConfig"]
 
 Side: TypeAlias = Literal["front", "back", "left", "right", "bottom"]
 FACES: dict[str, tuple[int, int]] = {
@@ -30,24 +37,20 @@ FACES: dict[str, tuple[int, int]] = {
 """Axis and sign of the outward normal of each side."""
 OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
 _LEAN = Quantity("rad", 0.0, 1.2)
-_STEPS = 5  # per tick; 50 balls take 0.9 ms
-_SHARE = 0.5
-"""Fraction of an overlap that a contact corrects in a step [-]; with larger values, balls with six neighbors tremble.
-
-A ball with k balls on top therefore overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k.
-"""
-_LEVER = pair_rolling(FOAM.rolling, FOAM.friction, WALL.rolling, WALL.friction)  # [m]; rolling resistance in the box
-_STANDS = 0.01  # [m/s]; balls roll on a slower belt and move with a faster belt
 _ENTRY = 1.0  # [m/s]; speed at which intakes feed pieces in, away from the wall. Estimate, within a factor of two
-_RUBBING = 6.0  # [1/s]; rate at which friction equalizes the velocities of touching balls. Estimate, factor of two
-_FASTEST = 5.0  # [m/s]; speed limit relative to the robot: a third of a ball's radius per step
-_TOUCH = 0.03  # [-] of a radius; largest gap at which balls touch, as foam is soft
-_ASIDE = 0.04
-"""Offset of an entering ball from the chosen position, as a fraction of the radius [-].
-
-The offset depends on the ball's slot, so that no ball is exactly above another.
-"""
+_ASIDE = 0.04  # [-] of a radius; offset of entering balls, by their slots, so that none is exactly above another
 _FREE = 0.9  # [-] of two radii; a position is free if a ball there overlaps others by at most a tenth
+_THICK = 0.5  # [m]; thickness of walls, and of the feeder behind the outlet
+_EDGE = 0.001  # [m]; smallest width of a wall next to the outlet, and depth of an outlet's edge below a moving floor
+_TREAD = 0.01  # [m]; rolling lever of a belt: balls sink between its cords, treads or fingers. Estimate, factor of two
+_STRIP = 0.02  # [m]; part of the floor around an outlet in the bottom that does not move
+_HEAVY, _REACH = 1e30, 10.0  # [kg, kg m^2], [m]; the box moves with the robot, whatever pushes it
+_MOST = np.array((500.0,) * 3 + (50.0,) * 3 + (2000.0,) * 3 + (10.0,))  # limits of pull, spin, turn and belt
+_STILL = 0.5  # [s]; balls that have been still for so long rest until the robot or the belt moves otherwise
+_SAME = np.array((0.1,) * 3 + (0.02,) * 3 + (0.5,) * 3 + (0.005,))  # change of pull, spin, turn and belt that they feel
+_BLOCKED = 2.0  # [-]; diameters that a free ball would have moved since the outlet is blocked, for a jam
+_STEPS = round(TICK / STEP)  # of the loop in a tick
+_NO_ROBOTS = no_robots()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +61,7 @@ class HopperConfig:
     """Side with the opening to the shooter."""
     outlet_width: float
     """Width of the outlet along y, or along x in the left or right side [m]; two balls can bridge an outlet narrower
-    than two diameters."""
+    than two diameters, and a pile of balls one narrower than three."""
     outlet_height: float | None = None
     """Height of the outlet, or length along x of an outlet in the bottom [m]; None if equal to the width."""
     outlet_place: tuple[float, float] | None = None
@@ -78,8 +81,8 @@ class HopperConfig:
     slope: float = 0.0
     """Slope of the floor, down to an outlet in a wall [rad]."""
     friction: float = pair_friction(FOAM.friction, WALL.friction)
-    """Coefficient of friction of pieces on the belt, and of the contacts in an arch [-]. The default is an estimate of
-    0.4, for foam on a wall; foam on foam may have 0.6."""
+    """Coefficient of friction of foam pieces on walls, floor and belt [-]; 0.4 is an estimate for foam on a wall. Other
+    pieces have as much more or less as their friction factor is above or below that of foam."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -87,7 +90,7 @@ class HopperConfig:
             belt_travel=RATIO, funnel=_LEAN, slope=_LEAN, friction=FRICTION,
         )  # fmt: skip
         if self.inlet == "bottom":
-            raise ConfigError("HopperConfig: inlet must be another side than the bottom, got 'bottom'")
+            raise ConfigError("HopperConfig: inlet must not be the bottom, got 'bottom'")
         if self.slope and self.outlet == "bottom":
             raise ConfigError("HopperConfig: a floor with a slope needs an outlet in a wall, got 'bottom'")
 
@@ -99,9 +102,10 @@ class Hopper:
         config: Config of the hopper.
         low: Corner of the box with the smallest coordinates, robot frame [m].
         high: Corner of the box with the largest coordinates, robot frame [m].
+        kinds: Function that returns all balls of the match, by slot, for their mass, foam and surface.
     """
 
-    def __init__(self, config: HopperConfig, low: Vector, high: Vector) -> None:
+    def __init__(self, config: HopperConfig, low: Vector, high: Vector, kinds: Callable[[], Balls] | None) -> None:
         self.config = config
         self.slots: list[int] = []
         """Slots of the balls in the hopper."""
@@ -112,26 +116,28 @@ class Hopper:
         self.radius: FloatArray = np.zeros(0)
         """Radii of the balls [m], shape (n,)."""
         self.is_jammed = False
-        """Whether two balls bridge the outlet."""
-        self._low, self._high = np.array(low), np.array(high)
+        """Whether balls block the outlet: a chain of balls in contact has touched both of its sides, and none has
+        passed, for the time in which a free ball moves by two diameters from rest, 0.6 s on a belt at 0.6 m/s. Friction
+        brings that ball to the speed of the belt, the robot's acceleration or a slope adds to it. The jam ends as soon
+        as the chain breaks."""
+        self._kinds, self._low, self._high = kinds, np.array(low), np.array(high)
         self._axis, self._sign = FACES[config.outlet]
         self._plane = self._sign * (high if self._sign > 0 else low)[self._axis]
-        self._across = 0 if self._axis == 1 else 1
-        self._up = 0 if self._axis == 2 else 2
-        height = config.outlet_height or config.outlet_width
-        self._half = 0.5 * config.outlet_width, 0.5 * height
-        middle = 0.5 * (self._low + self._high)
-        floor = low[2] + 0.5 * height if self._up == 2 else float(middle[0])
-        self._middle = config.outlet_place or (float(middle[self._across]), floor)
         inlet = config.inlet or OPPOSITE[config.outlet]
         self._inlet = FACES[inlet]
         axis, sign = FACES[OPPOSITE[inlet] if config.outlet == "bottom" else config.outlet]
-        self._belt = np.zeros(3)
-        self._belt[axis] = sign
-        # position of the start of the funnel, as (negative) distance through the outlet
-        self._fore = -math.tan(config.funnel) * float(self._high[self._across] - self._low[self._across])
-        self._limits = self.pos, self.pos  # lower and upper limits of the balls' centers
-        self._innermost = self.radius
+        self._belt = np.array((0.0, 0.0, -math.sin(config.slope)))  # direction of the belt
+        self._belt[axis] = sign * math.cos(config.slope)
+        self._out = np.array((0.0, 0.0, -1.0)) if config.outlet == "bottom" else self._belt
+        self._free_speed = self._free_way = 0.0  # of a free ball since the outlet is blocked [m/s, m]
+        self._size = 0.0  # largest radius so far [m]
+        self._balls, self._memory = make_balls(np.zeros(0, np.uint8), self.pos, self.vel), make_memory(0)
+        self._solids, self._sides = SolidsBuilder().solids, [0, 0]
+        self._resting: FloatArray | None = None  # pull, spin, turn and belt as the balls came to rest
+        self._bodies = records(BODY, 2)  # box, and belt; what carries has an angular acceleration
+        for name, value in {"is_active": 1, "carries": 1, "mass": _HEAVY, "inertia": _HEAVY, "reach": _REACH}.items():
+            self._bodies[name] = value
+        self._bodies["principal"] = np.eye(3)
 
     # --- contents ---------------------------------------------------------------------------------------------------
 
@@ -149,9 +155,10 @@ class Hopper:
         rows = {slot: row for row, slot in enumerate(self.slots)}
         placed = [number for number, slot in enumerate(slots) if slot in rows]
         kept = [rows[slots[number]] for number in placed]
+        self.is_jammed = self.is_jammed and len(kept) > 1
         pos, vel = np.zeros((len(slots), 3)), np.zeros((len(slots), 3))
         pos[placed], vel[placed] = self.pos[kept], self.vel[kept]
-        self.is_jammed = self.is_jammed and len(kept) > 1
+        self._set_balls(sizes, list(slots), placed, kept)
         for number, slot in enumerate(slots):
             if slot in rows:
                 continue
@@ -167,10 +174,9 @@ class Hopper:
                 vel[number, self._inlet[0]] = -_ENTRY * self._inlet[1]
             placed.append(number)
         self.slots, self.pos, self.vel, self.radius = list(slots), pos, vel, sizes
-        center = 0.5 * (self._low + self._high)
-        low, high = np.minimum(self._low + sizes[:, None], center), np.maximum(self._high - sizes[:, None], center)
-        self._limits = low, high
-        self._innermost = np.minimum(self._sign * low[:, self._axis], self._sign * high[:, self._axis])
+        if len(slots) and sizes.max() > self._size:
+            self._size = float(sizes.max())
+            self._build()
 
     def room_at_inlet(self, size: float) -> int:
         """Return the number of balls of a given radius [m] that can enter side by side now."""
@@ -198,6 +204,81 @@ class Hopper:
         places[:, 2] = high[2]
         return places
 
+    def _set_balls(self, sizes: FloatArray, slots: list[int], placed: list[int], kept: list[int]) -> None:
+        """Make arrays for balls by their radii [m] and slots; those at `kept` until now are at `placed`."""
+        n, old, known = len(slots), self._balls, self._memory
+        balls = make_balls(np.full(n, AWAKE, np.uint8), np.zeros((n, 3)), np.zeros((n, 3)))
+        memory = make_memory(n)._replace(clock=known.clock)
+        balls.is_ball[:], balls.radius[:], balls.is_put[:] = 1, sizes, JUST_PUT
+        if n:
+            assert self._kinds is not None, "a hopper needs the balls of the match"
+            kinds = self._kinds()
+            balls.mass[:], balls.foam[:], balls.surface[:] = kinds.mass[slots], kinds.foam[slots], kinds.surface[slots]
+        balls.spin[placed], balls.is_put[placed] = old.spin[kept], JUST_PUT * old.is_put[kept]
+        # contacts with the box go on; those of balls with each other have keys by row, and begin again
+        memory.key[placed], memory.spring[placed] = known.key[kept], known.spring[kept]
+        memory.stamp[placed] = np.where(known.key[kept] >= 0, known.stamp[kept], -2)
+        self._balls, self._memory, self._resting = balls, memory, None
+
+    # --- box --------------------------------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        """Build the solids of box and belt for balls up to the largest radius so far."""
+        config, axis, builder = self.config, self._axis, SolidsBuilder()
+        across, up = 0 if axis == 1 else 1, 0 if axis == 2 else 2
+        middle = 0.5 * (self._low + self._high)  # a ball fits in every place of a box
+        low, high = np.minimum(self._low, middle - self._size), np.maximum(self._high, middle + self._size)
+        if axis < 2:
+            rise = math.tan(config.slope) * (high[axis] - low[axis])
+            high[2] = max(high[2], low[2] + rise + 2.0 * self._size / math.cos(config.slope))
+        deep = 2.0 * self._size + _THICK
+        least, most = low - deep, high + deep
+        half = 0.5 * config.outlet_width, 0.5 * (config.outlet_height or config.outlet_width)
+        place = config.outlet_place or (middle[across], low[2] + half[1] if up == 2 else middle[0])
+        plane = self._plane + (_EDGE if axis == 2 else 0.0)
+
+        def put(body: int, points: FloatArray) -> int:
+            rolling = _TREAD if body == 1 and config.belt is not None else WALL.rolling
+            surface = config.friction / FOAM.friction, WALL.restitution, rolling
+            return builder.add(Hull(points=points), (0.0, 0.0, 0.0), IDENTITY, surface, body=body)
+
+        def block(body: int, *bounds: tuple[int, int, float]) -> None:
+            """Add a block by bounds other than the outer ones: axis, 1 for a lower or -1 for an upper one, place."""
+            ends = least.copy(), most.copy()
+            for k, sign, end in bounds:
+                ends[sign < 0][k] = end
+            points = np.array(np.meshgrid(*zip(*ends, strict=True))).reshape(3, -1).T
+            if body == 1:
+                points[:, 2] += math.tan(config.slope) * (self._plane - self._sign * points[:, axis])
+            if (ends[0] < ends[1]).all():
+                put(body, points)
+
+        for k, sign in (*FACES.values(), (2, 1)):
+            if (k, sign) not in ((axis, self._sign), FACES["bottom"]):
+                block(0, (k, sign, (high if sign > 0 else low)[k]))
+        self._sides = []
+        for sign, end in ((1, high[across]), (-1, low[across])):
+            edge = place[0] + sign * half[0]
+            wide = max(sign * (end - edge), 0.0) + _EDGE
+            corners = np.zeros((2, 4, 3))
+            corners[:, :, axis] = self._sign * (plane + np.array((0.0, -math.tan(config.funnel) * wide, deep, deep)))
+            corners[:, :, across] = edge + sign * wide * np.array((0.0, 1.0, 1.0, 0.0))
+            corners[0, :, up], corners[1, :, up] = least[up], most[up]
+            self._sides.append(put(0, corners.reshape(-1, 3)))
+        block(0, (axis, self._sign, self._sign * (plane + 2.0 * self._size)))  # the feeder
+        for sign in (1, -1) if up == 0 or place[1] - half[1] > low[2] + _EDGE else (1,):
+            block(0, (axis, self._sign, self._sign * plane), (up, sign, place[1] + sign * half[1]))
+        on_box = builder.count
+        floor = (2, -1, low[2])
+        if axis < 2:
+            block(1, floor)
+        else:  # around the outlet
+            for k, edge, wide in ((across, place[0], half[0] + _STRIP), (up, place[1], half[1] + _STRIP)):
+                block(1, floor, (k, 1, edge + wide))
+                block(1, floor, (k, -1, edge - wide))
+        self._solids = builder.solids
+        self._bodies["first_solid"], self._bodies["last_solid"] = (0, on_box), (on_box, builder.count)
+
     # --- motion -----------------------------------------------------------------------------------------------------
 
     def advance(self, pull: Vector, spin: Vector, turn: Vector, belt_speed: float) -> bool:
@@ -205,198 +286,72 @@ class Hopper:
 
         Args:
             pull: Gravity minus the acceleration of the robot's origin, robot frame [m/s^2].
-            spin: Angular velocity of the robot, robot frame [rad/s].
+            spin: Angular velocity of the robot at the end of the tick, robot frame [rad/s].
             turn: Angular acceleration of the robot, robot frame [rad/s^2].
             belt_speed: Speed of the belt, positive toward the outlet [m/s].
 
         Returns:
             Whether the outlet has just jammed.
         """
-        if not self.slots or not all(map(math.isfinite, (*pull, *spin, *turn, belt_speed))):
+        if not self.slots or not np.isfinite(motion := np.array((*pull, *spin, *turn, belt_speed))).all():
             return False
-        s, a = (np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))) for x, y, z in (spin, turn))
-        fields = np.array(pull) - np.einsum("ij,kj->ik", self.pos, np.einsum("ij,jk->ik", s, s) + a)
-        fields -= 2.0 * np.einsum("ij,kj->ik", self.vel, s)
-        was_jammed, self.is_jammed = self.is_jammed, self._step(fields, belt_speed)
+        motion = np.minimum(np.maximum(motion, -_MOST), _MOST)
+        if self._resting is None or (np.abs(motion - self._resting) > _SAME).any():
+            self._resting = None
+            self._move(motion[:3], motion[3:6], motion[6:9], float(motion[9]))
+            if self._balls.still.min() > _STILL:
+                self.vel[:], self._resting = 0.0, motion
+        was_jammed, self.is_jammed = self.is_jammed, self._observe(motion[:3], float(motion[9]))
         return self.is_jammed and not was_jammed
 
-    def _step(self, pull: FloatArray, belt_speed: float) -> bool:
-        """Advance by one tick under accelerations (n, 3) [m/s^2]; return whether the outlet is jammed."""
-        h, grip = TICK / _STEPS, self.config.friction if abs(belt_speed) > _STANDS else _LEVER / (1.4 * self.radius)
-        drag = grip * np.maximum(0.0, -pull[:, 2])  # [m/s^2]; friction of balls on the floor
-        belt = belt_speed * self._belt
-        jammed = np.zeros(len(self.slots), dtype=np.bool_)
-        n, (i, j) = len(self.slots), self._pairs(pull)
-        ends, others, touch = np.concatenate((i, j)), np.concatenate((j, i)), self.radius[i] + self.radius[j]
-        for _ in range(_STEPS):
-            held = np.where(self._floor_depth(self.pos) > -_TOUCH * self.radius, drag, 0.0)
-            jammed = self._bridging(pull, held * np.sign(belt_speed))
-            vel = self.vel + h * pull
-            slip = belt - vel
-            slip[:, 2] = 0.0
-            size = np.sqrt(np.einsum("ij,ij->i", slip, slip))
-            vel += slip * np.minimum(1.0, h * held / np.maximum(size, 1e-9))[:, None]
-            np.maximum(np.minimum(vel, _FASTEST, out=vel), -_FASTEST, out=vel)
-            vel[jammed] = 0.0
-            pos = self.pos + h * vel
-            between = pos[i] - pos[j]
-            gap = np.sqrt(np.einsum("ij,ij->i", between, between))
-            deep = _SHARE * np.maximum(0.0, touch / np.maximum(gap, 1e-6) - 1.0)
-            away = deep[:, None] * between
-            gives = np.where(jammed[ends], 0.0, np.where(jammed[others], 1.0, 0.5))  # a jammed ball does not move
-            pos += _sums(ends, gives[:, None] * np.concatenate((away, -away)), n)
-            self._keep_inside(pos)
-            pos[jammed] = self.pos[jammed]
-            vel = (pos - self.pos) / h
-            rubs = np.where(deep > 0.0, _RUBBING * h, 0.0)[:, None] * (vel[j] - vel[i])
-            self.vel = vel + _sums(ends, np.concatenate((rubs, -rubs)), n)
-            self.pos = pos
-        return bool(jammed.any())
+    def _move(self, pull: FloatArray, spin: FloatArray, turn: FloatArray, belt_speed: float) -> None:
+        """Move the balls by the loop for one tick; arguments as in `advance`."""
+        balls, springs, bodies = self._balls, self._memory.spring[:, :, :3], self._bodies
+        gravity = math.sqrt(float((pull * pull).sum()))
+        x, y, z = (-pull / max(gravity, 1e-9)).tolist()
+        quat = np.array((y, -x, 0.0, 1.0 + z) if z > -1.0 + 1e-9 else (1.0, 0.0, 0.0, 0.0))  # turns pull downward
+        quat /= math.sqrt(float((quat * quat).sum()))
+        axes, spin = matrix(quat), spin - TICK * turn
+        balls.pos[:], balls.vel[:] = _turned(axes, self.pos), _turned(axes, self.vel + np.cross(spin, self.pos))
+        balls.spin[:], springs[:] = _turned(axes, balls.spin), _turned(axes, springs)
+        bodies["pos"], bodies["vel"], bodies["quat"] = 0.0, 0.0, quat
+        bodies["rate"], bodies["pull"] = _turned(axes, spin), _turned(axes, turn)
+        bodies["vel"][1] = _turned(axes, belt_speed * self._belt)
+        bodies["pos"][1] = -0.5 * TICK * bodies["vel"][1]
+        advance(_NO_ROBOTS, bodies, balls, self._memory, self._solids, Floor(gravity, False, 0.0, 0.0, 0.0, True), TICK)
+        axes = bodies["axes"][0].T
+        self.pos = _turned(axes, balls.pos)
+        self.vel = _turned(axes, balls.vel) - np.cross(_turned(axes, bodies["rate"][0]), self.pos)
+        balls.spin[:], springs[:] = _turned(axes, balls.spin), _turned(axes, springs)
 
-    def _pairs(self, pull: FloatArray) -> tuple[IntArray, IntArray]:
-        """Return the rows of all pairs of balls that could touch within a tick."""
+    def _observe(self, pull: FloatArray, belt_speed: float) -> bool:
+        """Return whether the outlet is jammed."""
+        if not self._is_bridged():
+            self._free_speed = self._free_way = 0.0
+            return False
+        grip = self.config.friction * max(0.0, -float(pull[2])) if belt_speed else 0.0
+        pulled = TICK * float((pull * self._out).sum())
+        driven = min(max(belt_speed - self._free_speed, -TICK * grip), TICK * grip)
+        self._free_speed = max(0.0, self._free_speed + pulled + driven)
+        self._free_way += TICK * self._free_speed
+        return self.is_jammed or self._free_way > 2.0 * _BLOCKED * self._size
+
+    def _is_bridged(self) -> bool:
+        """Return whether balls in contact with each other touch both sides of the outlet, and none is past it."""
+        key, is_now = self._memory.key, self._memory.stamp > self._memory.clock[0] - _STEPS
+        left, right = (((key == side) & is_now).any(axis=1) for side in self._sides)
+        if not (left.any() and right.any()) or self.at_outlet():
+            return False
         between = self.pos[:, None] - self.pos[None]
-        gap = np.sqrt(np.einsum("ijk,ijk->ij", between, between))
-        fastest = min(_FASTEST, float(np.abs(self.vel).max()) + TICK * float(np.abs(pull).max()))
-        reach = self.radius[:, None] + self.radius[None] + 2.0 * TICK * fastest
-        i, j = np.nonzero(np.triu(gap < reach, 1))
-        return i, j
-
-    def _keep_inside(self, pos: FloatArray) -> None:
-        """Move balls out of the outlet's edges, the floor and the walls."""
-        axis, sign = self._axis, self._sign
-        ahead, across, up, window = self._at_opening(pos)
-        rows = np.nonzero(ahead > self._fore - 2.0 * self.radius)[0]
-        if len(rows):
-            r, through = self.radius[rows], window[rows] & (ahead[rows] > -self.radius[rows])
-            for side in (1.0, -1.0):
-                normal, away = self._beside_outlet(ahead[rows], side * across[rows])
-                deep = np.maximum(0.0, r - away)
-                pos[rows, axis] += sign * deep * normal[0]
-                pos[rows, self._across] += side * deep * normal[1]
-                over = self._half[1] - side * up[rows]
-                away = np.hypot(ahead[rows], over)
-                deep = np.where(through, np.maximum(0.0, r / np.maximum(away, 1e-9) - 1.0), 0.0)
-                pos[rows, axis] += sign * deep * ahead[rows]
-                pos[rows, self._up] -= side * deep * over
-            for half, middle, along in zip(self._half, self._middle, (self._across, self._up), strict=True):
-                most = np.where(through & (ahead[rows] > 0.0), np.maximum(0.0, half - r), np.inf)  # inside the outlet
-                pos[rows, along] = np.minimum(np.maximum(pos[rows, along], middle - most), middle + most)
-        if axis != 2:
-            floor = np.maximum(0.0, self._floor_depth(pos))
-            pos[:, 2] += floor * math.cos(self.config.slope)
-            pos[:, axis] += sign * math.sin(self.config.slope) * floor
-        low, high = self._limits
-        outermost = np.where(window, self._plane + self.radius, self._plane - self.radius)  # stop at the feeder or wall
-        ahead = np.minimum(sign * pos[:, axis], np.maximum(outermost, self._innermost))
-        np.minimum(np.maximum(pos, low, out=pos), high, out=pos)
-        pos[:, axis] = sign * np.maximum(ahead, self._innermost)
-
-    def _beside_outlet(self, ahead: FloatArray, across: FloatArray) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
-        """Return the normal and distance [m] of the nearest wall, funnel or edge on one side of the outlet.
-
-        Args:
-            ahead: Distance of each ball through the outlet [m], shape (n,).
-            across: Distance of each ball from the outlet's center toward this side [m], shape (n,).
-        """
-        c, s = math.cos(self.config.funnel), math.sin(self.config.funnel)
-        out = across - self._half[0]
-        at_edge = out * c < ahead * s  # whether the edge is nearer than the wall
-        away = np.where(at_edge, np.hypot(ahead, out), -ahead * c - out * s)
-        size = np.maximum(away, 1e-9)
-        return (np.where(at_edge, ahead / size, -c), np.where(at_edge, out / size, -s)), away
-
-    def _at_opening(self, pos: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-        """Return the distances of balls through, across and up from the outlet's center [m], and whether they align."""
-        ahead = self._sign * pos[:, self._axis] - self._plane
-        across, up = pos[:, self._across] - self._middle[0], pos[:, self._up] - self._middle[1]
-        window: BoolArray = (np.abs(across) < self._half[0]) & (np.abs(up) < self._half[1])
-        return ahead, across, up, window
-
-    def _floor_depth(self, pos: FloatArray) -> FloatArray:
-        """Return the overlap of balls with the floor [m]; negative for balls above the floor."""
-        slope = self.config.slope
-        height = pos[:, 2] - self._low[2]
-        if slope:
-            height = height - math.tan(slope) * np.maximum(0.0, self._plane - self._sign * pos[:, self._axis])
-        depth: FloatArray = self.radius - height * math.cos(slope)
-        return depth
-
-    def _bridging(self, pull: FloatArray, drag: FloatArray) -> BoolArray:
-        """Return whether each ball is part of an arch that blocks the outlet, shape (n,).
-
-        Args:
-            pull: Gravity minus the acceleration of the robot at each ball [m/s^2], shape (n, 3).
-            drag: Acceleration of each ball by the belt, positive in the belt's direction [m/s^2], shape (n,).
-        """
-        held = np.zeros(len(self.slots), dtype=np.bool_)
-        ahead, across, up, _ = self._at_opening(self.pos)
-        rows = np.nonzero((ahead < 0.0) & (ahead > self._fore - 2.0 * self.radius) & (np.abs(up) < self._half[1]))[0]
-        if len(rows) < 2:
-            return held
-        reach = self.radius[rows] * (1.0 + _TOUCH)
-        ends = [self._beside_outlet(ahead[rows], side * across[rows]) for side in (1.0, -1.0)]
-        at_left, at_right = (np.nonzero(away < reach)[0].tolist() for _, away in ends)
-        for left in at_left:
-            for right in at_right:
-                i, j = int(rows[left]), int(rows[right])
-                apart, touch = self.pos[i] - self.pos[j], self.radius[i] + self.radius[j]
-                if i == j or abs(apart[self._up]) > 0.25 * touch or apart @ apart > ((1.0 + _TOUCH) * touch) ** 2:
-                    continue
-                between = (-self._sign * float(apart[self._axis]), -float(apart[self._across]))
-                driven = pull + drag[:, None] * self._belt
-                pulls = [(self._sign * float(driven[r, self._axis]), float(driven[r, self._across])) for r in (i, j)]
-                normals = [
-                    (float(n[row]), side * float(m[row]))
-                    for ((n, m), _), row, side in zip(ends, (left, right), (1.0, -1.0), strict=True)
-                ]
-                if arch_holds(normals, between, pulls, self.config.friction):
-                    held[[i, j]] = True
-        return held
+        touch = np.einsum("ijk,ijk->ij", between, between) < (self.radius[:, None] + self.radius[None] + _EDGE) ** 2
+        chain = connected_components(touch)[1]
+        return bool(np.isin(chain[left], chain[right]).any())
 
 
-def arch_holds(
-    normals: Sequence[tuple[float, float]],
-    between: tuple[float, float],
-    pulls: Sequence[tuple[float, float]],
-    friction: float,
-) -> bool:
-    """Return whether an arch of two balls holds: the balls touch each other, and each touches a wall or an edge.
-
-    Each ball, of equal mass, has two contacts. By torque balance, both contacts have the same friction force T; the
-    force balance of two balls in two directions gives T and the three normal forces. The arch holds if all normal
-    forces are positive and T <= mu N at each contact.
-
-    Args:
-        normals: Unit normal from the wall or edge to each ball, in the plane through and across the outlet.
-        between: Vector from the first ball to the second ball [m].
-        pulls: External force per mass on each ball [m/s^2].
-        friction: Coefficient of friction mu [-].
-
-    Example: Two balls side by side at an opening of 1.5 diameters, pulled through the opening and away from it.
-
-    >>> edges = ((-0.866, -0.5), (-0.866, 0.5))
-    >>> [arch_holds(edges, (0.0, -2.0), (pull, pull), 0.5) for pull in ((1.0, 0.0), (-1.0, 0.0))]
-    [True, False]
-    """
-    length = math.hypot(*between)
-    if length < 1e-9:
-        return False
-    bx, by = between[0] / length, between[1] / length
-    (px, py), (qx, qy) = normals
-    # columns: normal forces at both ends and between the balls, friction
-    rows = np.array((
-        (px, 0.0, -bx, py + by), (py, 0.0, -by, -px - bx), (0.0, qx, bx, qy - by), (0.0, qy, by, -qx + bx)
-    ))  # fmt: skip
-    if abs(float(np.linalg.det(rows))) < 1e-6:
-        return False
-    *presses, rubs = np.linalg.solve(rows, -np.array(pulls).ravel()).tolist()
-    return bool(min(presses) > 0.0 and abs(rubs) <= friction * min(presses))
-
-
-def _sums(rows: IntArray, vectors: FloatArray, n: int) -> FloatArray:
-    """Sum vectors by their row numbers, from 0 to n - 1; return the sums, shape (n, 3)."""
-    return np.stack([np.bincount(rows, vectors[:, axis], n) for axis in range(3)], axis=1)
+def _turned(axes: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return vectors turned by a rotation matrix, shape (..., 3)."""
+    turned: FloatArray = np.einsum("ij,...j->...i", axes, vectors)
+    return turned
 
 
 def _clearances(candidates: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:

@@ -27,7 +27,7 @@ _DEPLOYED = 0.8  # [-]; fraction of the travel to the hard stop beyond which an 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntakeZone:
-    """Box in the robot frame (x forward, y left, z up from the floor), which contains a piece if the center is inside.
+    """Box in the robot frame (x forward, y left, z up from the floor) that contains a piece by the piece's center.
 
     >>> zone = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
     >>> zone.contains(np.array([[-0.4, 0.0, 0.075], [0.4, 0.0, 0.075]])).tolist()
@@ -76,7 +76,7 @@ class IntakeZone:
         return BoxZone(*self.corners).contains(pos_robot)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Return whether each piece is in the box or passed through it since the last tick.
+        """Return whether each piece is in the box or passed through the box since the last tick.
 
         Paths are straight lines in the robot frame, so a moving robot and a moving piece count alike.
 
@@ -115,6 +115,9 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
 
     Returns:
         Positions, robot frame [m], shape (n, 3).
+
+    Raises:
+        ConfigError: If the quaternion is not a unit quaternion.
     """
     x, y, z, w = (float(c) for c in robot_rotation)
     if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
@@ -133,7 +136,7 @@ class StoppedMotion(MechanismMotion, Protocol):
 
 
 def is_deployed(position: float, stops: tuple[float, float], deployed_at: Literal["upper", "lower"]) -> bool:
-    """Return whether a mechanism at `position` [rad] is near the hard stop for the deployed state."""
+    """Return whether `position` [rad] is in the last fifth of the travel to the stop `deployed_at`."""
     low, high = stops
     fraction = (position - low) / (high - low)
     return fraction > _DEPLOYED if deployed_at == "upper" else fraction < 1.0 - _DEPLOYED
@@ -146,7 +149,7 @@ class IntakeConfig:
     zone: IntakeZone
     """Zone in the robot frame, or in the frame after the last of `joints`."""
     roller: str | None = None
-    """Mechanism that pulls pieces in; None for an intake that takes every piece in the zone."""
+    """Mechanism of the roller that pulls pieces in; None for an intake that takes pieces without a roller."""
     roller_speed: float = math.tau
     """Roller speed above which the intake takes pieces [rad/s]."""
     roller_reversed: bool = False
@@ -158,7 +161,7 @@ class IntakeConfig:
     joints: tuple[Joint, ...] = ()
     """Joints that move the zone; empty for a zone fixed to the robot."""
     stretch: Joint | None = None
-    """Sliding joint whose travel from the retracted position extends the zone; None for a zone of constant size."""
+    """Slide joint whose travel from shaft angle zero extends the zone; None for a zone of constant size."""
     storage: str = ""
     """Name of the storage that the intake fills; empty for the robot's first storage."""
     kinds: tuple[str, ...] = ()
@@ -198,7 +201,7 @@ class Intake:
 
     @property
     def is_active(self) -> bool:
-        """Whether the intake is deployed and its roller pulls pieces in."""
+        """Whether the intake is deployed and the roller, if any, turns faster than `roller_speed` to pull pieces in."""
         c = self.config
         if c.roller is not None:
             forward = self._mechanisms[c.roller].velocity
@@ -239,12 +242,12 @@ class Intake:
         return on_part(self._part_before or part, middle), on_part(part, middle), radius
 
     def pass_tick(self) -> None:
-        """Record the zone's pose in a tick without pieces to test."""
+        """Record the zone's current pose in a tick without pieces to test."""
         if self.config.joints:
             self._part_before = part_pose(self.config.joints, self._mechanisms)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Return whether the intake takes each piece: the piece is in the zone or passed through it in this tick.
+        """Return whether the intake takes each piece: those in the zone, and those that passed through in this tick.
 
         Call either this or `pass_tick` once per tick.
 

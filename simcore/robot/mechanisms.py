@@ -139,7 +139,7 @@ class ShaftSim:
 
     @property
     def position(self) -> float:
-        """Angle of the mechanism [rad]."""
+        """Angle of the mechanism's shaft [rad]."""
         return float(self._position[0])
 
     @position.setter
@@ -148,7 +148,7 @@ class ShaftSim:
 
     @property
     def velocity(self) -> float:
-        """Angular velocity of the mechanism [rad/s]."""
+        """Angular velocity of the mechanism's shaft [rad/s]."""
         return float(self._speed[0])
 
     @velocity.setter
@@ -162,17 +162,17 @@ class ShaftSim:
 
     @property
     def motor_output(self) -> tuple[float, float]:
-        """Voltage [V] and current [A] of each motor at the end of the last step."""
+        """Voltage [V] and stator current [A] of each motor at the end of the last step."""
         return float(self.record["volts"][0]), float(self.record["current"][0])
 
     @property
     def current(self) -> float:
-        """Total stator current of all motors, averaged over the last step [A]."""
+        """Total stator current of all motors, averaged over the last call of `step` or of the loop [A]."""
         return float(self.record["mean_current"][0])
 
     @property
     def supply_current(self) -> float:
-        """Total supply current of all motors, averaged over the last step [A]; negative while regenerating."""
+        """Total supply current of all motors, averaged like `current` [A]; negative while regenerating."""
         return float(self.record["mean_supply"][0])
 
     @property
@@ -197,7 +197,7 @@ class ShaftSim:
         self._mode[0], self._value[0], self._brakes[0] = VOLTS, volts, 1
 
     def set_duty_cycle(self, share: float) -> None:
-        """Apply a duty cycle, -1 to 1, from the next step on; zero brakes.
+        """Apply a duty cycle, clamped to -1..1, from the next step on; zero brakes.
 
         Raises:
             NonFiniteError: If `share` is NaN or infinite.
@@ -211,7 +211,7 @@ class ShaftSim:
         return float(self.record["request"]["load"][0])
 
     def set_load(self, torque: float) -> None:
-        """Apply an external torque [N m], positive along positive motion, from the next step on."""
+        """Apply an external torque [N m] to the mechanism, positive along positive motion, from the next step on."""
         self.record["request"]["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
 
     def keep_limits(self, stator: float, supply: float) -> None:
@@ -226,7 +226,7 @@ class ShaftSim:
         request["mode"], request["value"], request["brakes"] = NEUTRAL, 0.0, 0
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
-        """Set position [rad] and velocity [rad/s], and command zero volts."""
+        """Set position [rad], clamped to the stops, and velocity [rad/s], and command zero volts."""
         position = checked_number(f"{type(self).__name__}: position", position)
         velocity = checked_number(f"{type(self).__name__}: velocity", velocity)
         lower, upper = self.stops
@@ -236,11 +236,11 @@ class ShaftSim:
         record["mean_current"] = record["mean_supply"] = 0.0
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Advance a mechanism without a robot by `dt` at the commanded voltage.
+        """Advance a mechanism without a robot by `dt`, with the last command: voltage, duty cycle, coast or servo goal.
 
         Args:
             dt: Duration, split into steps of at most 1 ms [s].
-            battery_voltage: Limit on the motors' voltage, in both directions [V].
+            battery_voltage: Voltage at full duty cycle and largest motor voltage [V]; not used by pistons and servos.
 
         Raises:
             ConfigError: If `dt` is not positive and finite, or the battery voltage is negative or not finite.
@@ -274,7 +274,7 @@ class ArmConfig:
     gravity: float = GRAVITY
     """Gravitational acceleration [m/s^2]; 0 for an arm that turns about a vertical axis."""
     spring_share: float = 0.0
-    """Fraction of the gravity torque that springs balance, equal at all angles [-]."""
+    """Fraction of the gravity torque that springs balance, independent of the angle [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -298,7 +298,7 @@ class ArmConfig:
 
     @property
     def weight_torque(self) -> float:
-        """Torque on the motors while the arm is horizontal [N m]."""
+        """Gravity torque about the joint while the arm is horizontal, less the share of the springs [N m]."""
         return self.mass * self.gravity * self.center_of_mass * (1.0 - self.spring_share)
 
     @property
@@ -308,7 +308,7 @@ class ArmConfig:
 
 
 class ArmSim(ShaftSim):
-    """Single-jointed arm: J dw/dt = motor - m g c cos(angle) + load."""
+    """Single-jointed arm: J dw/dt = motor + load - friction - (1 - spring_share) m g c cos(angle), all torques."""
 
     __slots__ = ("config",)
 
@@ -325,7 +325,7 @@ class ArmSim(ShaftSim):
 
     @property
     def holding_volts(self) -> float:
-        """Voltage that holds the arm at its current angle against gravity [V]."""
+        """Voltage that holds the arm at the current angle against gravity, without help by friction [V]."""
         return self.gearbox.holding_volts(float(self.record["model"]["weight_torque"][0]) * math.cos(self.position))
 
 
@@ -381,7 +381,7 @@ class ElevatorConfig:
 class ElevatorSim(ShaftSim):
     """Elevator; `position` is the angle of the drum, `height` the height of the carriage.
 
-    Steps are exact, because gravity is constant.
+    Gravity is constant, so a step at constant voltage is exact.
     """
 
     __slots__ = ("_radius", "_weight_torque", "holding_volts")
@@ -398,7 +398,7 @@ class ElevatorSim(ShaftSim):
         self._radius = radius
         self._weight_torque = config.weight_torque
         self.holding_volts = config.gearbox.holding_volts(self._weight_torque)
-        """Voltage that holds the carriage against gravity [V]."""
+        """Voltage that holds the carriage against gravity, without help by friction [V]."""
         self.set_load(0.0)
 
     def set_load(self, torque: float) -> None:
@@ -417,7 +417,7 @@ class ElevatorSim(ShaftSim):
 
     @property
     def speed(self) -> float:
-        """Velocity of the carriage, positive upward [m/s]."""
+        """Velocity of the carriage, positive up [m/s]."""
         return self.velocity * self._radius
 
 
@@ -517,7 +517,7 @@ class RollerConfig:
 
 
 class RollerSim(ShaftSim):
-    """Motor-driven roller; `set_load` applies the load of compressed pieces."""
+    """Motor-driven roller; `set_load` can apply the torque of compressed pieces."""
 
     __slots__ = ("radius",)
 
@@ -661,7 +661,7 @@ class ServoConfig:
 
 
 class ServoSim(ArmSim):
-    """Servo whose internal controller drives it to `goal`; without a signal the servo holds its position.
+    """Servo with an internal controller that drives the servo to `goal`; without a signal the servo holds its position.
 
     The controller is proportional, with the highest gain that does not overshoot: (volts / speed) / (4 tau) for a motor
     with the time constant tau. The last 4 tau of a motion are slower.
@@ -749,16 +749,16 @@ def guessed_shaft(
     weight: float = 0.0,
     arm: tuple[float, float] | None = None,
 ) -> ShaftSim:
-    """Build a shaft from controller gains; a shaft with weight starts at rest on a hard stop.
+    """Build a shaft from a controller's gains; a shaft with weight starts at rest on a hard stop.
 
     A shaft whose weight pulls up (negative kG: a spring, or a position that counts down) starts on the upper stop.
 
     Args:
         gearbox: Motors and gears.
-        static: kS [V]; 0 if not tuned, for the default friction.
-        kv: kV, consistent with `ka`; the time constant is ka / kv, or 50 ms if either is not tuned.
-        ka: kA, consistent with `kv`.
-        weight: kG, for an arm at the horizontal [V].
+        static: Gain kS [V]; 0 for the default friction of a controller without kS.
+        kv: Gain kV, in the velocity unit of `ka`; the time constant is ka / kv, or 50 ms if either gain is 0.
+        ka: Gain kA, in the velocity unit of `kv`.
+        weight: Gain kG, for an arm at the horizontal [V]; 0 for a shaft without weight or stops.
         arm: Lower stop and initial angle of an arm [rad]; None for a load that does not depend on the angle.
     """
     friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
@@ -787,7 +787,7 @@ def guessed_shaft(
 
 
 def place_text(mechanism: ShaftSim, position: float) -> str:
-    """Format a position [rad] in the usual unit of the mechanism's type."""
+    """Format a shaft position [rad]: as degrees for an arm, meters for an elevator or rack, and turns otherwise."""
     if isinstance(mechanism, ArmSim):
         return f"{math.degrees(position):.0f} deg"
     if isinstance(mechanism, ElevatorSim | RackSim):

@@ -1,7 +1,7 @@
 """Placers: claws or roller pairs at the end of arms and elevators that hold and release a single game piece.
 
-A held piece moves with the placer. A released piece keeps its position and velocity at the release, and the engine
-moves it from then on.
+A held piece moves with the placer. A released piece starts with the position and velocity at the release, and the world
+moves the piece from then on.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class PlacerConfig:
             handover=(ROBOT_PLACE,) * 3,
         )
         if self.handover is not None and not self.from_storage:
-            raise ConfigError("PlacerConfig: handover is where a storage hands pieces on; set from_storage, too")
+            raise ConfigError("PlacerConfig: handover is where a storage hands over pieces; set from_storage, too")
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:
@@ -90,20 +90,23 @@ class Placer:
 
     @property
     def takes(self) -> bool:
-        """Whether the placer is empty and its roller pulls pieces in."""
+        """Whether the placer is empty and the roller turns forward faster than `take_speed`.
+
+        With `passes_through`, the roller must also have stopped since the last take or release.
+        """
         if self.piece is not None or (self.config.passes_through and not self._has_stopped):
             return False
         return self._mechanisms[self.config.roller].velocity > self.config.take_speed
 
     @property
     def is_at_handover(self) -> bool:
-        """Whether a storage can hand a piece to the placer at its current position."""
+        """Whether a storage can hand a piece to the placer at the placer's current position."""
         place = self.config.handover
         return self.config.from_storage and (place is None or bool(self.captured(np.array([place]))[0]))
 
     @property
     def releases(self) -> bool:
-        """Whether the placer holds a piece and its roller pushes the piece out."""
+        """Whether the placer holds a piece and the roller turns in a direction that releases the piece."""
         if self.piece is None:
             return False
         velocity = self._mechanisms[self.config.roller].velocity
@@ -112,7 +115,7 @@ class Placer:
         return velocity < -self.config.release_speed
 
     def note_roller(self) -> None:
-        """Record whether the roller has stopped since the last take or release; call once per tick."""
+        """Record whether the roller has been slow since the last take or release; call once per tick."""
         slow = min(self.config.take_speed, self.config.release_speed)
         if abs(self._mechanisms[self.config.roller].velocity) < slow:
             self._has_stopped = True

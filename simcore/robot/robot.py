@@ -65,7 +65,7 @@ class SwerveOdometry:
         Args:
             pose: New pose, field frame [m, m, rad].
             distances: Current readings of the drive encoders [m], shape (n,); None for zeros.
-            gyro_yaw: Current yaw reading of the gyro [rad]; None if it equals the heading of `pose`.
+            gyro_yaw: Current yaw reading of the gyro [rad]; None for a reading equal to the heading of `pose`.
 
         Raises:
             ConfigError: If an argument is invalid or the number of distances is not the number of modules; the estimate
@@ -131,7 +131,7 @@ class MassBalance:
       recoil.
     - Mass that moves within the robot changes neither linear nor angular momentum: an arm that extends slows a turn.
       The model ignores the reaction on the body while the arm accelerates and decelerates.
-    - Pieces that people put in or take out have the velocity of the robot.
+    - Pieces that the drive team puts in or takes out have the velocity of the robot.
 
     Args:
         body: Robot without moving masses; see `RobotConfig.bare_body`.
@@ -211,7 +211,7 @@ class MassBalance:
         ox, oy, oz = rotate(c.quat, old.center)
         (vx, vy, vz), (wx, wy, wz) = c.vel, c.rate
         known = old.mass + plain_sum(mass for mass, _, _ in exchanged)
-        if abs(new.mass - known) > _MASS_BIT:  # people put a piece in or took one out
+        if abs(new.mass - known) > _MASS_BIT:  # the drive team put a piece in or took one out
             px, py, pz = rotate(c.quat, new.center)
             px, py, pz = px - ox, py - oy, pz - oz
             return (vx + wy * pz - wz * py, vy + wz * px - wx * pz, vz + wx * py - wy * px), c.rate
@@ -243,10 +243,10 @@ class NamedMechanisms(dict[str, ShaftSim]):
 
 
 class RobotDevices(Protocol):
-    """Motor controllers and sensors in the robot code that drives a robot."""
+    """Motor controllers and sensors of the robot code that drives a robot."""
 
     def step(self, h: float, yaw_rate: float) -> None:
-        """Read the supply voltage and command mechanisms and drivetrain, before these move.
+        """Read the supply voltage, and command mechanisms and drivetrain for the coming motion.
 
         Args:
             h: Duration of the coming motion, at most 5 ms [s].
@@ -255,12 +255,12 @@ class RobotDevices(Protocol):
         ...
 
     def write(self) -> None:
-        """Update the sensors, after a part of a tick."""
+        """Update the sensor readings in robot code after a part of a tick."""
         ...
 
 
 class Robot:
-    """One robot; robots share only the world.
+    """Robot with all parts and devices; several robots share only the world.
 
     Args:
         world: World that contains the robot.
@@ -305,10 +305,10 @@ class Robot:
         self.gyro = Gyro(built.gyro, rng)
         self.odometry = SwerveOdometry(drivetrain.positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
-        self.storage = Storage(config.storage)
+        self.storage = Storage(config.storage, lambda: world.balls.balls)
         """First storage of the robot."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
-        self._storages |= {c.name: Storage(c) for c in config.more_storages}
+        self._storages |= {c.name: Storage(c, lambda: world.balls.balls) for c in config.more_storages}
         self.storages = list(dict.fromkeys(self._storages.values()))
         """All storages, in order, beginning with `storage`."""
         self._hoppers = [storage for storage in self.storages if storage.hopper is not None]
@@ -334,9 +334,9 @@ class Robot:
         self.brownouts = BrownoutLog(number, self.battery, self._consumers)
         """Log of brown-outs."""
         self.setpoints: dict[str, float] = {}
-        """Setpoints of closed loops, by telemetry name of mechanism and quantity, for example `HoodPositionRot`."""
+        """Setpoints of closed loops, by mechanism and quantity in a telemetry name, for example `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
-        """Setpoints of robot code for the swerve modules, as in `SwerveDrive.module_setpoints`; None if not set."""
+        """Speed [m/s] and steer angle [rad] that robot code sets for each module, shape (n, 2); None if not set."""
         self.estimated_pose: tuple[float, float, float] | None = None
         """Pose estimate of robot code's drivetrain, field frame [m, m, rad]; None to use `odometry` instead."""
         self.require_place: Callable[[Pose], object] | None = None
@@ -352,7 +352,7 @@ class Robot:
     # --- sensors and drivetrain ---------------------------------------------------------------------------------
 
     def reset(self, pose: Pose, *, believed: Pose | None = None) -> None:
-        """Place the robot at rest and set gyro and odometry to the new pose.
+        """Place the robot at rest, reset drivetrain and battery, and set gyro and odometry to the new pose.
 
         To change only the pose estimate, call `odometry.reset`.
 
@@ -371,13 +371,14 @@ class Robot:
         self._note_put(pose, believed, (pose if believed is None else believed)[2], "reset")
 
     def carry_to(self, pose: Pose, *, believed: Pose | None = None) -> None:
-        """Place the robot at rest with an unchanged gyro reading, as when a team carries it to a new pose.
+        """Place the robot at rest with an unchanged gyro reading, as if the drive team carried the robot to a new pose.
 
         Args:
             pose: New pose, field frame [m, m, rad].
             believed: Intended pose, to which odometry is set; None for `pose`.
 
         Raises:
+            NonFiniteError: If the pose is not finite; the robot is left unchanged.
             StartError: If the robot cannot stand at this pose; the robot is left unchanged.
         """
         if self.require_place is not None:
@@ -385,12 +386,12 @@ class Robot:
         self.put(pose, believed=believed)
 
     def put(self, pose: Pose, *, believed: Pose | None) -> None:
-        """Place the robot like `carry_to`, without a check of the pose."""
+        """Place the robot like `carry_to`, without the check that the robot can stand at the pose."""
         self.chassis.set_pose(*pose)
         self._note_put(pose, believed, self.gyro.yaw, "carried")
 
     def _note_put(self, pose: Pose, believed: Pose | None, yaw: float, reason: str) -> None:
-        """Reset gyro and odometry after a placement; `yaw` is the new gyro reading [rad]."""
+        """Reset gyro and odometry after a placement, and call `on_put`; `yaw` is the new gyro reading [rad]."""
         self.gyro.reset(yaw=yaw, true_yaw=pose[2])
         self.odometry.reset(pose if believed is None else believed, gyro_yaw=yaw)
         self._start = None if believed is None else (pose, believed)
@@ -427,11 +428,11 @@ class Robot:
             self.devices.write()
 
     def connect(self, devices: RobotDevices) -> None:
-        """Connect robot code's devices; they drive the robot from the next part of a tick on."""
+        """Connect the devices of robot code, which drive the robot from the next part of a tick on."""
         self.devices = devices
 
     def step_devices(self, h: float) -> None:
-        """Step climbers, robot code's devices and estimated mechanisms before a motion of h [s]."""
+        """Apply climber forces, and step robot code's devices and estimated mechanisms, before a motion of h [s]."""
         if self.climbers:
             self._let_climbers_push(h)
         if self.devices is not None:
@@ -456,7 +457,7 @@ class Robot:
     # --- mechanisms -----------------------------------------------------------------------------------------------
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Add a mechanism with estimated parameters, which is stepped with the others but draws no battery current."""
+        """Add a mechanism with estimated parameters; `step_devices` advances the mechanism without battery current."""
         self._estimated.append(mechanism)
 
     def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:
@@ -488,7 +489,7 @@ class Robot:
             placer.piece = None
 
     def forget_piece(self, slot: int) -> None:
-        """Remove a held piece from the robot, as if taken out by hand."""
+        """Remove a held piece from the storage or placer that holds the piece, as if taken out by hand."""
         for storage in self.storages:
             if slot in storage.pieces:
                 storage.pieces.remove(slot)
@@ -529,7 +530,7 @@ class Robot:
             storage.follow([float(radii[slot]) for slot in storage.pieces])
 
     def advance_hoppers(self, gravity: float) -> list[str]:
-        """Advance the pieces in hoppers by the last tick and return the names of storages that jammed in it.
+        """Advance the pieces in hoppers by the last tick, and return the names of the storages that jammed meanwhile.
 
         Args:
             gravity: Gravitational acceleration, downward [m/s^2].
@@ -551,7 +552,7 @@ class Robot:
         return jammed
 
     def begin_tick(self) -> None:
-        """Record motion and aim at the start of a tick, after intakes have processed the last tick."""
+        """Record the state at the start of a tick: motion, battery, aim of shooters and rollers of placers."""
         self._before = self._motion
         self.battery.begin_tick()
         for shooter in self.shooters:

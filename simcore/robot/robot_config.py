@@ -156,7 +156,7 @@ class RobotConfig:
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
-    """Limelights; their names must be unique in a match."""
+    """Limelights, whose names must be unique in a match."""
     components: tuple[ComponentConfig, ...] = ()
     """Parts with their own models, in the order of the model files."""
     moving_masses: tuple[MovingMass, ...] = ()
@@ -245,7 +245,7 @@ class RobotConfig:
 
     @property
     def bare_body(self) -> MassDistribution:
-        """Mass properties of the robot without its moving masses."""
+        """Mass properties of the robot without moving masses and pieces."""
         if not self.moving_masses:
             return self.whole
         start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
@@ -254,7 +254,7 @@ class RobotConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltRobot:
-    """Properties of an actual robot, which may differ from those in its `RobotConfig`."""
+    """Properties of a robot as built, which may differ from the nominal properties in the `RobotConfig`."""
 
     drivetrain: SwerveConfig | tuple[FixedWheelConfig, ...]
     """Drivetrain as built; the left and right side of a tank drive, or each wheel of a mecanum drive."""
@@ -266,7 +266,7 @@ class BuiltRobot:
 
     @classmethod
     def exactly(cls, config: RobotConfig) -> BuiltRobot:
-        """Return a robot that is exactly as in its config."""
+        """Return the properties of a robot that is built exactly as in the config."""
         drivetrain = config.drivetrain
         shafts = 4 if isinstance(drivetrain, MecanumConfig) else 2
         return cls(
@@ -295,11 +295,11 @@ class TippingLimit:
     sideways: float
     """Acceleration along y at which wheels lift [m/s^2]."""
     drivetrain: float
-    """Acceleration from rest that the drivetrain reaches at this mass [m/s^2]."""
+    """Acceleration from rest that the drivetrain reaches at this mass and 12 V [m/s^2]."""
 
 
 def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) -> TippingLimit:
-    """Compute the acceleration a at which a robot tips over its outer wheels: a h = g b.
+    """Compute the accelerations a at which a robot tips over the outer wheels, a h = g b, in the least stable position.
 
     h is the height of the center of mass, b the distance of the center of mass from the line of the outermost wheels.
     Storages and placers are full of the heaviest kind that they can hold.
@@ -345,7 +345,10 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
 def stored_kind(
     config: RobotConfig, storage: StorageConfig, kinds: Sequence[GamePieceConfig]
 ) -> GamePieceConfig | None:
-    """Return the heaviest kind that intakes can put into a storage; None if there is no such kind."""
+    """Return the heaviest kind that intakes can put into a storage, or of all kinds if no intake fills the storage.
+
+    Return None if there is no such kind.
+    """
     names = (storage.name, "") if storage is config.storage else (storage.name,)
     users = [intake for intake in config.intakes if intake.storage in names]
     allowed = [] if any(not one.kinds for one in users) else [kind for one in users for kind in one.kinds]

@@ -158,9 +158,9 @@ class ShooterConfig:
         return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
 
     def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
-        """Return the surface speed of a piece by its spin, for one piece or n pieces [m/s].
+        """Return the surface speed that the spin gives to a piece, for one piece or n pieces [m/s].
 
-        Along a fixed hood the piece rolls. Between two wheels its surface moves with the rims.
+        Along a fixed hood the piece rolls. Between two wheels the surface of the piece moves with the rims.
 
         Args:
             exit_speed: Exit speed [m/s].
@@ -175,7 +175,7 @@ class ShooterConfig:
         self, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], *, wheel_speeds: Sequence[float | FloatArray],
         radius: float | FloatArray, barrel: int | IntArray = 0, spin: float | FloatArray = 1.0,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
-        """Compute the motion of pieces at launch, for one piece or n pieces; see `launch_state`.
+        """Compute position, velocity and spin of one piece or n pieces at launch; see `launch_state`.
 
         Args:
             aim: Aim of the shot.
@@ -256,7 +256,7 @@ class Shooter:
 
     @property
     def gate_open(self) -> bool:
-        """Whether the feeder delivers pieces to the wheels and the wheels turn fast enough."""
+        """Whether all `gate` mechanisms turn faster than `gate_speed` and the wheels than `min_wheel_speed`."""
         return min(self._gate_spares()) > 0.0
 
     @property
@@ -342,7 +342,7 @@ class Shooter:
         return PartState(pos=pos, quat=multiply(robot.quat, muzzle), vel=vel, rate=rate)
 
     def after_shot(self, mass: float, speed: float) -> None:
-        """Slow the wheels down by the momentum and spin of a launched ball.
+        """Reduce the wheel speeds by the momentum, spin and compression loss of a launched ball.
 
         A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gets the impulses J_lower and J_upper from the
         two sides: J_lower + J_upper = m v and (J_lower - J_upper) r = I w, so J = m v / 2 +- 0.2 m r w. Along a fixed

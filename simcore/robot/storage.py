@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError
+from simcore.loop.state import Balls
 from simcore.quantities import ATTITUDE, COUNT, ROBOT_PLACE, require_fields
 from simcore.robot.hopper import FACES, Hopper, HopperConfig
 from simcore.typing import FloatArray
@@ -26,7 +27,7 @@ _Layer = tuple[_Row, _Row]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageConfig:
-    """Config of a robot's space for game pieces."""
+    """Config of a storage: the space in a robot that holds game pieces."""
 
     name: str = ""
     """Name by which intakes and shooters refer to this storage; may be empty if the robot has no other storage."""
@@ -49,7 +50,10 @@ class StorageConfig:
         corner = (ROBOT_PLACE,) * 3
         require_fields(self, capacity=COUNT, low=corner, high=corner, attitude=ATTITUDE)
         if self.hopper is not None and self.order != "fifo":
-            raise ConfigError(f"StorageConfig: out of a hopper comes what is at its outlet, not order={self.order!r}")
+            raise ConfigError(
+                "StorageConfig: order must be 'fifo' with a hopper, which releases what is at its outlet, got "
+                f"{self.order!r}"
+            )
         for low, high in zip(self.low, self.high, strict=True):
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")
@@ -121,18 +125,22 @@ def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
 class Storage:
     """Storage of a robot and the pieces in it.
 
+    Args:
+        config: Config of the storage.
+        balls: Function that returns all balls of the match, by slot; needed for pieces in a hopper.
+
     >>> storage = Storage(StorageConfig(capacity=2))
     >>> storage.add([7, 8])
     >>> storage.take(), storage.room
     (7, 1)
     """
 
-    def __init__(self, config: StorageConfig) -> None:
+    def __init__(self, config: StorageConfig, balls: Callable[[], Balls] | None = None) -> None:
         self.config = config
         self.pieces: list[int] = []
         """Slots of the pieces in order of arrival."""
-        self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
-        """Simulation of the hopper; None if the storage is a plain queue."""
+        self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high, balls)
+        """Simulation of the hopper; None for a storage that is a plain queue."""
         self._radii: list[float] = []  # radii of the pieces for which `_places` was computed
         self._places: FloatArray = np.empty((0, 3))
 
@@ -165,7 +173,7 @@ class Storage:
         return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
-        """Match the hopper's contents to `pieces`; `radii` are the radii of these pieces [m]."""
+        """Match the contents of a hopper, if any, to `pieces`; `radii` are the radii of these pieces [m]."""
         if self.hopper is not None:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
@@ -173,7 +181,7 @@ class Storage:
         """Add pieces by slot.
 
         Raises:
-            CapacityError: If there is no room for all of the pieces; none is then added.
+            CapacityError: If there is no room for all of the pieces; no piece is then added.
         """
         if len(slots) > self.room:
             raise CapacityError(f"a storage of {self.config.capacity} has room for {self.room} more, got {len(slots)}")
@@ -187,7 +195,7 @@ class Storage:
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
 
     def take(self) -> int:
-        """Remove the next piece to leave and return its slot.
+        """Remove the next piece to leave, and return the slot of this piece.
 
         Raises:
             CapacityError: If no piece can leave now.
@@ -207,5 +215,5 @@ class Storage:
         self.follow([])
 
     def discard(self, slot: int) -> None:
-        """Remove a piece that left without `take`."""
+        """Remove a piece that left the storage without `take`, if the storage contains the piece."""
         self.pieces = [piece for piece in self.pieces if piece != slot]

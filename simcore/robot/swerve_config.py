@@ -84,7 +84,7 @@ class SwerveModuleConfig(WheelConfig):
     """Drive rotor turns per turn of the module while the wheel does not roll [-]."""
 
     steer_offset: float = 0.0
-    """Encoder error from poor zeroing: true steer angle minus reading, positive to the left [rad]."""
+    """Zeroing error of the steer encoder: true steer angle minus reading, counter-clockwise positive [rad]."""
 
     scrub_radius: float = 0.008
     """Mean radius of the contact patch that scrubs on the carpet during steering [m]; estimate, +-50 %."""
@@ -94,8 +94,8 @@ class SwerveModuleConfig(WheelConfig):
     .002 to .006."""
     drive_friction_volts: float = USUAL_FRICTION
     """Smallest voltage that turns the free wheel [V]; acts through the gears. SysId's kS is about 0.02 V more, because
-    of rolling resistance. A log of a real swerve drive (team 114, 2022) fits .21 to .22 best; CTRE's constants are .2
-    to .25, SysId results of three teams .32, .555 and .743 (with other gears, belts and treads)."""
+    of rolling resistance. A log of a real swerve drive (team 114, 2022) fits .21 to .22 best; SysId results of three
+    teams are .32, .555 and .743 (with other gears, belts and treads)."""
     steer_friction_volts: float = 0.2
     """Smallest voltage that turns the module in the air [V]."""
     drive_efficiency: float = 0.95
@@ -204,7 +204,7 @@ class SwerveConfig(DrivetrainConfig):
             raise ConfigError("swerve: modules must name at least one module, got none")
         object.__setattr__(self, "modules", tuple(self.modules))
         self.require_robot("swerve")
-        # Warnings are logged here instead of in each module, so that four equal modules give one warning.
+        # Warnings are logged here instead of in each module, so that four identical modules give one warning.
         remarks = _unusual("swerve", self, _USUAL_ROBOT)
         for module in self.modules:
             remarks += _unusual("swerve module", module, _USUAL_MODULE)
@@ -230,9 +230,7 @@ class SwerveConfig(DrivetrainConfig):
     def square(
         trackwidth: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
     ) -> SwerveConfig:
-        """Make a drivetrain with four equal modules in a square, in CTRE's order.
-
-        The order is front left, front right, back left, back right.
+        """Make a drivetrain with four identical modules in a square: front left, front right, back left, back right.
 
         Args:
             trackwidth: Distance between neighboring wheels [m].
@@ -253,7 +251,9 @@ class SwerveConfig(DrivetrainConfig):
         bumper: tuple[float, float] = (0.8, 0.8),
         height: float = 0.2,
     ) -> SwerveConfig:
-        """Make a drivetrain with four equal modules in a rectangle, in CTRE's order.
+        """Make a drivetrain with four identical modules in a rectangle.
+
+        The order of the modules is front left, front right, back left, back right.
 
         Args:
             wheelbase: Distance between front and back wheels [m].
@@ -274,5 +274,5 @@ class SwerveConfig(DrivetrainConfig):
         )
 
     def module_name(self, index: int) -> str:
-        """Return a module's name for messages."""
+        """Return the name of a module for messages, `module 0` and so on for a module without a name."""
         return self.modules[index].name or f"module {index}"

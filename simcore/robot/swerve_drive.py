@@ -47,7 +47,7 @@ class ModuleState:
 
 
 def desaturate(speeds: list[float], limit: float) -> list[float]:
-    """Scale all speeds by a common factor so that none exceeds the limit; the direction of travel is kept."""
+    """Scale all speeds [m/s] by a common factor so that no speed exceeds the limit; the direction of travel stays."""
     top = max(map(abs, speeds), default=0.0)
     if top <= limit:
         return speeds
@@ -62,18 +62,18 @@ def module_targets(
     limit: float,
     present: Sequence[float],
 ) -> tuple[list[float], list[float]]:
-    """Compute the speed and steer angle of every module for chassis speeds.
+    """Compute the wheel speed and steer angle of every module for robot-relative chassis speeds.
 
     Args:
         positions: Positions of the modules, robot frame [m].
         vx: Forward velocity [m/s].
         vy: Leftward velocity [m/s].
         omega: Yaw rate, counter-clockwise positive [rad/s].
-        limit: Top speed of a module [m/s]; if a module exceeds it, all speeds are scaled down.
+        limit: Top speed of a module [m/s]; if a module would exceed the limit, all speeds are scaled down.
         present: Current steer angles, which modules with zero speed keep [rad].
 
     Returns:
-        Speeds [m/s] and steer angles [rad].
+        Wheel speeds, not negative [m/s], and steer angles [rad].
     """
     speeds: list[float] = []
     angles: list[float] = []
@@ -106,7 +106,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
-            battery: Battery of the robot, stepped by the drive; None for a stiff 12 V supply.
+            battery: Battery of the robot; None for a stiff 12 V supply.
             built: Motors, wheels and encoders as actually built; None for the values in the config.
         """
         modules = config.modules if built is None else built.modules
@@ -170,7 +170,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command the duty cycle of every motor, -1 to 1; raises the same errors as `set_volts`."""
+        """Command the duty cycle of every motor, clamped to -1..1; raises the same errors as `set_volts`."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
         self._ask(DUTY, drive_, steer_)
@@ -185,7 +185,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(CURRENT, drive_, steer_, steer_mode=VOLTS)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
-        """Command the ground speed [m/s] and steer angle [rad] of each module by the on-board loops.
+        """Command the tread speed [m/s] and steer angle [rad] of each module by the on-board loops.
 
         Raises the same errors as `set_volts`.
         """
@@ -194,7 +194,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(TARGET, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops, limited to `max_speed`.
+        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops.
+
+        If a module would exceed `max_speed`, the speeds of all modules are scaled down.
 
         Raises:
             NonFiniteError: If a speed is NaN or infinite; the old command is kept.
@@ -216,7 +218,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
     ) -> None:
-        """Zero encoders and time, reset the battery, and set the wheels rolling at a chassis velocity.
+        """Zero drive encoders and time, reset the battery, command neutral, and let the wheels roll at a velocity.
 
         The velocity of the chassis itself does not change.
 
@@ -263,7 +265,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         return angles
 
     def motor_currents(self) -> dict[str, list[float]]:
-        """Return the stator currents of the `drive` and `steer` motors in the last inner step, in module order [A]."""
+        """Return the stator currents of the `drive` and `steer` motors in the last step, in module order [A]."""
         return {"drive": self.drive_motors.current, "steer": self.steer_motors.current}
 
     @property
@@ -298,7 +300,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def max_angular_accel(self) -> float:
-        """Largest yaw acceleration from rest, with wheels tangential [rad/s^2]; see `max_accel`."""
+        """Yaw acceleration from rest at a stiff 12 V, with the wheels tangential [rad/s^2]; see `max_accel`."""
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers

@@ -30,7 +30,7 @@ MOST_FRICTION = 3.0
 
 @dataclass(frozen=True, slots=True)
 class LimitedMotor:
-    """Constants of `count` equal motors on one shaft, referred to the shaft."""
+    """Constants of `count` identical motors on one shaft, referred to the shaft."""
 
     resistance: float
     """Resistance of one motor at full duty cycle [ohm]."""
@@ -64,7 +64,7 @@ class LimitedMotor:
         count: int = 1,
         free_speed_share: float = 1.0,
     ) -> LimitedMotor:
-        """Refer the constants of motors behind a gear to the shaft.
+        """Compute the constants of identical motors behind a gear, referred to the shaft.
 
         Args:
             model: Model of one motor.
@@ -93,7 +93,7 @@ class LimitedMotor:
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
-    """Compute the yaw moment of inertia of a uniform rectangle, m (a^2 + b^2) / 12 [kg m^2]."""
+    """Compute the yaw moment of inertia of a uniform rectangular plate, m (a^2 + b^2) / 12 [kg m^2]."""
     require("robot", "mass", mass, MASS)
     require_row("robot", "bumper (length and width)", (length, width), (ROBOT_LENGTH, ROBOT_LENGTH))
     return mass * (length * length + width * width) / 12.0
@@ -133,7 +133,7 @@ class DrivetrainConfig(RobotMass):
         return ()
 
     def require_robot(self, owner: str) -> None:
-        """Validate the fields of this class and compute `positions`; messages name `owner`."""
+        """Validate the fields of this class and compute `positions`; error messages name `owner`."""
         require_fields(
             self, owner, mass=MASS, yaw_inertia=INERTIA, center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT)
         )
@@ -163,14 +163,14 @@ class WheelConfig:
     slip_ratio: float = 0.01
     """Ratio of slip to rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
     slip_speed: float = 0.0004
-    """Slip speed at which a tire at rest begins to slide [m/s]; a robot parked on a 15 degree ramp creeps at 1/5 of
+    """Slip speed at which a tire at rest begins to slide [m/s]; a robot parked on a 15-degree ramp creeps at 1/5 of
     this speed."""
 
     def __post_init__(self) -> None:
         self.require_wheel("wheel")
 
     def require_wheel(self, owner: str) -> None:
-        """Validate the fields of this class; messages name `owner`."""
+        """Validate the fields of this class; error messages name `owner`."""
         require_fields(
             self,
             owner,

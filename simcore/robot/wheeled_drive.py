@@ -39,25 +39,25 @@ NOMINAL_VOLTAGE = 12.0
 
 @dataclass(frozen=True, slots=True)
 class DriveShaft:
-    """Shaft with the wheel of a swerve module, or with the row of wheels on one side of a tank drive."""
+    """Shaft that drives the wheel of a swerve module, one mecanum wheel, or the wheels on one side of a tank drive."""
 
     inertia: float
     """Moment of inertia of wheels, gears and rotors about the axle [kg m^2]."""
     motor: LimitedMotor
     radius: float
-    """Radius of the wheels [m]."""
+    """Radius of the wheels [m]; for a mecanum wheel, the radius times cos 45 degrees."""
     slip_ratio: float
     """Ratio of slip to rolling speed at which the tires begin to slide [-]."""
     slip_speed: float
     """Slip speed at which tires at rest begin to slide [m/s]."""
     wheels: tuple[int, ...]
-    """Rows of the wheels."""
+    """Indices of the wheels in `config.positions`."""
     grain: float = 1.0
-    """Ratio of friction across the treads to friction along the treads [-]."""
+    """Ratio of friction across the treads to friction along the treads [-]; 0 for mecanum rollers."""
 
     @staticmethod
     def of(wheel: WheelConfig, *, inertia: float, motor: LimitedMotor, wheels: tuple[int, ...]) -> DriveShaft:
-        """Build a shaft with wheels of one type; the other arguments are fields of the class."""
+        """Build a shaft with wheels like `wheel`; the other arguments are fields of the class."""
         return DriveShaft(
             inertia=inertia,
             motor=motor,
@@ -70,12 +70,15 @@ class DriveShaft:
 
 
 def free_speed(shaft: DriveShaft, wheels: Sequence[WheelConfig], loads: Sequence[float]) -> float:
-    """Compute the ground speed at which motor torque equals friction and rolling drag [m/s].
+    """Compute the wheel speed at which the motor torque at 12 V equals friction and rolling drag.
 
     Args:
         shaft: Shaft with motor, gears and wheel radius.
         wheels: All wheels of the robot.
         loads: Normal forces on all wheels [N].
+
+    Returns:
+        Angular velocity times wheel radius [m/s]; 0 if the motors cannot overcome friction and drag.
     """
     motor = shaft.motor
     drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
@@ -90,11 +93,11 @@ def launch_accel(
     arms: Sequence[float],
     inertia: float,
 ) -> float:
-    """Compute the acceleration from rest, straight ahead or in yaw.
+    """Compute the acceleration from rest at 12 V within the stator limits, straight ahead or in yaw.
 
     A shaft within the traction limit also accelerates its own rotor and wheels; a shaft at the limit pushes with mu N.
-    The acceleration determines which shafts are at the limit, so the function iterates; each shaft changes at most
-    once.
+    Friction and rolling drag reduce the acceleration. The acceleration determines which shafts are at the
+    limit, so the function iterates; each shaft changes at most once.
 
     Args:
         shafts: All drive shafts.
@@ -104,7 +107,7 @@ def launch_accel(
         inertia: Mass [kg] for linear acceleration, or yaw moment of inertia [kg m^2] for yaw.
 
     Returns:
-        Acceleration [m/s^2] or [rad/s^2].
+        Linear acceleration [m/s^2] or yaw acceleration [rad/s^2]; 0 if friction and drag exceed the thrust.
     """
     slipping = [False] * len(shafts)
     while True:
@@ -136,8 +139,9 @@ def launch_accel(
 def static_loads(robot: RobotMass) -> list[float]:
     """Compute the normal force on each wheel of a robot on level ground [N]; see `simcore.loop.tires.share_loads`."""
     wheels = records(WHEEL, len(robot.positions))
-    wheels["x"], wheels["y"] = zip(*robot.positions, strict=True)
-    wheels["is_lowered"][list(robot.lowered)] = 1
+    model = wheels["model"]
+    model["x"], model["y"] = zip(*robot.positions, strict=True)
+    model["is_lowered"][list(robot.lowered)] = 1
     share_loads(wheels, 0, len(wheels), robot.mass * GRAVITY, 0.0, 0.0)
     loads: list[float] = wheels["load"].tolist()
     return loads
@@ -147,7 +151,7 @@ ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
-    """Write the constants of a motor to the record of a shaft, shape (1,)."""
+    """Write the constants and current limits of a motor to the record of a shaft without stops, shape (1,)."""
     model, request = row["model"], row["request"]
     for name, value in {
         "emf": motor.emf,
@@ -168,7 +172,7 @@ def set_motor(row: Records, motor: LimitedMotor) -> None:
 
 
 class MotorReadout:
-    """Readings of the drive or steer motors in the last step, for one motor of each shaft."""
+    """Readings of all drive motors or all steer motors in the last step; lists have one motor of each shaft."""
 
     def __init__(self, drive: WheeledDrive[Any], rows: slice) -> None:
         self._drive, self._rows = drive, rows
@@ -188,7 +192,7 @@ class MotorReadout:
 
     @property
     def supply(self) -> list[float]:
-        """Supply current [A]; negative while regenerating."""
+        """Supply current [A]; negative while regenerating, 0 without bus voltage."""
         bus = self._drive.bus_voltage
         if bus <= 0.0:
             return [0.0] * len(self._column("volts"))
@@ -196,20 +200,20 @@ class MotorReadout:
 
     @property
     def heat(self) -> list[float]:
-        """Copper losses since the last reset, per shaft [J]."""
+        """Copper losses of one motor of each shaft since the last reset [J]."""
         return list((self._column("model")["winding"] * self._column("charge2")).tolist())
 
     @property
     def energy(self) -> float:
-        """Electrical energy of all motors since the last reset, the integral of V I [J]."""
+        """Electrical energy drawn by all motors since the last reset, the integral of V I [J]."""
         return float(self._column("energy").sum())
 
 
 class WheeledDrive(ABC, Generic[ConfigT]):
     """Base of `SwerveDrive`, `TankDrive` and `MecanumDrive`.
 
-    A drive has wheels, motors, a battery and encoders, but no pose. In a world, its records are part of the world's
-    arrays, and the world steps them.
+    A drive has wheels, motors, a battery and encoders, but no pose. In a world, the records of the drive are part
+    of the world's arrays, and the world steps them.
     """
 
     def __init__(
@@ -229,8 +233,11 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             battery: Battery of the robot; None for a stiff 12 V supply.
             wheels: Wheels in the order of `config.positions`.
             shafts: Shafts that turn the wheels; each wheel is on one shaft.
-            azimuths: Number of steered wheels; the steering records follow the shaft records.
+            azimuths: Number of steer shafts; their records follow the records of the drive shafts.
             radii: Nominal wheel radii, as assumed by robot code [m]; `shafts` have the true radii.
+
+        Raises:
+            ConfigError: If the wheels of a shaft do not have the same y coordinate.
         """
         self.config = config
         self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
@@ -258,17 +265,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             model["slip_ratio"], model["slip_speed"] = shaft.slip_ratio, shaft.slip_speed
             for k in shaft.wheels:
                 self._shaft_of_wheel[k] = g
-        for k, wheel in enumerate(wheels):
-            one = self.wheel_records[k : k + 1]
-            one["cof"], one["rolling"], one["shaft"] = (
-                wheel.wheel_cof,
-                wheel.rolling_resistance,
-                self._shaft_of_wheel[k],
-            )
-        self.wheel_records["is_lowered"][list(config.lowered)] = 1
-        robot = self.robot_record
-        robot["last_shaft"], robot["drive_shafts"] = len(self.shafts), len(shafts)
-        robot["last_wheel"], robot["request"]["is_enabled"] = self._wheels, 1
+        model = self.wheel_records["model"]
+        model["cof"] = [wheel.wheel_cof for wheel in wheels]
+        model["rolling"] = [wheel.rolling_resistance for wheel in wheels]
+        model["is_lowered"][list(config.lowered)] = 1
+        robot = self.robot_record["model"]
+        robot["last_shaft"], robot["drive_shafts"], robot["last_wheel"] = len(self.shafts), len(shafts), self._wheels
+        self.robot_record["request"]["is_enabled"] = 1
         cx, cy, _ = config.center_of_mass
         self._wheel_places = [(x + cx, y + cy) for x, y in config.positions]
         self._robot: RobotMass = config
@@ -280,7 +283,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def shaft_angles(self) -> FloatArray:
-        """Wheel angles of the drive shafts since the reset, continuous over turns [rad], shape (shafts,)."""
+        """Rotation of the drive shafts since the reset, at the wheel, continuous over turns [rad], shape (shafts,)."""
         angles: FloatArray = self.shafts["position"][: self._driven]
         return angles
 
@@ -292,7 +295,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def other_current(self) -> float:
-        """Current of all consumers other than the robot's motors [A]; may be set at any time."""
+        """Battery current of all consumers other than the robot's motors [A]; may be set at any time."""
         return float(self.robot_record["request"]["other_current"][0])
 
     @other_current.setter
@@ -301,7 +304,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def enabled(self) -> bool:
-        """Whether the robot is enabled; while it is disabled, all motors are in neutral."""
+        """Whether the robot is enabled; the motors of a disabled robot are in neutral."""
         return bool(self.robot_record["request"]["is_enabled"][0])
 
     @enabled.setter
@@ -316,7 +319,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     def set_mass_properties(self, mass: float, yaw_inertia: float, center_of_mass: Vector) -> None:
         """Set the robot's current mass properties, with held pieces and moving masses, from the next step on.
 
-        The nominal values that robot code and on-board loops use, `config` and speeds derived from it, stay unchanged.
+        The nominal values in `config`, which robot code and on-board loops use, and `max_speed` do not change.
 
         Args:
             mass: Mass of the whole robot [kg].
@@ -343,12 +346,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     def _stand(self, robot: RobotMass) -> None:
         """Write the wheel positions to the records and compute the static loads."""
-        self.wheel_records["x"], self.wheel_records["y"] = zip(*robot.positions, strict=True)
+        model = self.wheel_records["model"]
+        model["x"], model["y"] = zip(*robot.positions, strict=True)
         self.static_loads = static_loads(robot)
         """Normal force on each wheel while the robot stands on level ground [N]."""
 
     def _rest(self, shaft_speeds: Sequence[float]) -> None:
-        """Zero time and encoders, reset the battery, and set the speeds of the drive shafts [rad/s]."""
+        """Zero time, encoders and energy, reset the battery, command neutral, and set drive shaft speeds [rad/s]."""
         for name in ("position", "speed", "volts", "current", "supply", "energy", "charge2"):
             self.shafts[name] = 0.0
         self.shafts["request"]["mode"] = NEUTRAL
@@ -369,7 +373,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return float(self.robot_record["yaw_rate"][0])
 
     def set_requests(self, kinds: Sequence[int], values: Sequence[float]) -> None:
-        """Apply the outputs that motor controllers request, until the next call.
+        """Apply the voltages or duty cycles that motor controllers request, until the next command.
 
         Args:
             kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state` for each drive shaft, then each steer shaft.
@@ -408,7 +412,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @abstractmethod
     def motor_currents(self) -> dict[str, list[float]]:
-        """Return the stator current of every motor in the last step, by group [A]."""
+        """Return the stator current of every motor in the last step [A], by group, such as `drive` and `steer`."""
 
     @property
     @abstractmethod
@@ -416,24 +420,30 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Rotor turns per turn of the wheel or module for every motor, by the groups of `motor_currents` [-]."""
 
     def wheel_distances(self) -> list[float]:
-        """Return the distances rolled since the reset by the encoders, in the order of `config.positions` [m]."""
+        """Return the distance that each wheel has rolled since the reset, in the order of `config.positions` [m].
+
+        Distances are from the encoders and the nominal wheel radii, also for a wheel that slips.
+        """
         angles = self.shaft_angles.tolist()
         return [angles[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
     def wheel_speeds(self) -> list[float]:
-        """Return the tread speeds relative to the robot by the encoders, in the order of `config.positions` [m/s]."""
+        """Return the tread speed of each wheel relative to the robot, in the order of `config.positions` [m/s].
+
+        Speeds are from the encoders and the nominal wheel radii.
+        """
         speeds = self.shaft_speeds.tolist()
         return [speeds[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
     @property
     def normal_loads(self) -> list[float]:
-        """Normal force on each wheel, averaged over the last step [N]."""
+        """Mean normal force on each wheel in the last call of the loop [N]; static loads before the first call."""
         loads: list[float] = self.wheel_records["mean_load"].tolist()
         return loads if self.time > 0.0 else self.static_loads[:]
 
     @property
     def wheel_forces(self) -> FloatArray:
-        """Force of the ground on each wheel, robot axes, averaged over the last step [N], shape (n, 2)."""
+        """Mean horizontal force of the ground on each wheel in the last call, robot axes [N], shape (n, 2)."""
         return np.column_stack((self.wheel_records["mean_x"], self.wheel_records["mean_y"]))
 
     @property
@@ -453,22 +463,22 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def browned_out(self) -> bool:
-        """Whether outputs are off in a brown-out."""
+        """Whether motor outputs are off because of a brown-out or a reset of the roboRIO."""
         return self.battery.browned_out
 
     @property
     def supply_current(self) -> float:
-        """Supply current of the drivetrain in the last step [A]."""
+        """Supply current of all motors of the drivetrain in the last step [A]; negative while regenerating."""
         return float(self.shafts["supply"].sum())
 
     @property
     def electrical_energy(self) -> float:
-        """Electrical energy of all motors since the reset, the integral of V I [J]."""
+        """Electrical energy drawn by all motors since the reset, the integral of V I [J]."""
         return float(self.shafts["energy"].sum())
 
     @property
     def max_speed(self) -> float:
-        """Top speed straight ahead at 12 V, at which motor torque equals friction and rolling drag [m/s]."""
+        """Top speed straight ahead at 12 V, limited by the slowest shaft; see `free_speed` [m/s]."""
         return min(self._free_speeds)
 
     @property

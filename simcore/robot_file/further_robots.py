@@ -31,8 +31,8 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the gam
         "else the game's", [2.0, 5.5, 0.0]),
     Key("auto", str, None, "an auto of the game, by name; without auto, player and script it stands still"),
     Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
-    Key("script", str, None, '"module:function" next to this file: of (robot, time), or a generator of a ScriptedRobot',
-        "defense:defend"),
+    Key("script", str, None, '"module:function" next to this file: called with (robot, time), or a generator for a '
+        "ScriptedRobot", "defense:defend"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
 ))  # fmt: skip
 

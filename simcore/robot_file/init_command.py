@@ -238,12 +238,12 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
     project = robot_file.resolve().parent
     root = next((folder for folder in (project, *project.parents) if (folder / ".git").exists()), None)
     if root is None:
-        raise ConfigError(f"{project} is in no git repository: `git init` makes one")
+        raise ConfigError(f"{project} is not in a git repository: `git init` makes one")
     simcore = shared_requirement("phoenix6", "robotpy", source=source)
     if not simcore:
         raise ConfigError(
-            "simcore was installed from a folder of this computer, which GitHub cannot reach: say where it gets it, "
-            "as in `simcore init --ci --source git+https://...`, with the address of simcore's repository"
+            "simcore was installed from a folder of this computer, which GitHub cannot reach: say where GitHub gets "
+            "it, as in `simcore init --ci --source git+https://...`, with the address of simcore's repository"
         )
     path = root / ".github" / "workflows" / _WORKFLOW.name
     if path.exists() and not force:

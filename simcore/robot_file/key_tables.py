@@ -55,34 +55,34 @@ def read_toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path.name}: is not UTF-8 text; save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path.name}: is no valid TOML: {error}{_toml_hint(text)}") from error
+        raise ConfigError(f"{path.name}: is not valid TOML: {error}{_toml_hint(text)}") from error
 
 
 def _toml_hint(text: str) -> str:
     r"""Return a hint about a common mistake in a text that is not valid TOML; empty if no mistake is recognized.
 
     >>> _toml_hint("mass = 52,5  # weighed"), _toml_hint("mass = 52 kg"), _toml_hint("real = True")
-    ('; decimals take a point: 52.5', "; a unit is not written: 52 in place of '52 kg'", '; write true with a small t')
+    ('; decimals take a point: 52.5', "; leave out the unit: 52 in place of '52 kg'", '; write true with a small t')
     >>> _toml_hint('name = "feeder')
     '; a quote is not closed: name = "feeder'
     >>> _toml_hint("[sensor]\nid = 1\n[sensor]\nid = 2")
-    '; each of several tables has two brackets: [[sensor]]'
+    '; a table that comes several times needs two brackets: [[sensor]]'
     """
     value = r"^[^#\"'\[]*=\s*%s\s*(?:#.*)?$"
     if comma := re.search(value % r"(\d+),(\d+)", text, re.MULTILINE):
         return f"; decimals take a point: {comma[1]}.{comma[2]}"
     if unit := re.search(value % r"(([-\d.]+)\s*[a-zA-Z%\"']+)", text, re.MULTILINE):
-        return f"; a unit is not written: {unit[2]} in place of {unit[1]!r}"
+        return f"; leave out the unit: {unit[2]} in place of {unit[1]!r}"
     if word := re.search(value % "(True|False)", text, re.MULTILINE):
         return f"; write {word[1].lower()} with a small {word[1][0].lower()}"
     if path := re.search(r'"[^"\n]*\\[^"\n]*"', text):
-        return f"; a backslash stands for another letter: write {path[0].replace(chr(92), '/')}"
+        return f"; a backslash starts an escape sequence: write {path[0].replace(chr(92), '/')}"
     for line in text.splitlines():
         if line.partition("#")[0].count('"') == 1 and '"""' not in text:
             return f"; a quote is not closed: {line.strip()}"
     heads = re.findall(r"^\s*\[\[?(\w+)\]", text, re.MULTILINE)
     single = next((head for head in heads if heads.count(head) > 1 and f"\n[{head}]" in f"\n{text}"), "")
-    return f"; each of several tables has two brackets: [[{single}]]" if single else ""
+    return f"; a table that comes several times needs two brackets: [[{single}]]" if single else ""
 
 
 class Table:

@@ -73,7 +73,7 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one per s
     *_box("box in which held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
     Key("outlet", tuple(FACES), None, "side with the opening to the shooter: pieces fall, roll and jam in the box one "
         "by one; left out: they are a list", "front", needs=("outlet_width", "<m>")),
-    Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below two diameters two pieces can jam", 0.4,
+    Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below three diameters pieces can jam", 0.4,
         needs=_OUTLET),
     Key("outlet_height", ROBOT_LENGTH, None, "left out: equal to the width", 0.2, needs=_OUTLET),
     Key("outlet_place", (ROBOT_PLACE,) * 2, None, "its center: y and z, in the left or right side x and z, in "
@@ -88,7 +88,7 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one per s
     Key("funnel_deg", _LEAN, 0.0, "angle of the walls next to the outlet; 0: its corners are dead", field="funnel",
         needs=_OUTLET),
     Key("slope_deg", _LEAN, 0.0, "of the floor, down to an outlet in a wall", field="slope", needs=_OUTLET),
-    Key("friction", FRICTION, None, "of pieces on belt, edges and each other; left out: 0.4, foam on a wall", 0.4,
+    Key("friction", FRICTION, None, "of foam pieces on walls, floor and belt; left out: 0.4, foam on a wall", 0.4,
         needs=_OUTLET),
 ))  # fmt: skip
 INTAKE = KeyTable("[[intake]]", "takes in pieces in this box while the roller turns forward; one table per intake", (

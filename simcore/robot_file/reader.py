@@ -58,8 +58,8 @@ TOP = KeyTable("at the top", "for the whole file", (
 ROBOT = KeyTable("[robot]", "your robot", (
     Key("team", Quantity("", 1, 99_999, is_whole=True), None, "number on the bumpers; left out: the robot's in the "
         "match", 9999),
-    Key("models", str, None, "folder beside this file with Robot_... of AdvantageScope, drawn in pages; left out: what "
-        "this file describes is drawn", "ascope_assets"),
+    Key("models", str, None, "folder next to this file with AdvantageScope's Robot_..., drawn in pages; left out: "
+        "what this file describes is drawn", "ascope_assets"),
     Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
     Key("bumper_length", _BUMPER, None, "over the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
         needs=("bumper_width", "<m>")),
@@ -70,18 +70,19 @@ ROBOT = KeyTable("[robot]", "your robot", (
     Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height),
     Key("tread", Quantity("", 0.0, 10.0, is_open=True), _D.wheel_cof, "friction of the wheels on carpet, along them: "
         "1.83 new blue nitrile, 1.76 HiGrip (team 1640, tilting table); worn ones less", field="wheel_cof"),
-    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "friction across over that along: 0.73 and 0.97 in "
-        "the same test; left out: 1", 1.0),
+    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "friction across the wheels relative to that "
+        "along them: 0.73 and 0.97 in the same test; left out: 1", 1.0),
     Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, as SysId finds it: .32 to .74 V were "
-        "measured of swerves, .13 to 1.3 V of tanks; left out: your program's own kS, else 0.22, of a tank 0.65", 0.22),
-    Key("drive_efficiency", EFFICIENCY, None, "of the drive gears; left out: 0.95, of a tank 0.9", 0.95),
-    Key("right_efficiency", EFFICIENCY, None, "the same of a tank's right side; left out: as the left one's", 0.9),
-    Key("free_speed_share", SPEED_SHARE, None, "free speed of the drive over that of its motors' datasheet; left out: "
-        "1, of tanks on NEOs 0.885", 1.0),
+        "measured on swerves, .13 to 1.3 V on tanks; left out: your program's own kS, else 0.22, for a tank 0.65",
+        0.22),
+    Key("drive_efficiency", EFFICIENCY, None, "of the drive gears; left out: 0.95, for a tank 0.9", 0.95),
+    Key("right_efficiency", EFFICIENCY, None, "the same for a tank's right side; left out: as on the left", 0.9),
+    Key("free_speed_share", SPEED_SHARE, None, "free speed of the drive relative to its motors' datasheet; left "
+        "out: 1, for tanks on NEOs 0.885", 1.0),
     Key("battery_resistance", RESISTANCE, None, "of battery, breaker and cables [ohm]; left out: 0.02", 0.02),
-    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "the same of the steer motors; left out: 0.2", 0.2),
-    Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; .5 of Cordura and "
-        ".25 of sailcloth were measured (team 971); left out: 0.7", 0.7),
+    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "the same for the steer motors; left out: 0.2", 0.2),
+    Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; .5 for Cordura and "
+        ".25 for sailcloth were measured (team 971); left out: 0.7", 0.7),
     Key("drive_motor", MOTOR_NAMES, None, "left out: as the constants say, Kraken X60 with FOC", "Kraken X60"),
     Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
     Key("real", bool, False, "whether RobotBase.isReal() is true to your program, so that it builds the robot's motors "

@@ -373,8 +373,8 @@ def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> It
         full_speed = 3.0 * run.mechanism.inertia * box.resistance / (box.torque_per_amp * box.volts_per_speed)
         if full_speed > _SLOW:
             yield _note(
-                f"{run.name} takes {full_speed:.0f} s to its full speed: look at inertia ({run.mechanism.inertia:g} kg "
-                f"m^2) and gearing ({gearing:g})"
+                f"{run.name} takes {full_speed:.0f} s to reach full speed: look at inertia ({run.mechanism.inertia:g} "
+                f"kg m^2) and gearing ({gearing:g})"
             )
         if code is None:
             continue
@@ -386,7 +386,7 @@ def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> It
         if backward is not None and backward.soft_limit is not None and not backward.travel:
             limits = [f"{limit:.3g}" for limit in (code.lower_limit, code.upper_limit) if limit is not None]
             yield RobotFinding(
-                f"{run.name} goes neither way from where it starts: forward is its stop, backward the soft limit of "
-                f"robot code ({' to '.join(limits)} turns): does your code count the other way? write, or take out, "
+                f"{run.name} cannot move either way from where it starts: forward is its stop, backward the soft limit "
+                f"of robot code ({' to '.join(limits)} turns): does your code count the other way? add or remove "
                 "reversed = true"
             )

@@ -299,7 +299,7 @@ class RobotSettings:
             if said != (has.name if isinstance(has, MotorModel) else has):
                 raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
         if kind != "tank" and self.right_efficiency is not None:
-            raise ConfigError(f"{FILE_NAME} [robot]: right_efficiency is not of a {kind} drive")
+            raise ConfigError(f"{FILE_NAME} [robot]: right_efficiency does not apply to a {kind} drive")
         if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
             key = "steer_motor" if self.steer_motor else "steer_friction_volts"
             raise ConfigError(f"{FILE_NAME} [robot]: {key} does not apply to a {kind} drive")

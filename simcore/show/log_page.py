@@ -53,12 +53,12 @@ def write_log_page(
     log = read_log(path)
     if log.ends_early:
         print(
-            f"simcore: {path} is cut off or damaged at {log.span[1]:.2f} s; shown is what comes before",
+            f"simcore: {path} is cut off or damaged at {log.span[1]:.2f} s; the page shows what comes before",
             file=sys.stderr,
         )
     recording = recording_of(log)
     name = find_game(game).name if game else recorded_game(recording) or next(iter(installed_games()), None)
-    known_game(name, say=lambda why: print(f"simcore: {why}; its field is drawn bare", file=sys.stderr))
+    known_game(name, say=lambda why: print(f"simcore: {why}; the field is drawn empty", file=sys.stderr))
     print(f"{'game':9}  {name or 'none'}")
     scene = scene_of_log(recording, name)
     if models is not None:
@@ -79,7 +79,7 @@ def recording_of(log: TelemetryLog) -> Recording:
     columns = {key: column for key, column in log.columns.items() if _OURS.match(key)}
     if not any(key.startswith(("Sim/Robot/Pose3d", "Sim/GamePieces/")) for key in columns):
         raise LogError(
-            f"the log {str(log.path)!r} has no run of a simulation: neither Sim/Robot/Pose3d nor Sim/GamePieces/..."
+            f"the log {str(log.path)!r} has no simulated run: neither Sim/Robot/Pose3d nor Sim/GamePieces/..."
         )
     ours = replace(log, columns=columns)
     start, end = _longest_part(ours)
@@ -112,7 +112,7 @@ def _longest_part(log: TelemetryLog) -> tuple[float, float]:
     part = max(parts, key=len)
     print(
         f"simcore: nothing was logged for over {_LONGEST_GAP:g} s at {len(parts) - 1} places between {start:g} and "
-        f"{end:g} s; shown is what was from {part[0]:g} to {part[-1]:g} s",
+        f"{end:g} s; the page shows {part[0]:g} to {part[-1]:g} s",
         file=sys.stderr,
     )
     return float(part[0]), float(part[-1])

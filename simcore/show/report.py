@@ -82,7 +82,7 @@ def series(
     if len(set(sizes.values())) > 1:
         raise ConfigError(f"series {name!r}: x, y, low and high need equal lengths, got {sizes}")
     if (low is None) != (high is None):
-        raise ConfigError(f"series {name!r}: low and high come together")
+        raise ConfigError(f"series {name!r}: low and high must be given together")
     if kind not in _SHAPES:
         raise ConfigError(f"series {name!r}: kind must be one of {', '.join(_SHAPES)}, got {kind!r}")
     return {"name": name, "kind": kind, **parts}

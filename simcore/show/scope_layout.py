@@ -111,7 +111,7 @@ def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
+    parser.add_argument("--robots", type=int, default=1, metavar="N", help="number of robots in it (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
     parser.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders")
     parser.add_argument("--elastic", action="store_true", help="for the dashboard Elastic instead")

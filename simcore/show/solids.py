@@ -262,7 +262,7 @@ def _load(path: Path) -> Any:
     try:
         return trimesh.load_scene(path)
     except Exception as error:  # trimesh lets any error of its parser through
-        raise ModelError(f"{path.parent.name}/{path.name} is no readable GLB: {error}") from error
+        raise ModelError(f"{path.parent.name}/{path.name} is not a readable GLB: {error}") from error
 
 
 def _joined(solids: Sequence[Solid]) -> list[Solid]:

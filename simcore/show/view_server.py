@@ -200,7 +200,7 @@ class ViewServer:
         if not refused and is_socket and request.path == _SOCKET:
             if len(self._clients) < MOST_VIEWERS:
                 return None
-            status, text = HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} pages look already; close one"
+            status, text = HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} pages are open already; close one"
         elif not refused:
             status, text = HTTPStatus.NOT_FOUND, f"the view is at {self.url}"
             if request.path.partition("?")[0] == "/":
@@ -219,7 +219,7 @@ class ViewServer:
         from websockets.exceptions import ConnectionClosed
 
         if len(self._clients) >= MOST_VIEWERS:  # several pages connected at the same time
-            await connection.close(1013, f"{MOST_VIEWERS} pages look already")
+            await connection.close(1013, f"{MOST_VIEWERS} pages are open already")
             return
         number = next(self._numbers)
         try:

@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
     words = (options.old, options.new)
     kinds = [_kind(word, options) for word in words]
     if kinds[0] != kinds[1]:
-        raise ConfigError(f"{words[0]!r} is of the kind {kinds[0]}, {words[1]!r} {kinds[1]}; give two alike")
+        raise ConfigError(f"{words[0]!r} is of kind {kinds[0]}, {words[1]!r} of kind {kinds[1]}; give two of one kind")
     if words[0] == words[1] or (kinds[0] == PROJECT and Path(words[0]).resolve() == Path(words[1]).resolve()):
         raise ConfigError(f"{words[0]!r} and {words[1]!r} are the same")
     if options.metric not in METRICS and not options.metric.startswith("breakdown."):
@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     if errors and not results.finished:
         raise ConfigError(f"all {len(results.rows)} runs ended with an error: {errors.most_common(1)[0][0]}")
     difference = results.paired(kinds[0], *words, options.metric)
-    print(f"{options.metric}, {options.new} less {options.old}: {difference}")
+    print(f"{options.metric}, {options.new} minus {options.old}: {difference}")
     if difference.is_clear:
         print("A clear difference.")
     else:
@@ -150,6 +150,6 @@ def _page_of_both(results: Results, options: argparse.Namespace, difference: Pai
     page: Path = options.out / "both.html"
     says = [f"{word}: {by[seed]:g}" for word, by in zip((options.old, options.new), by_seed, strict=True)]
     title = f"{options.old} and {options.new}, seed {seed}"
-    says = [f"{options.metric} of {', '.join(says)}; {difference}", f"pieces that lie are those of {options.old}"]
+    says = [f"{options.metric} of {', '.join(says)}; {difference}", f"pieces at rest are those of {options.old}"]
     write_page_of_two(page, *logs, names=(options.old, options.new), title=title, subtitle="\n".join(says))
     return page

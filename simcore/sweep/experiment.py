@@ -105,7 +105,7 @@ class Experiment:
         if self.alliance != "blue" and (self.red or self.blue):
             raise ConfigError("Experiment: in a match red and blue say whose robots play, so leave alliance out")
         if self.project is not None and (self.red or self.blue):
-            raise ConfigError("Experiment: who plays with a project's robot stands in its simcore.toml: match = '...'")
+            raise ConfigError("Experiment: who plays with a project's robot is set in its simcore.toml: match = '...'")
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ConfigError(f"Experiment: seeds must be different whole numbers, at least one, got {self.seeds}")
         names = [factor.name for factor in self.factors]
@@ -115,7 +115,7 @@ class Experiment:
         if drawn and not self.samples:
             raise ConfigError(f"Experiment: {', '.join(drawn)} is drawn from a distribution: say how many samples")
         if self.samples and not self.factors:
-            raise ConfigError(f"Experiment: samples are drawn of factors, got {self.samples} of none")
+            raise ConfigError(f"Experiment: samples are drawn from factors, got {self.samples} samples and no factor")
         if self.count > _MOST_RUNS:
             raise ConfigError(f"Experiment: {self.count} runs are too many, at most {_MOST_RUNS} are")
 

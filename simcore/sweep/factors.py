@@ -42,7 +42,7 @@ _MOST_VALUES = 100_000
 _LIKE_RANGE = re.compile(r"(uniform|normal|range)\b|[\d.]+ *(-|\.\.|to\b)")
 """Start of a text that is a range in an invalid notation and not a name: `45-60`, `45..60`, `uniform 45`."""
 _EXAMPLE = (
-    "want NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
+    "write NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
 )
 PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")

@@ -150,7 +150,7 @@ def _require_me(setup: RunSetup, factor: str) -> None:
     of_all = ("blue", "engine", "pieces", "red", "scatter", "seconds")
     seats = setup.seats
     if seats and factor.partition(".")[0] not in of_all and all(seat.role != ME for seat in seats):
-        raise ConfigError(f"factor {factor!r}: it is of the robot {ME!r}, and none of --red and --blue is {ME!r}")
+        raise ConfigError(f"factor {factor!r}: it applies to the robot {ME!r}, but neither --red nor --blue has {ME!r}")
 
 
 def game_of(name: str | None) -> Game:
@@ -220,7 +220,7 @@ def _require_project(experiment: Experiment) -> None:
         if first not in CONFIGS and factor.name not in _OF_PROJECTS:
             raise ConfigError(
                 f"factor {factor.name!r}: factors of a project are {', '.join(_OF_PROJECTS)}, robot.*, scatter.* or "
-                "pieces.*; where it starts, with how many pieces, is the project's own affair"
+                "pieces.*; the project itself decides where it starts and with how many pieces"
             )
         for value in factor.values:
             vary_scatter(experiment.scatter, {factor.name: value})

@@ -70,8 +70,8 @@ class Condition:
             found = _COMPARISON.fullmatch(part)
             if found is None:
                 raise ConfigError(
-                    f"{text!r} is no condition: compare columns, as 'score >= 30 and hits == shots' "
-                    f"(with {' '.join(_COMPARISONS)}, joined by 'and')"
+                    f"{text!r} is not a condition: compare columns, as in 'score >= 30 and hits == shots' (with "
+                    f"{' '.join(_COMPARISONS)}, joined by 'and')"
                 )
             number = found[3]
             try:
@@ -96,7 +96,7 @@ class Condition:
         for name, sign, other in self._parts:
             sides = [row.get(name), row.get(other) if isinstance(other, str) else other]
             if any(isinstance(side, str) for side in sides):
-                raise ConfigError(f"{self.text!r} compares words: choose columns of numbers")
+                raise ConfigError(f"{self.text!r} compares words: choose numeric columns")
             if None in sides or not _COMPARISONS[sign](*sides):
                 return False
         return True
@@ -171,7 +171,7 @@ class Results:
             raise UnknownNameError("column", metric, self.columns)
         found = [row.get(metric) for row in self.finished]
         if any(isinstance(value, str) for value in found):
-            raise ConfigError(f"{metric!r} is text, no number: choose one of {', '.join(self.metrics)}")
+            raise ConfigError(f"{metric!r} is text, not a number: choose one of {', '.join(self.metrics)}")
         return np.array([math.nan if value is None else float(value) for value in found])
 
     def factor_values(self, factor: str) -> list[Any]:

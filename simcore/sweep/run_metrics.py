@@ -117,7 +117,7 @@ def named_object(text: str, what: str) -> Any:
     try:
         return getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise ConfigError(f"{what} {text!r} cannot be found: {error}; want module:name") from error
+        raise ConfigError(f"{what} {text!r} cannot be found: {error}; write module:name") from error
 
 
 def _plain(name: str, value: Any) -> Any:
@@ -136,4 +136,4 @@ def _plain(name: str, value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, (list, tuple, Mapping)):
         return json.dumps(value)
-    raise ConfigError(f"metric {name}: want a number, a word or an array, got {shown(value)}")
+    raise ConfigError(f"metric {name}: it must return a number, a word or an array, got {shown(value)}")

@@ -153,7 +153,7 @@ class RunStore:
         try:
             yield
         except (ConfigError, UnknownNameError) as error:  # before ValueError and LookupError, which they also are
-            raise ConfigError(f"{self.path}: what was played cannot be played any more: {error}") from error
+            raise ConfigError(f"{self.path}: its experiment can no longer be played: {error}") from error
         except (sqlite3.Error, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
             raise OutputError(
                 f"{self.path} is damaged or of another version of simcore ({_reason(error)}): choose another folder, "
@@ -189,7 +189,7 @@ def _checked(row: Any) -> dict[str, Any]:
         ValueError: If the row does not have the format of this version.
     """
     if not isinstance(row, dict):
-        raise ValueError("a run is no row")
+        raise ValueError("a run is not a row")
     for name, kind in _COLUMNS.items():
         if not isinstance(row.get(name), kind):
             raise ValueError(f"a run has no {name}")

@@ -92,14 +92,14 @@ Shooter with an exit efficiency of {efficiency:g}. Rows with None have no shot.
 from bisect import bisect_right
 
 COLUMNS = {columns!r}
-"""Of a shot: over the horizontal, the hood's mechanism, of the piece, of the wheels, and from the muzzle to the
-opening."""
-SHOTS = {{  # by distance from the robot's middle to the target's [m]
+"""Elevation above the horizontal, turns of the hood's mechanism, speeds of the piece and of the wheels, and time
+from the muzzle to the opening."""
+SHOTS = {{  # by distance from the robot's center to the target's [m]
 {shots}}}
 
 
 def shot_at(distance):
-    """Return the shot by name of its columns, interpolated; None outside of the table and next to a row without."""
+    """Return the shot by name of its columns, interpolated; None outside the table or next to a row without a shot."""
     distances = list(SHOTS)
     if not distances[0] <= distance <= distances[-1]:
         return None

@@ -159,7 +159,7 @@ def make_table(
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
     """Return the row for a distance: the best shot from the first position with hits, or the reason for no shot."""
-    problem, band = "the robot has no place on the field there", None
+    problem, band = "the robot does not fit on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)
         usable = band.inside & task.can_tilt(band.elevations)[:, None] & (band.speeds <= task.max_speed)

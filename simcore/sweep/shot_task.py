@@ -115,7 +115,7 @@ class ShotTask:
             )
         if not 0 <= shooter < len(shooters):
             known = ", ".join(map(str, range(len(shooters))))
-            raise ConfigError(f"no shooter of number {shooter}, counted from 0. Known: {known}")
+            raise ConfigError(f"no shooter number {shooter}, counted from 0. Known: {known}")
         self.shooter = shooters[shooter]
         self.barrels = self.shooter.launch.barrels
         """Sideways offset of each barrel, left positive [m]."""
@@ -152,7 +152,7 @@ class ShotTask:
             names = ", ".join(kind.name for kind in thrown) or "nothing of this game"
             raise ConfigError(f"{self.zone.name} takes {', '.join(self.zone.kinds)}, and the shooter throws {names}")
         if not isinstance(fitting[0].shape, Sphere):
-            raise ConfigError(f"shooter tables are for balls, got {fitting[0].name}, which is none")
+            raise ConfigError(f"shooter tables are for balls, got {fitting[0].name}, which is not a ball")
         return fitting[0]
 
     def _max_speed(self) -> float:

@@ -49,7 +49,7 @@ def _distances(text: str) -> tuple[float, ...]:
         values = parse_factor(f"distances={text}").values
     except ConfigError as error:
         raise ConfigError(
-            f"{text!r} cannot be read: want from:to:step, the nearest first, as 2:6:0.5, or a list, as 2,2.5,3"
+            f"{text!r} cannot be read: write from:to:step, the nearest first, e.g. 2:6:0.5, or a list, e.g. 2,2.5,3"
         ) from error
     for value in values:
         require("simcore shots", "distances", value, FIELD_LENGTH)
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     values = {}
     for factor in options.values:
         if len(factor.values) != 1:
-            raise ConfigError(f"factor {factor.name}: one value is wanted here, as {factor.name}=0.45")
+            raise ConfigError(f"factor {factor.name}: only one value is allowed here, as in {factor.name}=0.45")
         values[factor.name] = factor.values[0]
     robot = vary_robot(robot_of(options.robot, game), values)
     task = ShotTask(game, robot, target=options.target, alliance=options.alliance, shooter=options.shooter)

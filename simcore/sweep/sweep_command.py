@@ -59,7 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--auto", metavar="NAME", help="auto (default: the game's first, or the chooser's)")
     parser.add_argument("--project", type=Path, metavar="FOLDER", help="folder of a robot.py, whose code plays")
     parser.add_argument(
-        "--serve", action="store_true", help="the project has a program in any language; its command follows behind --"
+        "--serve",
+        action="store_true",
+        help="the project's program may be in any language; its command follows after --",
     )
     parser.add_argument(
         "--robot", metavar="FILE.toml", help=f"robot in place of the game's: a {ROBOT_FILE}, or module:function"
@@ -118,7 +120,7 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
     )
     add_engine_option(parser)
     parser.add_argument(
-        "--timeout", type=_WALL, default=_TIMEOUT, metavar="S", help="wall time of one run (default: 600)"
+        "--timeout", type=_WALL, default=_TIMEOUT, metavar="S", help="limit of one run's wall time (default: 600)"
     )
     parser.add_argument(
         "-j", "--workers", type=_WORKERS, default=0, metavar="N", help="processes (default: 0, one for each core)"
@@ -323,6 +325,6 @@ def _seeds(text: str) -> tuple[int, ...]:
         found = range(0)
     if not 0 < len(found) <= _MOST_SEEDS:
         raise argparse.ArgumentTypeError(
-            f"want how many (1 to {_MOST_SEEDS}), or from:to, or a list such as 1,7,9, got {text!r}"
+            f"give a number of seeds (1 to {_MOST_SEEDS}), or from:to, or a list such as 1,7,9, got {text!r}"
         )
     return tuple(found)

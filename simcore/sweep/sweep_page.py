@@ -26,7 +26,7 @@ _MOST_DISTRIBUTIONS = 6
 _BINS = 24
 _SEEN = 1e-3
 _NAMES = {
-    "score": "points", "distance_m": "way driven [m]", "min_battery_v": "lowest battery voltage [V]",
+    "score": "points", "distance_m": "distance driven [m]", "min_battery_v": "lowest battery voltage [V]",
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
     "hit_share": "share of hits", "flying": "in the air at the end",
 }  # fmt: skip
@@ -103,7 +103,7 @@ def comparison_page(results: Results, metric: str, difference: PairedDifference,
     medians = [[name, *side.percentiles(metric, PERCENTILES), len(side.finished)] for name, side in sides.items()]
     verdict = "A clear difference" if difference.is_clear else "No clear difference"
     blocks = [
-        headline(f"{verdict}: {metric} {difference.mean:+.3g}", f"{metric}, {new} less {old}: {difference}"),
+        headline(f"{verdict}: {metric} {difference.mean:+.3g}", f"{metric}, {new} minus {old}: {difference}"),
     ]
     varied = dict.fromkeys([*(name for name in [metric] if name in results.metrics), *_spread_metrics(results)])
     blocks += [_distribution(name, sides) for name in [*varied][:_MOST_DISTRIBUTIONS]]

@@ -75,7 +75,7 @@ def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
     if not 0.0 < confidence < 1.0:
         raise ConfigError(f"a confidence is a number between 0 and 1, e.g. {CONFIDENCE}, got {confidence}")
     if not 0 <= k <= n:
-        raise ConfigError(f"wilson_share: want 0 <= k <= n, got {k} of {n}")
+        raise ConfigError(f"wilson_share needs 0 <= k <= n, got {k} of {n}")
     if n == 0:
         return Share(0, 0, 0.0, 1.0, confidence)
     z, p = NormalDist().inv_cdf(0.5 + 0.5 * confidence), k / n

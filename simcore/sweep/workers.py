@@ -120,7 +120,7 @@ class Crew:
                 can_go_on = common.project is None
                 return row
             except TimeoutError:
-                return failed_row(planned, f"took longer than {common.timeout:g} s of wall time, and was ended")
+                return failed_row(planned, f"took longer than {common.timeout:g} s of wall time, and was stopped")
             except BrokenProcessPool as error:
                 if is_last or self._is_closed:
                     return failed_row(planned, self._death(process, error))
@@ -168,7 +168,7 @@ class Crew:
             text = Path(self._outputs[process]).read_text("utf-8", "replace")
         at = text.rfind("Current thread ")  # start of faulthandler's last dump, which has the place
         words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
-        return f"its process died{f' ({found[1]})' if found else ''}" + (f"; its last words: {words}" if words else "")
+        return f"its process died{f' ({found[1]})' if found else ''}" + (f"; its last output: {words}" if words else "")
 
 
 # --- in the process of a run ----------------------------------------------------------------------------------------

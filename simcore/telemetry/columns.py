@@ -23,7 +23,7 @@ Block = npt.NDArray[Any]
 
 _GAP_BITS = 0x7FF8_0000_DEAD_0001
 GAP = float(np.array(_GAP_BITS).view(np.float64))
-"""NaN that stands for a missing value."""
+"""NaN with the bits `_GAP_BITS`, for a missing value."""
 FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
     "poses": (np.float64, (7,), GAP),
     "doubles": (np.float64, (), GAP),
@@ -47,7 +47,7 @@ class Table:
         self.keys = list(keys)
         """Keys in the order of columns."""
         self.places = {key: place for place, key in enumerate(self.keys)}
-        """Column of each key."""
+        """Column index of each key."""
         self._other: tuple[Table | None, IntArray, bool] = (None, np.zeros(0, np.int64), False)
 
     def place(self, key: str) -> int:

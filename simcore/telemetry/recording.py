@@ -1,4 +1,4 @@
-"""Recording of a run in memory, compact enough for every run and complete enough for its log and page."""
+"""Recording of a run in memory, compact enough for every run and complete enough for the run's log and page."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Recording:
 
     A match of 160 s with 504 pieces takes 21 MB, a tenth of the snapshots' size. Arrays of more than 64 rows and swerve
     module states are recorded less often than the rest, and pieces without rotation only as positions. A jump back in
-    time starts a new run and deletes the old one.
+    time starts a new run and deletes the old run.
 
     >>> recording = Recording()
     >>> for tick in range(3):
@@ -53,7 +53,7 @@ class Recording:
         require("Recording", "seconds", seconds, DURATION)
         self.closed = False
         self.bulk_period = bulk_period
-        """Simulated time between two recorded long arrays [s]."""
+        """Simulated time between two recordings of long arrays [s]."""
         self._seconds = seconds
         self._cadence = Cadence(period)
         self._bulk_cadence = Cadence(bulk_period)
@@ -73,7 +73,7 @@ class Recording:
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Record a snapshot; a second snapshot of the same time replaces the first."""
+        """Record a snapshot; a snapshot with the last time replaces the last one, an earlier time starts a new run."""
         time = snapshot.time
         self._cadence.take(time)
         bulk = self._bulk_cadence.take(time)
@@ -100,7 +100,7 @@ class Recording:
         Args:
             times: Times of the ticks in rising order [s], shape (n,).
             columns: For each key: field of a snapshot, key, all values, and the index of the value in each tick, -1 for
-                none, shape (n,).
+                no value, shape (n,).
         """
         self._forget_all()
         self._times, self._ticks = array("d", times.tolist()), array("q", range(len(times)))
@@ -190,7 +190,7 @@ class Recording:
         return self.times[is_there], rows[is_there]
 
     def array_at(self, key: str, time: float) -> FloatArray:
-        """Return the newest array of a key at or before a time [s], or the first array if there is none.
+        """Return the newest array of a key at or before a time [s], or the first array if all arrays are later.
 
         Returns:
             Poses, shape (n, 7), or swerve module states, shape (n, 2).
@@ -202,7 +202,7 @@ class Recording:
         return rows
 
     def integers_at(self, key: str, time: float) -> IntArray:
-        """Return the newest array of integers at or before a time [s], or the first array if there is none, shape (n,).
+        """Return the newest array of integers at or before a time [s], shape (n,), or the first if all are later.
 
         Raises:
             UnknownNameError: If no array of this key was recorded.
@@ -218,7 +218,7 @@ class Recording:
         return _all_events(self.integers(key), EVENTS[key])
 
     def most_poses(self, key: str) -> int:
-        """Return the number of rows in the longest recorded array of a key; 0 if there is none."""
+        """Return the number of rows in the longest recorded array of a key; 0 if no array was recorded."""
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
@@ -327,7 +327,7 @@ class Recording:
         return kept[max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)][1]
 
     def _drop_last(self) -> None:
-        """Delete the newest row."""
+        """Delete the newest row, with its texts and arrays."""
         time = self._times.pop()
         self._ticks.pop()
         self._given, self._found = {}, {}
@@ -338,7 +338,7 @@ class Recording:
                 kept.pop()
 
     def _forget(self, rows: int) -> None:
-        """Delete this number of oldest rows."""
+        """Delete the oldest rows, `rows` in number."""
         if rows >= len(self._times):
             self._forget_all()
             return
@@ -407,7 +407,7 @@ def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tupl
 
 
 def _full(rows: _Rows) -> Any:
-    """Expand positions to poses of shape (n, 7); return other arrays as they are, in full precision."""
+    """Expand positions to poses of shape (n, 7); return any other array as float64 or int64."""
     if rows.ndim == 1:
         return rows.astype(np.int64, copy=False)
     if rows.shape[1] != 3:

@@ -57,7 +57,7 @@ class Cadence:
         return self._slot(time) != self._last
 
     def take(self, time: float) -> bool:
-        """Mark the slot of a simulated time [s] as taken; return whether it was free."""
+        """Mark the slot of a simulated time [s] as taken; return whether the slot was free."""
         slot = self._slot(time)
         free = slot != self._last
         self._last = slot
@@ -69,9 +69,9 @@ class Cadence:
 
 
 class GuardedSink:
-    """Sink that passes snapshots to another sink until it fails, e.g. on a full disk, and reports the failure once.
+    """Sink that passes snapshots to another sink until that sink fails, e.g. on a full disk, and reports the failure.
 
-    It catches only `OutputError`; programming errors, e.g. a key with two types, still raise.
+    Only `OutputError` is caught; programming errors, e.g. a key with two types, still raise.
 
     Args:
         sink: Sink that may fail.
@@ -96,7 +96,7 @@ class GuardedSink:
             self._fail(error)
 
     def close(self) -> None:
-        """Close the guarded sink; safe to call twice."""
+        """Close the guarded sink, and report a failure instead of raising an error; safe to call twice."""
         try:
             self.sink.close()
         except OutputError as error:
@@ -168,7 +168,7 @@ def write_text(kind: str, path: Path, text: str) -> None:
 
 
 def discard_empty(path: Path) -> None:
-    """Delete a file if it is empty, e.g. after an attempt to write to a full disk."""
+    """Delete an empty file, e.g. after an attempt to write to a full disk; keep any other file."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             path.unlink()

@@ -26,7 +26,7 @@ _PARTS = "/ComponentPoses"  # would take a third of a match's log if recorded in
 EVENTS = {"Sim/NewestShots": 4, "Sim/NewestHits": 2, "Sim/NewestTakenIn": 3}
 """Row lengths of event arrays, by key.
 
-An event array holds the rows of the newest event and of all events up to a second before it, one after another. Each
+An event array holds the rows of the newest event and of all events in the second before, one after another. Each
 row begins with the number of its event, from 1, so that a `Recording` can collect all events from overlapping arrays.
 """
 POSE_TYPE = "struct:Pose3d"
@@ -147,5 +147,5 @@ def key_in_words(name: str) -> str:
 
 
 def robot_prefix(number: int) -> str:
-    """Return the prefix of a robot's telemetry keys, which is without a number for robot 0."""
+    """Return the prefix of a robot's telemetry keys: `Sim` for robot 0, `Sim/Robots/<number>` for other robots."""
     return "Sim" if number == 0 else f"Sim/Robots/{number}"

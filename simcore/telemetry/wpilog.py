@@ -73,7 +73,7 @@ def _record(field: str, is_early: bool) -> np.dtype[Any]:
 class WpilogSink:
     """Telemetry sink that writes a `.wpilog`, with entry names as in DataLogManager's logs of NetworkTables.
 
-    A value is written only when it has changed, as the format intends. Long arrays (450 poses take 25 KB) and pieces in
+    A value is written only after a change, as the format intends. Long arrays (450 poses take 25 KB) and pieces in
     robots are written less often than the rest, and once more at the end; in every tick, long arrays alone would take
     200 MB in a match. Whole records are flushed to disk at least every simulated second or every 256 KB, so that a
     killed run leaves a valid log.
@@ -135,7 +135,8 @@ class WpilogSink:
 
         Raises:
             OutputError: If the log is closed, or writing to the disk fails, which closes the log.
-            ConfigError: If an array has the wrong shape, the type of a key has changed, or the time is below 0.
+            ConfigError: If an array has the wrong shape, the type of a key has changed, or the time is not within 0 to
+                1e9 s.
         """
         if self._file is None:
             raise OutputError(f"the log {str(self.path)!r} is closed; create a new WpilogSink to log on")
@@ -327,7 +328,7 @@ class LogColumn:
     _places: list[int]
     _sizes: list[int]
     metadata: str = ""
-    """Metadata of the entry: the unit in logs of SysId routines and AdvantageKit, otherwise mostly JSON."""
+    """Metadata of the entry, for example a unit or JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
@@ -349,7 +350,7 @@ class LogColumn:
 
     @property
     def field(self) -> str | None:
-        """Field of a snapshot for values of this type; None if there is no such field."""
+        """Field of a snapshot for values of this type; None if snapshots have no values of this type."""
         return _TYPES[self.type][0] if self.type in _TYPES else None
 
     def rows_at(self, times: FloatArray) -> IntArray:
@@ -446,7 +447,7 @@ def read_log(path: str | Path) -> TelemetryLog:
 
 
 def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
-    """Find all records from an offset on; also return whether the log ends with an incomplete or invalid record."""
+    """Return the entries of all records from an offset on, and whether the last record is incomplete or invalid."""
     open_entries: dict[int, _Entry] = {}
     by_key: dict[str, _Entry] = {}
     end = len(data)

@@ -48,13 +48,13 @@ class DriveBench:
         self.time = 0.0
 
     def lift(self) -> None:
-        """Lift the robot off the carpet and cancel its weight."""
+        """Lift the robot to 1 m above the carpet, and cancel the weight of the robot."""
         mass = self.chassis.distribution.mass
         self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
         self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
 
     def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Advance by h [s] with an external force (x [N], y [N], yaw torque [N m]) at the center of mass."""
+        """Advance by h [s] under a field-frame force (x [N], y [N], yaw torque [N m]) at the center of mass."""
         weight = self.chassis.distribution.mass * GRAVITY
         if self.slope or any(force):
             along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope))
@@ -130,7 +130,7 @@ class DriveBench:
 
     @property
     def speed(self) -> float:
-        """Speed over the carpet [m/s]."""
+        """Speed of the center of mass over the carpet [m/s]."""
         return math.hypot(self.vx, self.vy)
 
     @property
@@ -146,12 +146,12 @@ class DriveBench:
 
 
 def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
-    """Run `DriveBench.hold` on a new bench."""
+    """Hold a drivetrain at a velocity on a new bench, and return the velocity change as in `DriveBench.hold`."""
     return DriveBench(drive).hold(h, velocity, in_air=in_air)
 
 
 class LoneChassis:
-    """Chassis without a drivetrain that follows a velocity within its grip, for use as a robot of `Motion`.
+    """Chassis without a drivetrain that follows a velocity within the limits of grip, for use as a robot of `Motion`.
 
     Args:
         chassis: Chassis in a physics world.
@@ -166,7 +166,10 @@ class LoneChassis:
         self._wanted = (vx, vy, omega)
 
     def step_devices(self, h: float) -> None:
-        """Apply a force of at most mu m g toward the commanded velocity if the chassis touches the carpet."""
+        """Apply a force and a yaw torque toward the commanded velocity while a wheel touches the carpet.
+
+        The force is at most mu m g, and the torque at most mu m g times the traction radius.
+        """
         chassis = self.chassis
         chassis.read()
         if self._wanted is None:

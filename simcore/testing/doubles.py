@@ -22,14 +22,14 @@ class ManualClock:
         self.time = time
 
     def __call__(self) -> float:
-        """Return the present time [s]."""
+        """Return the current time [s]."""
         return self.time
 
     def advance(self, seconds: float) -> None:
         """Advance the clock by a duration [s].
 
         Raises:
-            ConfigError: The duration is negative or not finite.
+            ConfigError: If the duration is negative, not finite or above 1e6 s.
         """
         require("ManualClock", "seconds", seconds, Quantity("s", 0.0, 1e6))
         self.time += seconds

@@ -36,7 +36,7 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 
 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that no piece is lost or created, after every tick."""
+    """Check after every tick that no piece is lost or created, and that robots hold all pieces counted as held."""
 
     def check(match: Match) -> None:
         count = match.count
@@ -63,7 +63,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
     Args:
         game: Game whose rules are queried.
         auto: Auto to play.
-        seconds: Simulated time to play [s]; None to play until the auto is over.
+        seconds: Simulated time to play [s]; None for the game's autonomous period.
         times: Number of repetitions of each query per tick.
     """
 
@@ -78,12 +78,14 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
     for run in runs:
         run.match.close()
     quiet, asked = runs
-    assert quiet.match.rules.breakdown() == asked.match.rules.breakdown(), f"{game.name}: asking counts"
-    assert quiet.report.digest == asked.report.digest, f"{game.name}, auto {auto}: asking changes the match"
+    assert quiet.match.rules.breakdown() == asked.match.rules.breakdown(), (
+        f"{game.name}: querying the rules changes the score"
+    )
+    assert quiet.report.digest == asked.report.digest, f"{game.name}, auto {auto}: querying the rules changes the match"
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that red mirrors blue under the game's symmetry, with equal paths and equal scores."""
+    """Check that red mirrors blue under the game's symmetry, with equal scores and paths that agree within 2 cm."""
     blue = _play(game, auto, seconds=seconds, alliance="blue")
     red = _play(game, auto, seconds=seconds, alliance="red")
     blue.match.close()
@@ -94,9 +96,9 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
     x, y = blue.path[first, :2].tolist()
     assert apart[first] < _NEAR, (
         f"{game.name}, auto {auto}: red's path, flipped, leaves blue's by {_NEAR:g} m at {(first + 1) * TICK:.2f} s, "
-        f"where blue is at ({x:.2f}, {y:.2f}) m, and by {apart.max():.3f} m at most: what stands there is not "
-        "mirrored, or the auto does not ask for its alliance; pushed pieces, too, part a little: try an auto that "
-        "pushes none"
+        f"where blue is at ({x:.2f}, {y:.2f}) m, and by {apart.max():.3f} m at most: the element there is not "
+        "mirrored, or the auto ignores its alliance; pushed pieces also drift apart a little: try an auto that pushes "
+        "none"
     )
     assert blue.report.score.blue == red.report.score.red, (
         f"{game.name}, auto {auto}: blue scores {blue.report.score.blue}, red {red.report.score.red}"
@@ -104,7 +106,7 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
 
 
 def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that no piece is below the carpet or outside the field, after every tick."""
+    """Check after every tick that no piece is 3 cm deep in the carpet, or outside the field at a height up to 1 m."""
     length, width = game.field.size
 
     def check(match: Match) -> None:
@@ -123,14 +125,14 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
 
 
 def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
-    """Return the rest heights of pieces of one kind on the carpet in their orientations [m], shape (n,)."""
+    """Return the rest heights on the carpet of pieces of one kind, for their current attitudes [m], shape (n,)."""
     if isinstance(kind.shape, Sphere):
         return np.full(len(slots), kind.rest_height)
     return np.array([kind.rest_height_at((x, y, z, w)) for w, x, y, z in match.pieces.attitudes(slots).tolist()])
 
 
 def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that pieces are within the zones and capacities of their places, and that events match the counts."""
+    """Check after every tick that placed pieces fit the zones and capacities of their places, and events the counts."""
     events: Counter[str] = Counter()
 
     def counted(match: PlayedMatch) -> Rules:

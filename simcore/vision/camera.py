@@ -1,7 +1,7 @@
 """Cameras: types, mounts, pipelines, and the projection of field points into a picture.
 
-Camera axes are WPILib's (x out of the lens, y left, z up); picture axes are u to the right and v down. Projection uses
-the optical frame (x right, y down, z out of the lens).
+Camera axes are WPILib's (x forward, y left, z up); picture axes are u to the right and v down. Projection uses the
+optical frame (x right, y down, z forward).
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
-    """Camera type of any maker: sensor and lens without distortion, with a centered principal point."""
+    """Camera model of any maker: pinhole camera without distortion, with a centered principal point, and latencies."""
 
     name: str
     width: int
@@ -172,7 +172,7 @@ PHOTON_LENS = LimelightType(
 
 
 def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
-    """Compute the vertical field of view of a lens with square pixels [deg].
+    """Compute the vertical field of view of a camera with square pixels [deg].
 
     Args:
         horizontal_deg: Horizontal field of view [deg].
@@ -195,7 +195,7 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraMount:
-    """Pose of a camera on the robot, WPILib's `robot_to_camera`; camera axes: x out of the lens, y left, z up."""
+    """Pose of a camera on the robot, WPILib's `robot_to_camera`; camera axes: x forward, y left, z up."""
 
     x: float = 0.0
     """x coordinate of the camera, forward of the robot's center [m]."""
@@ -377,7 +377,7 @@ def project(
         points: Points, field frame [m], shape (n, 3).
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
-        lens: Camera type with focal lengths and principal point.
+        lens: Camera model with focal lengths and principal point.
 
     Returns:
         Pixels (u, v), shape (n, 2), and depths along the optical axis [m], shape (n,). Points behind the camera have a

@@ -68,13 +68,13 @@ class TagSighting:
     area_percent: float
     """Area of the tag as a percentage of the picture [%]."""
     camera_distance: float
-    """Measured distance from the lens to the tag's center [m]."""
+    """Measured distance from the camera to the tag's center [m]."""
     robot_distance: float
     """Measured distance from the robot's center on the carpet to the tag's center [m]."""
     ambiguity: float
     """Ambiguity, 0 to 1: ratio of the reprojection errors of the better and the worse pose in `poses`."""
     poses: tuple[TagPose, TagPose]
-    """Two possible poses of the tag by its corners, the better fit first."""
+    """Two poses that fit the tag's corners in the picture, the better fit first."""
 
     @property
     def corners(self) -> FloatArray:
@@ -99,7 +99,7 @@ class PieceSighting:
     area_percent: float
     """Area of the box as a percentage of the picture [%]."""
     distance: float
-    """True distance from the lens to the piece's center [m]; defines the nearest piece, not published."""
+    """True distance from the camera to the piece's center [m], which defines the nearest piece; not published."""
     slot: int
     """Row of the piece in the arrays of the scene."""
 
@@ -130,7 +130,7 @@ class PoseEstimate:
     average_area: float
     """Average area of the tags as a percentage of the picture [%]."""
     std_devs: StdDevs
-    """Standard deviations of x, y, z [m] and roll, pitch, yaw [deg] by corner noise."""
+    """Standard deviations of x, y, z [m] and roll, pitch, yaw [deg] due to corner noise."""
 
 
 @dataclass(frozen=True, slots=True)

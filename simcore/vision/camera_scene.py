@@ -103,7 +103,7 @@ def find_pieces(
         robot: Number of the robot that carries the camera.
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
-        lens: Type of the camera.
+        lens: Camera model.
         pipeline: Pipeline with near plane, far plane and class.
         crop: Crop window, the part of the picture to search.
         rng: Random generator for the noise of the boxes.

@@ -81,7 +81,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
-        """Add a pose at a time [s]; a jump in position or backward in time first clears the history."""
+        """Add a pose at a time [s]; a jump back in time or in position (over 30 m/s) first clears the history."""
         if self._times:
             step = time - self._times[-1]
             if step <= 0.0 or math.dist(pos, self._values[-1][0]) > _TELEPORT * step:
@@ -164,7 +164,10 @@ class HeadingSource:
         self._sent.add(time, (yaw, math.radians(orientation[2]), math.radians(orientation[4])))
 
     def move(self, time: float, quat: Quaternion) -> None:
-        """Update the IMU with the robot's true attitude at a time [s], once per tick."""
+        """Update the IMU from the robot's true attitude at a time [s], with drift and the mode's correction.
+
+        Call the method once a tick.
+        """
         if not self._has_imu:
             return
         roll, pitch, yaw = rpy(quat)

@@ -1,4 +1,4 @@
-"""Simulation of a camera that exposes frames at its frame rate, and publishes results after its latency."""
+"""Simulation of a camera that exposes frames at a frame rate, and publishes the results after a latency."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class CameraNetwork(Protocol):
 
 @dataclass(slots=True, eq=False)
 class _Exposure:
-    """Frame in processing."""
+    """Exposed frame whose results are not published yet."""
 
     number: int
     time: float
@@ -145,7 +145,7 @@ class LimelightSim:
         self.settings = CameraSettings.of(config)
         self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
         self.last: Frame | None = None
-        """Last published frame; None before the first."""
+        """Last published frame; None before the first frame is published."""
         self._rng = rng
         self._latency = config.type.capture_latency + config.type.pipeline_latency
         self._period = 1.0 / config.rate
@@ -206,7 +206,7 @@ class LimelightSim:
     # --- frames -------------------------------------------------------------------------------------------------
 
     def update(self, time: float, history: PoseHistory, scene: CameraScene) -> list[Frame]:
-        """Expose all frames that are due, and publish all frames that are ready.
+        """Expose the latest frame that is due, and publish all frames that are ready.
 
         Args:
             time: Current simulated time [s].
@@ -242,7 +242,10 @@ class LimelightSim:
         return published
 
     def pose_at(self, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
-        """Compute the true pose of the camera for a robot pose: position [m] and attitude, field frame."""
+        """Compute the true pose of the camera, with mounting error, for a robot pose: position [m] and attitude.
+
+        Both poses are in the field frame.
+        """
         return camera_pose(pos, quat, *self._mount)
 
     def move_to(self, mount: CameraMount) -> None:
@@ -257,7 +260,10 @@ class LimelightSim:
             port.close()
 
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
-        """Expose a frame with noise; the scene is less than a tick newer than the exposure."""
+        """Return an exposure with the visible tags or pieces and their noise.
+
+        The scene is less than a tick newer than the exposure.
+        """
         pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, pos, rotation)
@@ -289,7 +295,10 @@ class LimelightSim:
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Solve for the poses in a frame, with the heading that the robot has sent for the exposure time."""
+        """Return the frame of an exposure, with robot poses solved from the tags by MegaTag 1 and MegaTag 2.
+
+        MegaTag 2 uses the heading at the exposure time; in IMU mode 3, the result of MegaTag 1 corrects the IMU.
+        """
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]
@@ -337,7 +346,7 @@ class LimelightSim:
         )
 
     def _follow_settings(self) -> None:
-        """Update all values that depend on the settings, once after each change."""
+        """Update the configured mount and the wanted tag ids, once after each change of the settings."""
         settings = self.settings
         if self._settings_seen == settings.version:
             return

@@ -18,7 +18,7 @@ Values = Sequence[float]
 
 @dataclass(slots=True)
 class CameraSettings:
-    """Current settings of a camera; only `apply` changes them."""
+    """Current settings of a camera, changed by `apply` and by `LimelightSim.move_to`."""
 
     config: CameraConfig
     pipeline: int = 0
@@ -26,7 +26,7 @@ class CameraSettings:
     priority_id: int = -1
     """Id of the tag whose angles are published if visible; -1 for the largest tag."""
     crop: tuple[float, float, float, float] = FULL_CROP
-    """Crop window; see `FULL_CROP`."""
+    """Crop window x0, x1, y0, y1, each within -1 to 1, as in `FULL_CROP`."""
     id_filters: tuple[int, ...] | None = None
     """Ids of the tags to use; None for the ids of the pipeline."""
     downscale: float = 0.0
@@ -131,7 +131,7 @@ INPUTS = {
     ),
     "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
-"""Settings by topic; `robot_orientation_set` is not included, because the camera stores it with its history."""
+"""Settings by topic; `robot_orientation_set` is not included, because the camera keeps a history of orientations."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",
@@ -141,10 +141,10 @@ NO_EFFECT = {
     "capture_rewind": "nothing is recorded",
     "llrobot": "a Python pipeline would read it, and there is none",
 }
-"""Topics of a real Limelight without an effect on its output in simulation, with the reason."""
+"""Topics of a real Limelight that do not affect the camera's output in simulation, with the reason."""
 
 NOT_MODELED = ("fiducial_offset_set", "keystone_set")
-"""Topics of a real Limelight that affect its output, but are not modeled."""
+"""Topics of a real Limelight that affect the camera's output, but are not modeled."""
 
 
 def limelight_mount(mount: CameraMount) -> tuple[float, float, float, float, float, float]:

@@ -113,7 +113,7 @@ class TagPicture:
         pixels: Detected corners of the visible tags [px], shape (k, 4, 2).
         eye: True position of the camera, field frame [m].
         rotation: Rotation from field to true optical axes, shape (3, 3).
-        lens: Type of the camera with the nominal focal length.
+        lens: Camera model with the nominal focal length.
         mounting: Configured pose of the camera.
     """
 
@@ -182,7 +182,7 @@ class TagPicture:
         )  # fmt: skip
 
     def megatag1(self) -> PoseEstimate:
-        """Estimate the robot pose from the picture alone: the better pose of a single tag, or least squares."""
+        """Estimate the robot pose from the picture alone: the better pose of a single tag, or a least-squares fit."""
         covariance = np.linalg.inv(self._normal)
         if len(self._rows) == 1:
             row = self._rows[0]
@@ -210,10 +210,10 @@ class TagPicture:
         Divided by the depth, the error of this equation is a distance in the picture.
 
         Args:
-            attitude: Rotation from robot to field axes, shape (3, 3); an error in it makes the position wrong.
+            attitude: Rotation from robot to field axes, shape (3, 3); an attitude error causes a position error.
 
         Returns:
-            Estimate, or None if the tags would be behind the camera, which happens only with a very wrong attitude.
+            Estimate, or None if a tag would be behind the camera, which needs a large attitude error.
         """
         rotation = self._mounting.to_optical @ attitude.T
         points = (self._layout.corners[self._rows] @ rotation.T).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Headset that tracks the robot's motion, like QuestNav's, and reports poses relative to the last pose reset."""
+"""Simulation of a QuestNav headset, which tracks a robot's motion and reports poses relative to the last pose reset."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class QuestConfig:
     """
 
     mount: CameraMount | None = None
-    """Pose on the robot; None to derive it from robot code's first pose reset, see `QuestHeadset.reset`."""
+    """Pose on the robot; None to derive the pose from robot code's first pose reset, see `QuestHeadset.reset`."""
     frame_rate: float = 100.0
     """Poses per second [1/s]. Source of the default: QuestNav's documentation."""
     position_noise: float = 0.002
@@ -60,7 +60,7 @@ class QuestFrame:
     number: int
     """Number of the frame, counting up by one."""
     time: float
-    """Simulated time of the pose [s], equal to the time of publishing, because the headset predicts its pose."""
+    """Simulated time of the pose [s]; poses have no latency, because the headset predicts the pose."""
     position: Vector
     """Position in the frame of the last reset [m]; before the first reset, in the frame of the start pose."""
     attitude: Quaternion
@@ -149,7 +149,7 @@ class QuestHeadset:
         """Set the current pose of the headset, field frame; later poses are relative to this pose.
 
         If the config has no mount, the headset derives the mount for which the reset is correct, because robot code
-        computes the reset from its robot pose and its mount. If this mount is too far from the robot's center, the
+        computes the reset from a robot pose and a mount. If the derived mount is over 1 m from the robot's center, the
         headset is assumed at the center, with the rotation of the reset, until a later reset is plausible.
 
         Args:
@@ -177,8 +177,9 @@ class QuestHeadset:
     def move_start(self, old_pos: Vector, robot_pos: Vector, robot_quat: Quaternion) -> None:
         """Apply the last reset again at the robot's new pose, if the robot has not moved since the reset.
 
-        A match calls this when it places a robot at the start pose of its auto after robot code has already reset poses
-        to this start pose. If the robot has moved since the reset, the headset reports the change of pose as motion.
+        A match calls this method after placing a robot at the start pose of an auto, because robot code may already
+        have reset poses to this start pose. If the robot has moved since the reset, the headset reports the change of
+        pose as motion.
 
         Args:
             old_pos: Position of the robot before the placement, field frame [m].
@@ -192,7 +193,7 @@ class QuestHeadset:
             self.reset(self._last_reset[0], robot_pos, robot_quat)
 
     def update(self, time: float, history: PoseHistory) -> list[QuestFrame]:
-        """Publish all poses that are due, and return them.
+        """Publish all poses that are due and the battery level, and return the poses, oldest first.
 
         Args:
             time: Current simulated time [s].
@@ -248,7 +249,7 @@ class QuestHeadset:
 def _frame_to(
     believed_pos: Vector, believed_quat: Quaternion, pos: Vector, quat: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute the transform from field poses to the frame of a reset."""
+    """Compute the translation [m] and rotation from the field frame to the frame of a reset."""
     x, y, z, w = quat
     turn = multiply(believed_quat, (-x, -y, -z, w))
     rx, ry, rz = rotate(turn, pos)

@@ -25,7 +25,7 @@ The mesh of a tag's support is up to 14 mm in front of the tag, at some corners 
 _EDGE_POINTS: FloatArray = np.array(
     [(x, y, 1) for x, y in ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0))], dtype=float
 )
-"""Points of a tag that must be visible, in half edges: 8.3 cm apart, so that no piece of 15 cm fits between them."""
+"""Points of a tag that must be visible, in half edges: 8.3 cm apart, so that no piece of 15 cm fits in between."""
 _RAYS = (0, 2, 4, 6, 8)  # indices in `_EDGE_POINTS` of the points tested by rays: corners and center
 _MOVED = 0.3  # [m]; camera travel after which a result is out of date: the fastest obstacle's travel in `_STALE`
 _STALE = 0.1  # [s]; age at which a result is out of date
@@ -46,7 +46,7 @@ def find_tags(
 
     Args:
         layout: All tags at their true poses.
-        lens: Type of the camera.
+        lens: Camera model.
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
         min_side: Length of the shortest readable edge in the picture [px].

@@ -49,7 +49,7 @@ class StandingField(NamedTuple):
         return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
-        """Advance test balls by h [s]; `memory` holds the friction state of their contacts."""
+        """Advance test balls by h [s]; `memory` is the contact memory of these balls."""
         advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
 
 
@@ -78,7 +78,7 @@ class BallDynamics:
         """Contact memory of all balls."""
 
     def set_balls(self, balls: Balls) -> None:
-        """Replace all balls of the world."""
+        """Replace all balls of the world, and clear the contact memory."""
         if len(balls.status):
             prepare()
         self.balls, self.memory = balls, make_memory(len(balls.status))
@@ -90,7 +90,7 @@ class BallDynamics:
 
     def reach(self, row: int) -> float:
         """Return the largest distance of a body's shape from its origin [m]."""
-        return float(self._bodies.of(row)["reach"][0])
+        return float(self._bodies.of(row)["model"]["reach"][0])
 
     def leave(self, ball: int, row: int) -> None:
         """Ignore contact between a ball and a body until the ball has left the body once."""
@@ -98,13 +98,13 @@ class BallDynamics:
 
     def robots_touching(self, ball: int) -> list[int]:
         """Return the rows of the robots that a ball touched in this tick."""
-        marks, marked = int(self.balls.bodies[ball]), self._bodies.records["mark"]
+        marks, marked = int(self.balls.bodies[ball]), self._bodies.records["model"]["mark"]
         return [self._bodies.rows[number] for number in self._bodies.robots if marks & int(marked[number])]
 
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set the bodies, in addition to robots, that balls can touch in a tick.
+        """Set the bodies, in addition to robots and bodies that carry robots, that balls can touch in a tick.
 
         Args:
             others: Rows of the bodies other than robots.
@@ -112,7 +112,7 @@ class BallDynamics:
         """
         self.balls.bodies[:] = 0
         bodies = self._bodies
-        bodies.records["is_active"] = bodies.records["is_robot"]
+        bodies.records["is_active"] = bodies.records["model"]["is_robot"]
         self._others = [number for number in map(bodies.number_of.__getitem__, others) if number not in bodies.carriers]
         bodies.records["is_active"][bodies.carriers] = 1
         bodies.records["is_active"][self._others] = 1
@@ -125,8 +125,8 @@ class BallDynamics:
             body = bodies.records[number]
             body["pos"], body["quat"] = engine.pose(bodies.rows[number])
             vel, body["rate"] = engine.velocity(bodies.rows[number])
-            body["vel"] = (0.0, 0.0, 0.0) if body["swings"] else vel
-            if body["carries"]:  # what hinge and engine have changed, without the impulses of the loop
+            body["vel"] = (0.0, 0.0, 0.0) if body["model"]["swings"] else vel
+            if body["model"]["carries"]:  # change by hinge and engine, without the impulses of the loop
                 body["pull"] = (body["rate"] - self._turned.get(number, body["rate"])) / h
                 self._turned[number] = body["rate"].copy()
 
@@ -135,17 +135,17 @@ class BallDynamics:
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
-            impulse = body["impulse"]
+            model, impulse = body["model"], body["impulse"]
             if number in self._fixed or not impulse.any():
                 continue
             row = bodies.rows[number]
             pos, quat = engine.pose(row)
-            axes = matrix(quat) @ body["principal"]
-            turn = axes @ ((impulse[3:] @ axes) / body["inertia"])
+            axes = matrix(quat) @ model["principal"]
+            turn = axes @ ((impulse[3:] @ axes) / model["inertia"])
             vel, rate = engine.velocity(row)
             spin = rate + turn
-            linear = np.cross(spin, pos - body["center"]) if body["swings"] else vel + impulse[:3] / body["mass"]
-            if body["carries"]:
+            linear = np.cross(spin, pos - model["center"]) if model["swings"] else vel + impulse[:3] / model["mass"]
+            if model["carries"]:
                 self._turned[number] += turn
             engine.wake(row)
             engine.set_velocity(row, linear.tolist(), spin.tolist())
@@ -156,5 +156,5 @@ class BallDynamics:
         return StandingField(self._builder.solids, self.floor._replace(with_pairs=False))
 
     def fly(self, balls: Balls, h: float) -> None:
-        """Advance test balls by h [s] through the static field, without contacts with bodies or each other."""
+        """Advance test balls by h [s] through the static field, without contacts with bodies or between balls."""
         self.standing.fly(balls, make_memory(len(balls.status)), h)

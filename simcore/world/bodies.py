@@ -49,7 +49,7 @@ class Bodies:
         is_robot: bool = False,
         drivable: bool = False,
     ) -> int:
-        """Add a body and return its number.
+        """Add a body and return the number of the body.
 
         Args:
             row: Row of the body in the world.
@@ -68,20 +68,21 @@ class Bodies:
         self.rows.append(row)
         self.number_of[row] = number
         body = records(BODY)
-        body["first_solid"] = self._solids.add(
+        model = body["model"]
+        model["first_solid"] = self._solids.add(
             shape, (0.0, 0.0, 0.0), IDENTITY, surface, row=row, body=number, drivable=drivable
         )
-        body["last_solid"] = self._solids.count
-        body["row"], body["is_robot"], body["swings"] = row, is_robot, pivot is not None
-        body["reach"], body["mass"], body["inertia"] = bounding_radius(shape), mass, inertia
-        body["principal"], body["center"] = matrix(inertia_axes), center if pivot is None else pivot
+        model["last_solid"] = self._solids.count
+        model["row"], model["is_robot"], model["swings"] = row, is_robot, pivot is not None
+        model["reach"], model["mass"], model["inertia"] = bounding_radius(shape), mass, inertia
+        model["principal"], model["center"] = matrix(inertia_axes), center if pivot is None else pivot
         body["pos"], body["quat"], body["axes"] = pos, IDENTITY, np.eye(3)
-        body["com"] = body["center"] if pivot is not None else np.add(pos, center)
+        body["com"] = model["center"] if pivot is not None else np.add(pos, center)
         if drivable:
-            body["carries"], body["is_active"] = 1, 1
+            model["carries"], body["is_active"] = 1, 1
             self.carriers.append(number)
         if is_robot:
-            body["mark"], body["is_active"] = 1 << min(len(self.robots), _MARKS), 1
+            model["mark"], body["is_active"] = 1 << min(len(self.robots), _MARKS), 1
             self.robots.append(number)
         self.records = join((self.records, body))
         return number

@@ -7,8 +7,8 @@ Settings and their reasons:
 - Every contact of a game piece has the piece's stiffness and a damper, set as Bullet's contact stiffness and damping,
   which carry load only without split impulses. The solver starts from the forces of the previous step: otherwise a
   robot that presses against a wall needs more iterations.
-- Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off: it
-  removes the bounce, and sub-steps are cheaper while few pieces are fast.
+- Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off,
+  because it removes the bounce, and sub-steps are cheaper while few pieces are fast.
 - simcore puts bodies to sleep: Bullet's thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 
@@ -76,7 +76,7 @@ _POINT_RADIUS = 0.01  # [m], of the static to which a pivot is tied
 
 
 def load_pybullet() -> Any:
-    """Import PyBullet without printing its build time, and return the module.
+    """Import and return the module `pybullet`, without the build time that PyBullet prints.
 
     Raises:
         EngineError: If PyBullet is not installed.
@@ -142,7 +142,7 @@ class BulletEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """Set the parameters of an empty world."""
+        """Start an empty world: set the engine parameters and clear the lists of bodies."""
         p = self._p
         p.setGravity(0.0, 0.0, -self.gravity, **self._kw)
         p.setPhysicsEngineParameter(
@@ -230,7 +230,7 @@ class BulletEngine(Engine):
         return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Tie a body to a static without collisions at its pivot, as PyBullet has no point joint to the world."""
+        """Tie a body to a new static without collisions at the pivot: PyBullet has no point joint to the world."""
         p, d = self._p, definition
         point = self._shapes.static(Sphere(_POINT_RADIUS))
         fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
@@ -323,7 +323,7 @@ class BulletEngine(Engine):
             self._fixed.add(row)
 
     def _unfix(self, row: int, **extra: Any) -> None:
-        """Restore the mass of a fixed body."""
+        """Restore mass and inertia of a body if it is fixed."""
         if row in self._fixed:
             self._fixed.remove(row)
             d = self._definitions[row]
@@ -502,8 +502,8 @@ class _BulletShapes:
     def _compound(self, compound: Compound) -> int:
         """Create a compound shape; PyBullet reads the hulls from a temporary file.
 
-        PyBullet takes at most 16 shapes and drops the rest silently; a file counts as one shape, however many hulls it
-        contains. PyBullet never frees these hulls: a compound of 24 hulls leaks 0.22 MB per world.
+        PyBullet takes at most 16 shapes and drops the rest silently; a file with any number of hulls counts as one
+        shape. PyBullet never frees these hulls: a compound of 24 hulls leaks 0.22 MB per world.
         """
         p = self._p
         parts = [_plain(part) for part in compound.parts]
@@ -511,7 +511,9 @@ class _BulletShapes:
         parts = [part for part in parts if not isinstance(part.shape, Hull)]
         n = len(parts) + bool(hulls)
         if n > _MOST_SHAPES:
-            raise EngineError(f"PyBullet takes {_MOST_SHAPES} shapes in one, all hulls counted as one, got {n}")
+            raise EngineError(
+                f"PyBullet takes at most {_MOST_SHAPES} shapes in a compound, all hulls counted as one, got {n}"
+            )
         types, radii, halves, lengths = [p.GEOM_MESH] * n, [0.0] * n, [[0.0] * 3] * n, [0.0] * n
         files = [""] * n
         for i, part in enumerate(parts):
@@ -601,6 +603,6 @@ def _without_margin(points: bytes) -> list[list[float]]:
 
 @lru_cache(maxsize=4096)
 def _corners(points: bytes) -> list[list[float]]:
-    """Convert the bytes of float64 corners to a list; equal hulls share one list, because PyBullet never frees it."""
+    """Convert the bytes of float64 corners to a list; equal hulls share a list, because PyBullet never frees lists."""
     rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
     return rows

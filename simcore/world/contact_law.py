@@ -59,7 +59,7 @@ _STRONGEST = (1.0, 0.2)
 h is the step. MuJoCo makes the friction cone convex: a body that starts to slide at v jumps up with at most
 mu v c h / m. At 2 m/s a tube on carpet jumps by 1 mm.
 """
-_LEAST_RATIO = 0.5  # damping ratio for the limit on springs: half a period takes 15 steps or more
+_LEAST_RATIO = 0.5  # damping ratio for the limit on springs: half a period with friction takes 15 steps or more
 # --- materials ------------------------------------------------------------------------------------------------------
 
 

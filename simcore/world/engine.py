@@ -57,7 +57,7 @@ class RayHits:
     fraction: FloatArray
     """Fraction of the ray before the hit, 1.0 for no hit, shape (n,)."""
     row: IntArray
-    """Row of the body that was hit, -1 for none, shape (n,)."""
+    """Row of the body that was hit, -1 without a hit, shape (n,)."""
     normal: FloatArray
     """Unit normal of the surface at the hit, field frame, shape (n, 3)."""
 
@@ -82,25 +82,25 @@ class Engine(Protocol):
         self.close()
 
     def add_body(self, definition: BodyDefinition) -> int:
-        """Add a moving body or a static and return its row."""
+        """Add a moving body or a static and return the row of the body."""
         ...
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        """Place a body by its origin [m] and attitude, field frame, and set its velocity to zero."""
+        """Place a body at rest by the origin [m] and attitude of the body, field frame."""
         ...
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
-        """Set the velocity of a body's center of mass [m/s] and its angular velocity [rad/s] without waking the body.
+        """Set a body's velocity of the center of mass [m/s] and angular velocity [rad/s], without waking the body.
 
-        Both are in the field frame.
+        Both velocities are in the field frame.
         """
         ...
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change the mass properties of a body and wake it.
+        """Change the mass properties of a body and wake the body.
 
-        The pose of the origin stays. The velocity keeps its value, which then applies to the new center of mass. The
-        engine finds the body's contacts again in the next step.
+        The pose of the origin stays. The velocity of the old center of mass becomes the velocity of the new center of
+        mass. The engine finds the body's contacts again in the next step.
 
         Args:
             row: Row of the body.
@@ -123,7 +123,7 @@ class Engine(Protocol):
         ...
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:
-        """Return a body's velocity of the center of mass [m/s] and angular velocity [rad/s], field frame."""
+        """Return the velocity of a body's center of mass [m/s] and the body's angular velocity [rad/s], field frame."""
         ...
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
@@ -143,7 +143,7 @@ class Engine(Protocol):
         ...
 
     def sleep(self, row: int) -> None:
-        """Stop a body and put it to sleep until an awake body touches it or `wake` is called."""
+        """Stop a body and put it to sleep until contact with an awake body or a call of `wake`."""
         ...
 
     def fix(self, row: int) -> None:
@@ -155,7 +155,7 @@ class Engine(Protocol):
         ...
 
     def depth(self, row: int) -> float:
-        """Return the largest overlap of a body with statics at its current pose, without a step [m]; 0 for none."""
+        """Return the largest overlap of a body with statics at the current pose [m]; 0 without overlap."""
         ...
 
     def touching(self, row: int) -> list[int]:
@@ -172,7 +172,7 @@ class Engine(Protocol):
         ...
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
-        """Change the collision group and mask of a body; 0, 0 removes it from all collisions."""
+        """Change the collision group and mask of a body; 0, 0 removes the body from all collisions."""
         ...
 
     def step(self, h: float) -> None:

@@ -41,7 +41,7 @@ def choose_engine(name: str | None = None) -> str:
 
 
 def engine_label(name: str | None = None) -> str:
-    """Return the name of the engine that a world would use, for run records; "none" if no engine is installed."""
+    """Return the result of `choose_engine` for run records, or "none" if no engine is installed."""
     try:
         return choose_engine(name)
     except EngineError:
@@ -76,7 +76,7 @@ def add_engine_option(parser: argparse.ArgumentParser) -> None:
 
 
 def require_known(name: str) -> str:
-    """Check that an engine has this name, and return the name.
+    """Check that `name` is the name of an engine, and return `name`.
 
     Raises:
         UnknownNameError: If no engine has this name.

@@ -239,7 +239,7 @@ class FieldGeometry:
         if sentences:
             sentences.append(
                 "their faces are wound both ways, or not as on the other half. A plate grows behind the side from "
-                "which the corners of a face run counter-clockwise; turn them round in the file for the other side"
+                "which the corners of a face run counter-clockwise; reverse them in the file for the other side"
             )
         alone = [] if symmetry is None else _without_image(elements, symmetry)
         if alone:

@@ -1,8 +1,8 @@
 """Bodies that swing on a chain or turn about a hinge fixed to the field, pushed by robots and game pieces.
 
-The engine ties the body to its pivot and moves it like a game piece. This module adds friction of the chain, which also
-returns the body to its yaw at rest, friction and spring of a hinge, the pull of climbers, and sleep. The body turns
-only about its hinge because the engine gets large moments of inertia about the other axes.
+The engine ties a body to the pivot and moves the body like a game piece. This module adds friction of a chain, a torque
+that returns a body on a chain to the yaw at rest, friction and spring of a hinge, the pull of climbers, and sleep. A
+hinged body turns only about the hinge because the engine gets large moments of inertia about the other axes.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class HangingConfig:
         if self.hinge not in (None, "x", "y"):
             raise ConfigError(f"{owner}: hinge must be along 'x' or 'y', or None for a chain, got {self.hinge!r}")
         if self.hinge is None and (self.spring or self.drivable):
-            raise ConfigError(f"{owner}: only what has a hinge has a spring, or carries robots")
+            raise ConfigError(f"{owner}: only a body with a hinge can have a spring or carry robots")
 
 
 class HangingBody:
@@ -118,16 +118,19 @@ class HangingBody:
         return self._from_pivot(rotate(self.quat, self._arm(place)))
 
     def velocity_at(self, place: Vector) -> Vector:
-        """Return the velocity of a point of the body, field frame [m/s]."""
+        """Return the velocity of the body point that is now at `place`, field frame [m/s]."""
         return cross(self.rate, self._arm(place))
 
     def mobility_at(self, place: Vector) -> float:
-        """Return the inverse effective mass at a point, for forces at a right angle to the line to the pivot [1/kg]."""
+        """Return the inverse effective mass at a point, for forces perpendicular to the line to the pivot [1/kg]."""
         arm = self._arm(place)
         return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
 
     def pull(self, place: Vector, force: Vector) -> None:
-        """Apply a force at a point in the next sub-step, field frame [m, N]; the pivot takes the part along the arm."""
+        """Apply a force [N] at a point [m], field frame, in the next sub-step, and wake the body.
+
+        The pivot carries the component along the line to the pivot.
+        """
         tx, ty, tz = cross(self._arm(place), force)
         x, y, z = self._torque
         self._torque = (x + tx, y + ty, z + tz)
@@ -136,7 +139,7 @@ class HangingBody:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def read(self) -> None:
-        """Read pose and velocity from the engine; must run before climbers use them."""
+        """Read pose and angular velocity of an awake body from the engine; must run before climbers use the body."""
         if self.is_awake:
             self.pos, self.quat = self._engine.pose(self.row)
             vel, rate = self._engine.velocity(self.row)
@@ -157,7 +160,7 @@ class HangingBody:
             )
 
     def before_substep(self, h: float) -> None:
-        """Apply friction, spring and the pull of climbers for the next sub-step of h [s]."""
+        """Apply friction, spring or yaw torque, and the pull of climbers for the next sub-step of h [s]."""
         if not self.is_awake:
             return
         arm = self._arm(self.pos)
@@ -184,7 +187,7 @@ class HangingBody:
             self._torque = (0.0, 0.0, 0.0)
 
     def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
-        """Wake the body if anything touched it in this tick; put the body to sleep after enough time at rest.
+        """Wake the body if touched, or a hinged body if `in_reach`; put the body to sleep after 0.5 s at rest.
 
         Args:
             dt: Length of the tick [s].
@@ -222,7 +225,7 @@ class HangingBody:
         """Extent and speed of the body, for waking game pieces.
 
         The values are x, y, yaw [m, m, rad], half length and half width [m], speed [m/s], heights of the lowest and
-        highest point [m], and the speed [m/s] below which the body wakes only the pieces it touches, because a swing
+        highest point [m], and the speed [m/s] below which the body wakes only pieces in contact, because a swing
         lasts half a minute.
         """
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()

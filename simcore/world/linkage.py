@@ -1,7 +1,7 @@
 """Kinematics of a robot's moving parts: a chain of joints from the robot frame to the part.
 
-An elevator is a sliding joint and an arm a turning joint; a claw on an arm on an elevator is a chain of two joints. The
-chain gives the poses of drawn parts and intake zones, and the pose and velocity of a held game piece.
+An elevator is a slide joint and an arm a hinge joint; a claw on an arm on an elevator is a chain of both. The chain
+gives the poses of drawn parts and intake zones, and the pose and velocity of a held game piece.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ class MechanismMotion(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
-    """One joint of a chain, driven by a mechanism."""
+    """Hinge or slide joint in a chain of joints, driven by a mechanism."""
 
     mechanism: str
     """Name of the mechanism that drives the joint."""
     axis: Vector
-    """Axis of counter-clockwise rotation, or direction of travel: a unit vector in the frame before the joint."""
+    """Axis of a hinge (right-hand rule) or direction of a slide: unit vector in the frame before the joint."""
     origin: Vector = (0.0, 0.0, 0.0)
-    """Origin of the joint in the frame before the joint [m]."""
+    """Origin of the joint at shaft angle zero, in the frame before the joint [m]."""
     slides: bool = False
-    """Whether the joint slides instead of turning."""
+    """Whether the joint is a slide joint, instead of a hinge joint."""
     ratio: float = 1.0
-    """Angle [rad] or travel [m] of the joint per radian of the mechanism's shaft."""
+    """Angle of a hinge [rad/rad] or travel of a slide [m/rad] per angle of the mechanism's shaft."""
 
     def __post_init__(self) -> None:
         owner = f"Joint of {self.mechanism!r}"
@@ -58,11 +58,11 @@ class PartState(NamedTuple):
     """Pose and motion of a part or a robot, in the robot frame unless stated otherwise."""
 
     pos: Vector
-    """Position [m]."""
+    """Position of the origin [m]."""
     quat: Quaternion
-    """Attitude: rotation from the part's axes to those of the frame, x, y, z, w."""
+    """Attitude: rotation from the axes of the part to the axes of the frame, quaternion x, y, z, w."""
     vel: Vector
-    """Velocity [m/s]."""
+    """Velocity of the origin [m/s]."""
     rate: Vector
     """Angular velocity [rad/s]."""
 
@@ -70,7 +70,7 @@ class PartState(NamedTuple):
 def part_pose(
     joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
 ) -> tuple[Vector, Quaternion]:
-    """Compute the pose of a part in the robot frame.
+    """Compute the position [m] and attitude of a part in the robot frame.
 
     Args:
         joints: Joints from the robot outward; empty for a fixed part.
@@ -119,7 +119,7 @@ def require_mechanisms(owner: str, names: Iterable[str | None], known: Iterable[
     """Check that all mechanisms named in a config exist.
 
     Raises:
-        UnknownNameError: If a mechanism does not exist; the message contains `owner`.
+        UnknownNameError: If a name other than None is not in `known`; the message contains `owner`.
     """
     known = list(known)
     for name in names:

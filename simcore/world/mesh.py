@@ -47,7 +47,7 @@ _THIN = 1e-5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPart:
-    """Shape and position of its origin."""
+    """Shape with the position of the shape's origin in the mesh."""
 
     shape: Box | Hull | Mesh
     position: FloatArray
@@ -161,7 +161,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
 
 
 def _convex_part(points: FloatArray) -> MeshPart:
-    """Compute the convex hull of points, as a `Box` if it is an axis-aligned box, otherwise as a `Hull`."""
+    """Compute the convex hull of points, as a `Box` if the hull is an axis-aligned box, else as a `Hull`."""
     hull = ConvexHull(points)
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
@@ -190,7 +190,13 @@ def _labels(pairs: IntArray, count: int) -> IntArray:
 
 
 def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[FloatArray, IntArray]]:
-    """Split a mesh into components connected by shared edges; return vertices and faces of each."""
+    """Split a mesh into components connected by shared edges; return vertices and faces of each component.
+
+    Components without area are dropped.
+
+    Raises:
+        FieldMeshError: If there are more than `MOST_GROUPS` components.
+    """
     labels = _labels(_trimesh(points, faces).face_adjacency, len(faces))
     if labels.max() >= MOST_GROUPS:
         raise FieldMeshError(f"group {group!r} has {labels.max() + 1} separate bodies, over the limit of {MOST_GROUPS}")
@@ -202,7 +208,7 @@ def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[Float
 
 
 def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
-    """Convert an open connected mesh to flat polygons; None if it is closed or needs more than `MAX_PLATES`."""
+    """Convert an open connected mesh to a sheet; None for a closed mesh or one of over `MAX_PLATES` polygons."""
     if _is_closed_body(points, faces):
         return None
     faces, is_mixed = _with_even_winding(_trimesh(points, faces))
@@ -283,7 +289,7 @@ def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
 
 
 def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> list[str]:
-    """Turn the normals of sheets to the free side, in place.
+    """Reverse the normals of sheets, in place, so that all normals point to the free side.
 
     Args:
         sheets: Sheets of the whole field, in the order of the file.
@@ -333,9 +339,9 @@ def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sh
 
 
 def _agreement(sheet: Sheet, other: Sheet, symmetry: FieldSymmetry) -> float:
-    """Compute how well the normals of a sheet agree with the image of another sheet [m^2].
+    """Compute the agreement of a sheet's normals with the image of another sheet [m^2].
 
-    The result is the area that faces the same way minus the area that faces the opposite way.
+    The result is the sum of polygon areas, each times the cosine of the angle between the two normals.
     """
     mine, its = (np.array([corners.mean(axis=0) for corners in one.corners]) for one in (sheet, other))
     nearest = np.linalg.norm(mine[:, None] - symmetry.flip_points(its)[None], axis=2).argmin(axis=1)

@@ -7,8 +7,8 @@ Settings and their reasons:
   split into sub-steps of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
 - Integration is semi-implicit Euler, x += h v with v at the end of the step, as in PyBullet.
 - `sleep` uses MuJoCo's sleep: MuJoCo skips the body until an awake body touches it. `fix` also puts the body to sleep,
-  makes it so heavy that it acts as a wall, and restores its pose after each step.
-- The model is compiled when it is first needed after a body was added; moving bodies keep their state.
+  multiplies the mass so that the body acts as a wall, and restores the pose of the body after each step.
+- The model is compiled at the first use after a body was added; moving bodies keep their state.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _AWAKE = -11  # MuJoCo's value for a body that is fully awake
 
 
 def _load_mujoco() -> Any:
-    """Import MuJoCo and return it; raise `EngineError` if it is not installed."""
+    """Import and return the package `mujoco`; raise `EngineError` if the package is not installed."""
     try:
         import mujoco
     except ImportError as error:
@@ -114,7 +114,7 @@ class MuJoCoEngine(Engine):
         self._require_open()
         body, d = self._body[row], self._definitions[row]
         if body < 0:
-            raise EngineError("MuJoCo: a static cannot be moved; make the world anew")
+            raise EngineError("MuJoCo: a static cannot be moved; make a new world")
         center, (x, y, z, w) = frame_pose(pos, quat, d.center_of_mass, d.inertia_axes)
         self._qpos[body] = (*center, w, x, y, z)
         self._qvel[body] = 0.0
@@ -192,7 +192,7 @@ class MuJoCoEngine(Engine):
             self._scale_mass(row, _FIXED)
 
     def _unfix(self, row: int) -> None:
-        """Restore the mass of a fixed body."""
+        """Restore the mass of a body if it is fixed."""
         if self._fixed[self._body[row]]:
             self._fixed[self._body[row]] = False
             self._scale_mass(row, 1.0)
@@ -383,7 +383,7 @@ class _CompiledModel:
     """Whether a shape belongs to a static without friction and restitution, shape (geoms,)."""
 
     def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
-        """Return fraction, row and normal of the first surface that a segment enters."""
+        """Return fraction, row and normal of the first surface that a segment enters; 1, -1 and zeros for no hit."""
         way, passed = end - start, 0.0
         geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))
         for _ in range(_MOST_PASSED):
@@ -505,7 +505,7 @@ class _Contacts:
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Return whether a body can touch statics and none of them has friction or restitution."""
+        """Return whether a body can touch statics, and only statics without friction and restitution."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 
@@ -566,7 +566,7 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
-    """Tie a body to its pivot; sets the model's initial pose, in which the two points of the joint must coincide."""
+    """Tie a body to the pivot in `definition`, and set the initial pose, in which pivot and tied point coincide."""
     assert definition.pivot is not None
     quat = multiply(definition.quat, definition.inertia_axes)
     center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
@@ -593,7 +593,7 @@ class _Geoms:
         self._meshes: dict[bytes, str] = {}
 
     def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> int:
-        """Add a shape with contact parameters and return the number of geoms made for it."""
+        """Add a shape with contact parameters to a body, and return the number of new geoms."""
         if isinstance(shape, Mesh):
             prisms = _prisms(shape)
             for prism in prisms:
@@ -645,7 +645,7 @@ def _prisms(mesh: Mesh) -> list[FloatArray]:
 def _require_group(group: int) -> None:
     """Raise `EngineError` if MuJoCo's rays cannot tell a collision group from others."""
     if group >= 1 << _MOST_GROUPS:
-        raise EngineError(f"MuJoCo tells {_MOST_GROUPS} collision groups apart, the bits 1 to 16; got {group}")
+        raise EngineError(f"MuJoCo supports {_MOST_GROUPS} collision groups, bits 1 to 16; got {group}")
 
 
 def _ray_flags(mask: int) -> Any:

@@ -59,7 +59,7 @@ class ObjGroup:
     """Rows of the vertices of each polygon, counter-clockwise seen from the side that the normal points to."""
 
     def triangles(self) -> IntArray:
-        """Return the rows of the vertices of each triangle, shape (m, 3)."""
+        """Return the polygons as triangles: rows of the vertices of each triangle, shape (m, 3)."""
         rows = [tri for face in self.faces for tri in triangulate(self.vertices, face)]
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
@@ -151,7 +151,7 @@ def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 
 
 
 def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> str:
-    """Write an OBJ file, creating missing folders, and return a summary line.
+    """Write an OBJ file, create missing folders, and return a line with path, number of groups and of triangles.
 
     Args:
         path: Path of the file.
@@ -193,7 +193,7 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
 
 
 def in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
-    """Project points onto the plane across a normal, keeping counter-clockwise order seen from the normal's tip.
+    """Project points onto the plane with a given normal, keeping counter-clockwise order seen from the normal's tip.
 
     Args:
         points: Points, shape (n, 3).
@@ -287,7 +287,7 @@ def pipe_group(
         sides: Number of side faces.
 
     Raises:
-        ConfigError: If the pipe has no length or diameter, or `aside` is along it.
+        ConfigError: If the pipe has no length or diameter, or `aside` is along the pipe.
     """
     ends = np.array([start, end])
     way = ends[1] - ends[0]

@@ -56,7 +56,7 @@ _ABOVE = 0.002  # [m]; height above the ground from which a placed robot settles
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BumperPart:
-    """Rectangle that collides with walls and robots: bumpers, or the frame above them."""
+    """Rectangular part that collides with walls and robots: bumpers, or the frame above the bumpers."""
 
     x: float
     """x coordinate of the center, robot frame [m]."""
@@ -128,7 +128,7 @@ class _Shaft(Protocol):
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Return whether bumpers collide with the outline of a static, instead of with its solids.
+    """Return whether bumpers collide with the outline of a static, instead of with the solids of the static.
 
     Bumpers collide with the solids of concave shapes and of shapes low enough for wheels or the frame's lower edge.
     """
@@ -187,7 +187,7 @@ class RobotDynamics:
     # --- building -------------------------------------------------------------------------------------------------
 
     def add_static(self, row: int, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
-        """Add a static that bumpers can touch; `pos` is its origin, field frame [m]."""
+        """Add a static whose outline bumpers can touch; `pos` is the origin of the static, field frame [m]."""
         turn = matrix(quat).T
         assert not isinstance(shape, Mesh)
         members = shape.parts if isinstance(shape, Compound) else (Part(shape),)
@@ -196,7 +196,7 @@ class RobotDynamics:
         self._forget_outlines()
 
     def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
-        """Add a robot and return its number.
+        """Add a robot and return the number of the robot.
 
         Args:
             row: Row of the robot's body in the world.
@@ -210,16 +210,17 @@ class RobotDynamics:
         robot = self._robots.take(records(ROBOT))
         self._batteries.take(records(BATTERY))
         self._springs.take(records(SPRING, SPRINGS))["stamp"] = -2
-        robot["body"], robot["request"]["is_enabled"], robot["is_put"] = body, 1, 1
-        robot["first_part"], robot["last_part"] = self._parts.count, self._parts.count + len(parts)
+        robot["request"]["is_enabled"], robot["is_put"], model = 1, 1, robot["model"]
+        model["body"] = body
+        model["first_part"], model["last_part"] = self._parts.count, self._parts.count + len(parts)
         made = records(PART, len(parts))
         for one, part in zip(range(len(parts)), parts, strict=True):
-            made["robot"][one] = number
+            made["model"]["robot"][one] = number
             for name in BumperPart.__slots__:
-                made[name][one] = getattr(part, name)
+                made["model"][name][one] = getattr(part, name)
         if parts:
-            robot["reach"] = max(math.hypot(abs(p.x) + p.half_length, abs(p.y) + p.half_width) for p in parts)
-            robot["low"], robot["high"] = min(p.bottom for p in parts), max(p.top for p in parts)
+            model["reach"] = max(math.hypot(abs(p.x) + p.half_length, abs(p.y) + p.half_width) for p in parts)
+            model["low"], model["high"] = min(p.bottom for p in parts), max(p.top for p in parts)
         self._parts.take(made)
         self._forget_outlines()
         return number
@@ -227,9 +228,11 @@ class RobotDynamics:
     def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
         """Move the records of a robot's drivetrain and mechanisms into the arrays of the world."""
         robot = self.robots[number : number + 1]
-        robot["first_shaft"], robot["first_wheel"] = self._shafts.count, self._wheels.count
+        model = robot["model"]
+        model["first_shaft"], model["first_wheel"] = self._shafts.count, self._wheels.count
         if drive is not None:
-            for name in ("request", "drive_shafts", "bus", "time"):
+            model["drive_shafts"] = drive.robot_record["model"]["drive_shafts"]
+            for name in ("request", "bus", "time"):
                 robot[name] = drive.robot_record[name]
             battery = self._batteries.taken[number : number + 1]
             battery[:] = drive.battery.records
@@ -237,7 +240,7 @@ class RobotDynamics:
             drive.shafts, drive.wheel_records = self._shafts.take(drive.shafts), self._wheels.take(drive.wheel_records)
         for mechanism in mechanisms:
             mechanism.record = self._shafts.take(mechanism.record)
-        robot["last_shaft"], robot["last_wheel"] = self._shafts.count, self._wheels.count
+        model["last_shaft"], model["last_wheel"] = self._shafts.count, self._wheels.count
         self._drives[number], self._fleet = drive, None
 
     def set_points(self, number: int, wheels: Sequence[Vector], points: Sequence[Vector], radius: float) -> None:
@@ -249,11 +252,12 @@ class RobotDynamics:
             points: Contact points of bumpers and frame, centers of spheres of 10 mm radius, robot frame [m].
             radius: Radius of the wheels [m].
         """
-        robot, m = self.robots[number], len(wheels)
+        robot, m = self.robots[number]["model"], len(wheels)
         made = records(POINT, m + len(points))
-        made["x"], made["y"], made["z"] = zip(*wheels, *points, strict=True)
-        made["is_wheel"][:m] = 1
-        made["radius"][:m], made["radius"][m:] = radius, _POINT_RADIUS
+        model = made["model"]
+        model["x"], model["y"], model["z"] = zip(*wheels, *points, strict=True)
+        model["is_wheel"][:m] = 1
+        model["radius"][:m], model["radius"][m:] = radius, _POINT_RADIUS
         robot["first_point"], robot["last_point"] = self._points.count, self._points.count + len(made)
         robot["reach"] = max(float(robot["reach"]), *(math.hypot(x, y) for x, y, _ in (*wheels, *points)))
         self._points.take(made)
@@ -262,7 +266,7 @@ class RobotDynamics:
     def set_mass(
         self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
     ) -> None:
-        """Set mass, center of mass and moments of inertia of a robot without changing its pose.
+        """Set mass, center of mass and moments of inertia of a robot; the pose of the robot does not change.
 
         Args:
             number: Number of the robot.
@@ -272,23 +276,23 @@ class RobotDynamics:
             radius: Radius of the wheels [m].
             loads: Wheel loads on level ground [N]; each wheel's spring is lengthened so that the robot stands at z = 0.
         """
-        robot, m = self.robots[number], len(loads)
-        body = self._bodies.records[int(robot["body"])]
+        robot, m = self.robots[number]["model"], len(loads)
+        body = self._bodies.records[int(robot["body"])]["model"]
         body["mass"], body["center"], body["inertia"] = mass, center, inertia
-        points = self._points.taken[int(robot["first_point"]) : int(robot["last_point"])]
+        points = self._points.taken["model"][int(robot["first_point"]) : int(robot["last_point"])]
         stiffness = mass * GRAVITY / (m * _SINK)
         damping = 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass / m)
         stiffer = math.sqrt(_STIFFER)
         points["radius"][:m] = radius + np.array(loads) / stiffness
         points["stiffness"][:m], points["stiffness"][m:] = stiffness, _STIFFER * stiffness
         points["damping"][:m], points["damping"][m:] = damping, stiffer * damping
-        parts = self._parts.taken[int(robot["first_part"]) : int(robot["last_part"])]
+        parts = self._parts.taken["model"][int(robot["first_part"]) : int(robot["last_part"])]
         parts["edge_stiffness"], parts["edge_damping"] = _STIFFER * stiffness, stiffer * damping
 
     # --- queries --------------------------------------------------------------------------------------------------
 
     def touching(self, row: int) -> list[int]:
-        """Return the rows of the walls and robots that a robot touched in the last step."""
+        """Return the rows of the field elements and bodies that a robot touched in the last call of the loop."""
         if row not in self._number_of:
             return []
         robot = self.robots[self._number_of[row]]
@@ -296,8 +300,8 @@ class RobotDynamics:
         return touched
 
     def wheel_gaps(self, number: int, count: int) -> list[float]:
-        """Return the distance of each of a robot's wheels from nearby ground [m]."""
-        first = int(self.robots["first_point"][number])
+        """Return the gap between each wheel of a robot and floor or field in the last step, negative in contact [m]."""
+        first = int(self.robots["model"]["first_point"][number])
         gaps: list[float] = self._points.taken["gap"][first : first + count].tolist()
         return gaps
 
@@ -315,7 +319,7 @@ class RobotDynamics:
             height: Height without overlaps from which the robot settles [m].
         """
         kept = self._bodies.records.copy()
-        body = self._bodies.records[int(self.robots["body"][number])]
+        body = self._bodies.records[int(self.robots["model"]["body"][number])]
         body["pos"], body["quat"] = (pose[0], pose[1], height + _ABOVE), from_yaw(pose[2])
         body["vel"] = body["rate"] = 0.0
         settle(self.fleet, number, self._bodies.records, solids, has_floor, gravity, STEP)
@@ -327,26 +331,33 @@ class RobotDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def put(self, row: int, pos: Sequence[float], quat: Quaternion) -> None:
-        """Place a robot at rest."""
+        """Place a robot at rest; the loop removes new overlaps by position, without force.
+
+        Args:
+            row: Row of the robot's body in the world.
+            pos: Origin of the robot, field frame [m].
+            quat: Attitude of the robot, field frame.
+        """
         robot = self.robots[self._number_of[row]]
-        body = self._bodies.records[int(robot["body"])]
+        model = robot["model"]
+        body = self._bodies.records[int(model["body"])]
         body["pos"], body["quat"], body["vel"], body["rate"] = pos, quat, 0.0, 0.0
         body["axes"] = axes = matrix(quat)
-        body["com"] = pos + axes @ body["center"]
-        points = self._points.taken[int(robot["first_point"]) : int(robot["last_point"])]
+        body["com"] = pos + axes @ body["model"]["center"]
+        points = self._points.taken[int(model["first_point"]) : int(model["last_point"])]
         points["load"], points["gap"] = 0.0, 0.0
         robot["is_put"] = 1
 
     def choose_outlines(self) -> None:
-        """Select the field outlines that bumpers can touch at the robots' current heights."""
+        """Select the field outlines that bumpers can touch, if the height of any robot has changed by over 3 mm."""
         if self._parts.count:
-            heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts.taken["robot"]]
+            heights = self._bodies.records["pos"][self.robots["model"]["body"], 2][self._parts.taken["model"]["robot"]]
             if not np.abs(heights - self._heights).max() <= _LIFT:
                 self._heights = heights
                 self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Have the batteries report new brown-outs and resets."""
+        """Call `report` of all batteries if a brown-out or reset has begun since the last call."""
         batteries = self._batteries.taken
         begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
         if begun != self._reported:
@@ -356,12 +367,12 @@ class RobotDynamics:
                     drive.battery.report()
 
     def fail(self, number: int) -> NoReturn:
-        """Raise an error for a robot whose state is not finite.
+        """Raise an error that contains position and velocity of a robot whose state is not finite.
 
         Raises:
             EngineError: Always.
         """
-        body = self._bodies.records[int(self.robots["body"][number])]
+        body = self._bodies.records[int(self.robots["model"]["body"][number])]
         raise EngineError(
             f"robot {number}: its pose or velocity is not finite: {body['pos'].tolist()}, {body['vel'].tolist()}"
         )
@@ -369,7 +380,7 @@ class RobotDynamics:
     # --- the engine's bodies ---------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Copy the robots' motion in this step to the engine, so that the engine's bodies collide with robots.
+        """Copy the mean motion of robots in a step to the engine, so that the engine's bodies collide with robots.
 
         Args:
             engine: Engine of all other bodies.
@@ -383,7 +394,7 @@ class RobotDynamics:
             engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
 
     def take_from(self, engine: Engine, h: float) -> None:
-        """Apply to each robot the change of velocity by the engine's step of h [s], and move the robot accordingly."""
+        """Add to robots the velocity change by contacts with the engine's bodies in h [s], and move the robots."""
         for number in self._bodies.robots:
             row, body = self._bodies.rows[number], self._bodies.records[number]
             if not engine.touching(row):
@@ -396,8 +407,8 @@ class RobotDynamics:
         """Select the field outlines at the current heights of all parts."""
         parts = self._parts.taken
         for number, height in enumerate(self._heights.tolist()):
-            low = float(parts["bottom"][number]) + height
-            high = float(parts["top"][number]) + height
+            low = float(parts["model"]["bottom"][number]) + height
+            high = float(parts["model"]["top"][number]) + height
             parts["first_outline"][number], parts["last_outline"][number] = self._slice(
                 math.floor(low / _BAND + 0.25), math.floor(high / _BAND + 0.25)
             )
@@ -445,7 +456,7 @@ def _outward(corners: FloatArray) -> FloatArray:
 def _covered(
     number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
 ) -> npt.NDArray[np.uint8]:
-    """Return whether other outlines cover each side of an outline from end to end, so nothing can touch it.
+    """Return whether other outlines cover each side of an outline from end to end, so that nothing can touch the side.
 
     Args:
         number: Number of the outline.

@@ -54,7 +54,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Compute the rotation about z by a yaw, counter-clockwise from above [rad]."""
+    """Compute the rotation about z by a yaw, counter-clockwise seen from above [rad]."""
     return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
@@ -136,7 +136,7 @@ def frame_pose(
 
 
 def outer_pose(pos: Vector, quat: Quaternion, offset: Vector, turn: Quaternion) -> tuple[Vector, Quaternion]:
-    """Compute the pose of the outer frame from the pose of the inner frame; inverse of `frame_pose`."""
+    """Compute the pose of the outer frame from the pose `pos`, `quat` of the inner frame; inverse of `frame_pose`."""
     if turn != IDENTITY:
         x, y, z, w = turn
         quat = multiply(quat, (-x, -y, -z, w))

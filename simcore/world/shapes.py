@@ -114,7 +114,7 @@ class Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """Two-sided triangle mesh, for statics only; slower than other shapes, and more balls pass through it."""
+    """Two-sided triangle mesh, for statics only; slower than other shapes, and more balls pass through."""
 
     vertices: FloatArray
     """Vertices [m], shape (n, 3)."""
@@ -156,7 +156,11 @@ Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
 
 
 def parts_of(shape: Shape) -> tuple[Part, ...]:
-    """Return the convex parts of a shape; a convex shape is a single part."""
+    """Return the convex parts of a shape; a convex shape is a single part.
+
+    Raises:
+        ConfigError: If the shape is a mesh.
+    """
     if isinstance(shape, Compound):
         return shape.parts
     if isinstance(shape, Mesh):
@@ -209,7 +213,7 @@ def outline_points(shape: Shape) -> FloatArray:
 
 
 def outline(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2).
+    """Return the corners of the convex hull of plane points (m, 2), counter-clockwise, shape (n, 2).
 
     For points on a line, these are the two ends.
     """
@@ -243,7 +247,10 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Compute the smallest distance between two parallel planes that enclose a part, one of them along a face [m]."""
+    """Compute the smallest thickness of a shape [m], for a compound the smallest thickness of all parts.
+
+    The thickness of a hull is the distance between two parallel planes around the hull, one of them along a face.
+    """
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
     if isinstance(shape, Cylinder):
@@ -401,7 +408,7 @@ def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
 
 
 def centered(shape: Hull | Compound) -> Hull | Compound:
-    """Move a shape so that the center of mass is at the origin, as required for game pieces."""
+    """Return a copy of a shape with the center of mass at the origin, as required for game pieces."""
     center = mass_properties(shape).center
     if isinstance(shape, Hull):
         return Hull(shape.points - center)
@@ -460,9 +467,9 @@ def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int
 
     The bore is a regular polygon around the inner radius; each stave has eight outer faces with edges on the outer
     radius. A stave has two halves along z, so that an engine finds at least two contacts of a lying tube with the
-    ground (with one contact, a sliding tube sinks in by 8 mm). Each half extends into the other below its surfaces,
-    because a face across the path would stop an object that slides along the tube under pressure (a pipe's end in the
-    bore lost two thirds of 1.3 m/s).
+    ground (with one contact, a sliding tube sinks in by 8 mm). Each half extends below the surfaces of the other half:
+    a face across the path would stop an object that slides along the tube under pressure (a pipe's end in the bore
+    lost two thirds of 1.3 m/s).
 
     Args:
         length: Length [m].

@@ -16,8 +16,8 @@ from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Shap
 
 __all__ = ["SolidsBuilder"]
 
-_SIDES = 48  # of the prism for a cylinder: error 0.2 % of the radius
-_POINTS = 162  # of the polyhedron for a sphere: error 0.5 % of the radius
+_SIDES = 48  # number of sides of the prism for a cylinder: error 0.2 % of the radius
+_POINTS = 162  # number of corners of the polyhedron for a sphere: error 0.5 % of the radius
 _AROUND = 1.0  # [m], margin of the cells around the solids
 _CELL, _MOST_CELLS = 0.25, 50_000  # edge of a cell [m], larger on fields that would exceed the number of cells
 
@@ -53,7 +53,7 @@ class SolidsBuilder:
         drivable: bool = False,
         in_plan: bool = False,
     ) -> int:
-        """Add a shape and return the number of its first solid.
+        """Add a shape, one solid per convex part, and return the index of the first new solid.
 
         Args:
             shape: Collision shape; each triangle of a mesh becomes a solid.
@@ -61,7 +61,7 @@ class SolidsBuilder:
             quat: Attitude of the shape in the frame of the field or the body.
             surface: Friction [-], restitution [-] and rolling lever [m].
             row: Row of the element or body that the shape belongs to.
-            body: Number of the body, `FIELD` for the static field.
+            body: Number of the body in `Bodies`, or `FIELD` for the static field.
             drivable: Whether robots drive on the shape.
             in_plan: Whether bumpers collide with the shape's plan-view outline instead of with the solid.
         """

@@ -63,7 +63,7 @@ class CollisionGroup:
 
 _HINGED = 1e4  # moment of inertia of a hinged body about axes other than its hinge, per largest real moment
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-_SWINGS = 0.03  # [m]; a hanging body throws a robot that is placed closer than this
+_SWINGS = 0.03  # [m]; smallest distance of a placed robot from a hanging body, which would throw a closer robot
 
 
 class PhysicsWorld:
@@ -111,7 +111,7 @@ class PhysicsWorld:
         self.robot_rows: list[int] = []
         """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
-        """Hanging bodies: row, pivot [m], and largest distance from the pivot to a point of the body [m]."""
+        """Hanging bodies: row, pivot [m], and upper bound on the distance from pivot to any point of the body [m]."""
         self._builder = SolidsBuilder()
         self.bodies = Bodies(self._builder)
         """Robots, and the engine's bodies that balls can touch."""
@@ -159,13 +159,13 @@ class PhysicsWorld:
         self.close()
 
     def reset(self) -> None:
-        """Remove everything but the floor."""
+        """Remove all bodies and field elements; the floor stays."""
         if self._engine is not None:
             self._engine.reset()
         self._begin()
 
     def close(self) -> None:
-        """Free the engine; may be called twice."""
+        """Free the engine, if one has started; may be called twice."""
         if self._engine is not None:
             self._engine.close()
 
@@ -179,7 +179,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         drivable: bool = False,
     ) -> int:
-        """Add a static body and return its row.
+        """Add a static body and return the row of the body.
 
         Args:
             name: Name, for messages.
@@ -200,7 +200,7 @@ class PhysicsWorld:
     def _add(
         self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
     ) -> int:
-        """Add a body and return its row; extra keywords are fields of its `BodyDefinition`."""
+        """Add a body and return the row of the body; extra keywords are fields of `BodyDefinition`."""
         at = _checked_pos(name, pos)
         row = len(self._definitions)
         self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
@@ -246,7 +246,10 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         bumpers: Sequence[BumperPart] = (),
     ) -> int:
-        """Add the body of a robot and return its row; a robot without bumpers passes through walls and robots."""
+        """Add the body of a robot and return the row of the body.
+
+        A robot without bumper parts passes through walls and robots.
+        """
         require(name, "mass", mass, MASS)
         row = self._add(
             *(name, shape, pos, surface),
@@ -267,7 +270,7 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece that is not a ball, awake and touchable, and return its row.
+        """Add the awake and touchable body of a game piece that is not a ball, and return the row of the body.
 
         The density is uniform; the origin of the shape must be the center of mass.
         """
@@ -293,13 +296,13 @@ class PhysicsWorld:
         hinge: str | None = None,
         drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a fixed point or a hinge, and return its row.
+        """Add a body that swings about a fixed point or a hinge, and return the row of the body.
 
         Hanging bodies do not block lines of sight.
 
         Args:
             name: Name, for messages.
-            shape: Collision shape; its origin is the center of mass.
+            shape: Collision shape with the center of mass at the origin.
             mass: Mass [kg].
             surface: Surface of the body.
             pos: Center of mass at rest, field frame [m].
@@ -333,15 +336,15 @@ class PhysicsWorld:
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
-        """Switch the contacts of a game piece on or off; `robots` False leaves out contacts with robots."""
+        """Switch the contacts of a game piece on or off; with `robots` False, contacts with robots are always off."""
         mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest and wake it.
+        """Place a body at rest, and wake a body of the engine.
 
         Raises:
-            NonFiniteError: If a value is not finite; the body then stays where it is.
+            NonFiniteError: If a value is not finite or the quaternion is zero; the pose then stays unchanged.
         """
         at = _checked_pos(self._names[row], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
@@ -355,7 +358,7 @@ class PhysicsWorld:
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        """Set the velocity of a body [m/s, rad/s], field frame, and wake it.
+        """Set the velocity of a body [m/s, rad/s], field frame, and wake a body of the engine.
 
         Raises:
             NonFiniteError: If a value is not finite; the velocity then stays unchanged.
@@ -379,7 +382,7 @@ class PhysicsWorld:
         Solid obstacles are walls, hanging bodies and other robots.
 
         Args:
-            row: Row of the robot that the box stands for.
+            row: Row of the robot that the box represents, which is no obstacle.
             x: x coordinate of the center of the box, field frame [m].
             y: y coordinate of the center of the box, field frame [m].
             yaw: Yaw of the box's length axis, field frame [rad].
@@ -395,7 +398,7 @@ class PhysicsWorld:
         low, high = np.array((x - reach, y - reach, bottom)), np.array((x + reach, y + reach, top))
         for other in self.robot_rows:
             body = self.bodies.of(other)
-            if other != row and _is_near(low, high, body["pos"][0], float(body["reach"][0])):
+            if other != row and _is_near(low, high, body["pos"][0], float(body["model"]["reach"][0])):
                 corner_a, corner_b = self._extent(other)
                 if (corner_a < high).all() and (corner_b > low).all():
                     return True, is_ramp
@@ -405,7 +408,7 @@ class PhysicsWorld:
     def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
         """Return the low and high corners of a robot's bounding box, field frame [m]."""
         body, solids = self.bodies.of(row)[0], self.solids
-        boxes = solids.box[int(body["first_solid"]) : int(body["last_solid"])]
+        boxes = solids.box[int(body["model"]["first_solid"]) : int(body["model"]["last_solid"])]
         low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
         axes = matrix(tuple(body["quat"].tolist()))
         middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
@@ -455,7 +458,12 @@ class PhysicsWorld:
         return self._ramps_of[1]
 
     def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return `is_flat` for n points and reaches [m], shapes (n, 2) and (n,)."""
+        """Return whether the floor is the only drivable surface within reach of each point; see `is_flat`.
+
+        Args:
+            places: x and y of the points, field frame [m], shape (n, 2).
+            reach: Radius around each point [m], shape (n,).
+        """
         if self.floor is None:
             return np.zeros(len(places), dtype=bool)
         flat: BoolArray = np.ones(len(places), dtype=bool)
@@ -479,7 +487,7 @@ class PhysicsWorld:
         return near
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Return whether no bounding box of a field element, except the floor, overlaps a box [m]."""
+        """Return whether a box [m] overlaps no bounding box of a field element other than the floor."""
         return not self.field_in(low, high)
 
     def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
@@ -494,7 +502,8 @@ class PhysicsWorld:
 
         Args:
             places: Points, field frame [m], shape (n, 3).
-            depth: Largest distance below a point [m]; without ground within it, the height is `depth` below the point.
+            depth: Largest distance below a point [m]; without ground within this distance, the height is `depth` below
+                the point.
         """
         end = places - (0.0, 0.0, depth)
         fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
@@ -509,7 +518,8 @@ class PhysicsWorld:
         Args:
             start: Start of all lines, field frame [m].
             ends: Ends of the lines, field frame [m].
-            ignore: Row of a robot that blocks no line, usually the robot that carries the camera; -1 for none.
+            ignore: Row of a robot that blocks no line, usually the robot that carries the camera; -1 to ignore no
+                robot.
         """
         there = np.array(ends).reshape(-1, 3)
         here = np.repeat(np.array([start]), len(there), axis=0)
@@ -521,11 +531,11 @@ class PhysicsWorld:
         Args:
             start: Starts of the segments, field frame [m], shape (n, 3); solids around a start are ignored.
             end: Ends of the segments, field frame [m], shape (n, 3).
-            ignore: Row of a robot that segments do not hit; -1 for none.
+            ignore: Row of a robot that segments do not hit; -1 to ignore no robot.
 
         Returns:
             Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body hit,
-            -1 for none, shape (n,).
+            -1 without a hit, shape (n,).
         """
         fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
         has_floor = self.floor is not None
@@ -540,7 +550,7 @@ class PhysicsWorld:
             pose: Planar pose, field frame [m, m, rad].
         """
         x, y, _ = pose
-        reach = float(self.robots.robots["reach"][number])
+        reach = float(self.robots.robots["model"]["reach"][number])
         if self.is_flat(x, y, reach):
             return (x, y, 0.0), from_yaw(pose[2])
         ramps = self._ramps
@@ -549,8 +559,9 @@ class PhysicsWorld:
         height = float(ramps[is_near, 5].max(initial=0.0))
         for plate in self.bodies.carriers:
             body = self.bodies.records[plate]
-            if math.dist((x, y), body["pos"][:2].tolist()) < reach + float(body["reach"]):
-                height = max(height, float(body["pos"][2] + body["reach"]))
+            extent = float(body["model"]["reach"])
+            if math.dist((x, y), body["pos"][:2].tolist()) < reach + extent:
+                height = max(height, float(body["pos"][2]) + extent)
         return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
@@ -585,7 +596,7 @@ class PhysicsWorld:
                 self.end_engine(dt / n)
 
     def advance(self, h: float) -> None:
-        """Advance robots and balls by h [s]; the engine's steps over the same time come after this.
+        """Advance robots and balls by h [s], before the engine's steps over the same time.
 
         Raises:
             EngineError: If the state of a robot is not finite.

@@ -97,8 +97,8 @@ class CylinderZone:
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
         """Return whether each segment from `start` to `end`, (n, 3) [m], touches the cylinder, shape (n,).
 
-        A segment is first clipped to the heights between bottom and top. It touches the cylinder if the clipped segment
-        comes within the radius of the axis.
+        A segment is first clipped to the heights between bottom and top. The segment touches the cylinder if the
+        clipped part comes within the radius of the axis.
         """
         enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
         meets = enter[:, 0] <= leave[:, 0]

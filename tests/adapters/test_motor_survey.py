@@ -93,7 +93,7 @@ def test_the_survey_reports_the_error_of_a_program_that_cannot_start(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
     assert survey(project / "robot.py")["error"] == "OSError: no gamepad"
     (project / "robot.py").write_text("import wpilib\n")
-    said = f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []"
+    said = f"ConfigError: {project}/robot.py: there must be one class derived from wpilib.RobotBase, got []"
     assert survey(project / "robot.py")["error"] == said
 
 

@@ -544,7 +544,7 @@ def test_without_a_drivetrain_there_is_no_field_and_tests_name_the_table_to_writ
     )
     code, said = run(COURSE.format(legs="HOLONOMIC"))
     sentence = "no drivetrain found: the program builds none of"
-    assert code == 1 and sentence in said and "[drivetrain] table in simcore.toml describes it" in said
+    assert code == 1 and sentence in said and "describe it in a [drivetrain] table in simcore.toml" in said
     _, said = run("", command=("-m", "robotpy", "sim", "--simcore", "--nogui"))
     assert sentence in said and "loop True" in said
 
@@ -581,7 +581,7 @@ def test_a_tank_without_a_drive_class_is_found_by_its_motor_names(own):
 
 def test_modules_with_cached_readings_are_found(own):
     """Logging and input layers cache readings; modules that read no sensor in simulation are reported by name."""
-    run, sentence = own(SWERVE), " say the same positions whatever their sensors read"
+    run, sentence = own(SWERVE), " report the same positions whatever their sensors read"
     asked = "        return SwerveModulePosition(self.drive.getEncoder().getPosition(), self.angle())\n"
     said, table = init(run)
     assert sentence not in said

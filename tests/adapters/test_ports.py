@@ -98,7 +98,7 @@ def test_every_port_follows_the_file(sim, caplog):
         "'deploy': REVPH 1 Solenoid 0 1",
         "'hood encoder', encoder of 'hood': DIO 0 1",
         "lights CANdle 40, PWM 7 (AddressableLED): shown as Sim/Lights in telemetry",
-        "nobody moves REVPH 1 Solenoid 2 (Solenoid), PWM 5 (VictorSP), DIO 9 (DigitalInput), Analog 3 (AnalogInput)",
+        "not moved REVPH 1 Solenoid 2 (Solenoid), PWM 5 (VictorSP), DIO 9 (DigitalInput), Analog 3 (AnalogInput)",
     ):
         assert words in said, said
 """

@@ -82,7 +82,7 @@ def test_two_versions_of_a_project_are_compared_and_shown_on_one_page(tmp_path, 
     words = ["--auto", "depot", "--seconds", "4", "--seeds", "2", "--metric", "distance_m", "-j", "2"]
     assert cli.main(["compare", "old", "new", *words]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("distance_m, new less old: ") and "2 seeds: 0 more, 2 less" in said, said
+    assert said.startswith("distance_m, new minus old: ") and "2 seeds: 0 more, 2 less" in said, said
     page = PageReader(Path("out/compare/both.html"))
     assert page.meta["title"].startswith("old and new, seed") and [r["name"] for r in page.meta["robots"]] == [
         "old",

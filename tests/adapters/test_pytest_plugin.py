@@ -114,9 +114,9 @@ def test_refusals(sim):
     with pytest.raises(ValueError, match="left_trigger"):
         sim.xbox(0).trigger = True
     for mode in ("teleop", "utility", "autonomous"):
-        with pytest.raises(ValueError, match=f"seconds are given by name: {mode}.seconds=10."):
+        with pytest.raises(ValueError, match=f"seconds a keyword argument: {mode}.seconds=10."):
             getattr(sim, mode)(10)
-    with pytest.raises(ValueError, match="run_until: want a function .*got False"):
+    with pytest.raises(ValueError, match="run_until needs a function .*got False"):
         sim.run_until(sim.pieces.held < 0, timeout=1.0)
     with pytest.raises(ValueError, match="run: seconds must be a number"):
         sim.run("5")
@@ -148,7 +148,7 @@ def test_robot_raises(sim):
     )
     assert code == 1 and "5 failed, 2 passed, 1 skipped" in said, said
     assert "Watchdog not fed" not in said and "overrun" not in said, said
-    assert said.count("ConditionError: teleop was begun and 0 s of it were played: say how long, e.g. teleop(sec") >= 2
+    assert said.count("ConditionError: teleop has begun, but 0 s of it have run: say how long, e.g. teleop(sec") >= 2
     assert "look at the run: page" in said and "PytestAssertRewriteWarning" not in said
     assert "sim is a fixture, which a test asks for: def test_without(sim)" in said
     assert "_manager.py" not in said, "no line of pytest's own"
@@ -201,7 +201,7 @@ def test_running_plain_pytest_prints_the_command_for_robot_tests(project):
         "def test_it(sim):\n    sim.start()\n\ndef test_other():\n    pass\n", command=("-m", "pytest")
     )
     assert code == 1 and "1 passed, 1 error" in said, said
-    assert "a robot test needs a process of its own" in said and "as in `python -m robotpy test -- -k test_it`" in said
+    assert "a robot test needs its own process" in said and "as in `python -m robotpy test -- -k test_it`" in said
 
 
 def test_a_traceback_shows_only_lines_of_tests_and_programs(request):

@@ -68,7 +68,7 @@ def test_the_total_lateness_of_a_run_is_reported_in_one_sentence(caplog):
     for _ in range(100):
         quiet.note(0.1, tick_ms=31.0)
     said = [r.getMessage() for r in caplog.records]
-    assert len(said) == 2 and "0.50 s" in said[0] and "robot tests do not mind" in said[1]
+    assert len(said) == 2 and "0.50 s" in said[0] and "robot tests are not affected" in said[1]
     assert "busy with other programs or robot code blocks" in said[0]
     assert "the computer is too slow: physics alone takes 31 ms for a tick of 20 ms" in said[1]
     assert quiet.given_up == pytest.approx(9.9)  # for the next report

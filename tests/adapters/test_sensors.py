@@ -28,6 +28,6 @@ def test_a_talonfxs_closes_its_loop_on_its_own_encoder(read):
 
 
 def test_the_error_names_the_mistake_in_a_sensor_setting(read):
-    assert "TalonFXS 4: motor_type is of a TalonFX; a TalonFXS has it in its configuration" in read["wrong_type"]
+    assert "TalonFXS 4: motor_type is for a TalonFX; a TalonFXS has it in its configuration" in read["wrong_type"]
     assert read["wrong_pin"] == "CANdi 1: pin must be 1 or 2, got 3"
     assert "distance must be a number from 0 to 100 m, got -0.1" in read["too_near"]

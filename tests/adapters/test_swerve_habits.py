@@ -184,15 +184,15 @@ HABITS = {
     "sensors cached by the robot's loop, five objects deep, a simulation next to it": (LAYERS, None, ()),
     "angle as Rotation2d, offset in code": (ROTATION + ROBOT, None, ()),
     "angle as a number of degrees": (DEGREES + ROBOT, None, ()),
-    "offsets in code alone": (ROBOT, None, ("zeros_deg -111.6, 43.2, -158.4, 97.2 (reading less offset)",)),
+    "offsets in code alone": (ROBOT, None, ("zeros_deg -111.6, 43.2, -158.4, 97.2 (reading minus offset)",)),
     "lf, lr, rr, rf": (ROTATION + NAMED, None, ()),
     "lists of motors in the robot": (FLAT, None, ()),
     "globals and functions of a module": (GLOBALS, None, ()),
     "no kinematics, Choreo's places": (BY_HAND + ROTATION + ROBOT, CHOREO, ()),
     "no kinematics, no places": (
-        BY_HAND + ROTATION + ROBOT, None, ("[drivetrain] of simcore.toml x = [0.28, 0.28, -0.28, -0.28]",),
+        BY_HAND + ROTATION + ROBOT, None, ("correct x = [0.28, 0.28, -0.28, -0.28]",),
     ),
-    "no gyro": (ROTATION + ROBOT.replace("wpilib.ADXRS450_Gyro()", "None"), None, ("is its gyro",)),
+    "no gyro": (ROTATION + ROBOT.replace("wpilib.ADXRS450_Gyro()", "None"), None, ("no gyro",)),
 }  # fmt: skip
 """Programs by habit: text after `HEAD`, Choreo file, and expected messages of the start."""
 
@@ -212,5 +212,5 @@ def test_swerve_modules_of_a_teams_own_classes_follow_their_commands(habit, tmp_
     plain = " ".join(said.split())
     for sentence in sentences:
         assert sentence in plain, said
-    for quiet in ("zeros_deg", "x and y", "is its gyro"):
+    for quiet in ("zeros_deg", "x and y", "no gyro"):
         assert quiet not in plain or any(quiet in s or "x = [" in s for s in sentences), said

@@ -204,11 +204,11 @@ def test_console_and_both_pages_of_a_comparison_report_the_same_difference(tmp_p
     rows = rows_of(Path("out/compare"))
     scores = {name: [int(row["score"]) for row in rows if row["auto"] == name] for name in ("depot", "tour")}
     assert all(len(found) == 2 for found in scores.values()) and sum(scores["depot"]) > sum(scores["tour"]) == 0
-    (difference,) = re.findall(r"^score, tour less depot: (.*)$", said, re.MULTILINE)
+    (difference,) = re.findall(r"^score, tour minus depot: (.*)$", said, re.MULTILINE)
     assert float(difference.split()[0]) == pytest.approx(np.mean(scores["tour"]) - np.mean(scores["depot"]), rel=5e-3)
     head, *blocks = blocks_of(Path("out/compare/page.html"))
     table = next(block for block in blocks if block["kind"] == "table")
-    assert head["detail"] == f"score, tour less depot: {difference}"
+    assert head["detail"] == f"score, tour minus depot: {difference}"
     assert [(row[0], row[3]) for row in table["rows"]] == [(name, np.median(found)) for name, found in scores.items()]
     both = PageReader(Path("out/compare/both.html"))
     assert difference in both.meta["notes"][0]

@@ -158,7 +158,7 @@ def test_a_dashboard_controls_the_field_over_networktables():
         spawn.set([3.0, 6.0, 3.5])
         assert "pairs x, y [m]; got 3 numbers" in done(5)
         spawn.set([3.0, 6.0, 3.5, 6.0])
-        assert done(6) == "6 done: 2 Fuel put down from (3.00, 6.00) m on"
+        assert done(6) == "6 done: 2 Fuel put down starting at (3.00, 6.00) m"
         assert client.get_string_topic(folder + "Auto/.type").subscribe("").get() == "String Chooser"
         assert client.get_string_array_topic(folder + "Auto/options").subscribe([]).get() == list(match.game.autos)
         selected = client.get_string_topic(folder + "Auto/selected").publish()

@@ -127,7 +127,7 @@ def test_the_start_of_a_red_robot_is_checked_on_the_red_side(game):
         (lambda: replace(CRATES, starts=()), "starts must have at least one place"),
         (lambda: replace(CRATES, pieces=CRATES.pieces[:1] * 2), "kinds of pieces must differ"),
         (lambda: replace(CRATES.field, elements=()), "either a mesh or elements"),
-        (lambda: replace(CRATES.field, size=(10.0, 6.0)), "symmetry is of a field of"),
+        (lambda: replace(CRATES.field, size=(10.0, 6.0)), "symmetry is for a field of"),
     ],
 )
 def test_invalid_entries_and_games_are_refused(make, said):

@@ -101,7 +101,7 @@ def test_logs_without_a_run_are_refused(tmp_path, capsys):
     assert "cannot read the log" in capsys.readouterr().err
     with WpilogSink(tmp_path / "other.wpilog") as sink:
         sink.write(Snapshot(time=0.1, tick=0, doubles={"Shooter/Speed": 1.0}))
-    with pytest.raises(LogError, match="no run of a simulation"):
+    with pytest.raises(LogError, match="no simulated run"):
         recording_of(read_log(tmp_path / "other.wpilog"))
 
 

@@ -131,7 +131,7 @@ def test_a_parked_robot_stays_where_it_is_on_a_tilted_seesaw():
     ("change", "said"),
     [
         (dict(hinge="z"), "hinge must be 'x' or 'y' or None, got 'z'"),
-        (dict(hinge=None, drop=0.2), "only what has a hinge has a spring, or carries robots"),
+        (dict(hinge=None, drop=0.2), "only a body with a hinge can have a spring or carry robots"),
         (dict(spring=-1.0), r"spring must be a number from 0 to 100000 N m/rad, got -1"),
     ],
 )

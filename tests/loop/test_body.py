@@ -22,8 +22,10 @@ def plain(monkeypatch):
     return bodies
 
 
-def record(dtype, **values):
+def record(dtype, model=None, **values):
     one = np.zeros(1, dtype).view(np.recarray)[0]
+    for name, value in (model or {}).items():
+        one["model"][name] = value
     for name, value in values.items():
         one[name] = value
     return one
@@ -31,10 +33,10 @@ def record(dtype, **values):
 
 def tumbling(plain):
     quat = from_rpy(0.4, -0.7, 1.9)
+    model = dict(mass=4.0, inertia=(2.0, 3.0, 5.0), principal=np.eye(3), center=(0.1, -0.2, 0.3), is_robot=1)
     body = record(
-        BODY, mass=4.0, inertia=(2.0, 3.0, 5.0), principal=np.eye(3), quat=quat, center=(0.1, -0.2, 0.3),
-        pos=(1.0, 2.0, 3.0), vel=(0.5, -1.0, 2.0), rate=matrix(quat) @ (1.0, -2.0, 3.0), is_robot=1,
-    )  # fmt: skip
+        BODY, model, quat=quat, pos=(1.0, 2.0, 3.0), vel=(0.5, -1.0, 2.0), rate=matrix(quat) @ (1.0, -2.0, 3.0)
+    )
     plain.update_axes(body)
     return body, matrix(quat)
 
@@ -42,7 +44,7 @@ def tumbling(plain):
 def test_a_body_turns_by_eulers_equations(plain):
     """I dw/dt + w x I w = M, in body axes."""
     body, _ = tumbling(plain)
-    inertia, rate, moment = body.inertia, np.array((1.0, -2.0, 3.0)), np.array((0.5, -1.0, 2.0))
+    inertia, rate, moment = body.model.inertia, np.array((1.0, -2.0, 3.0)), np.array((0.5, -1.0, 2.0))
     after = rate + H * (moment - np.cross(rate, inertia * rate)) / inertia
     assert plain.turned_rate(body, *moment, H) == pytest.approx(after, abs=1e-12)
 
@@ -50,13 +52,13 @@ def test_a_body_turns_by_eulers_equations(plain):
 def test_an_impulse_changes_linear_and_angular_momentum(plain):
     body, turn = tumbling(plain)
     arm, impulse = np.array((0.3, 0.2, -0.1)), np.array((2.0, -3.0, 1.0))
-    inertia = turn @ np.diag(body.inertia) @ turn.T
-    before = body.mass * body.vel, inertia @ body.rate
+    inertia = turn @ np.diag(body.model.inertia) @ turn.T
+    before = body.model.mass * body.vel, inertia @ body.rate
     plain.apply_impulse(body, *impulse, *arm)
-    assert body.mass * body.vel - before[0] == pytest.approx(impulse)
+    assert body.model.mass * body.vel - before[0] == pytest.approx(impulse)
     assert inertia @ body.rate - before[1] == pytest.approx(np.cross(arm, impulse))
     assert body.impulse == pytest.approx([*impulse, *np.cross(arm, impulse)])
-    stands = record(BODY, mass=4.0, inertia=(1.0, 1.0, 1.0))
+    stands = record(BODY, {"mass": 4.0, "inertia": (1.0, 1.0, 1.0)})
     plain.apply_impulse(stands, *impulse, *arm)
     assert not stands.vel.any() and stands.impulse[:3] == pytest.approx(impulse), "the engine moves it after the call"
 
@@ -121,7 +123,8 @@ def test_each_touched_element_is_recorded_once_until_the_list_is_full(plain):
 
 
 def test_the_shortest_path_out_of_a_box_is_through_its_nearest_face(plain):
-    part = SimpleNamespace(bottom=0.0, top=0.2, half_length=0.4, half_width=0.3, x=0.1, y=0.0)
+    model = SimpleNamespace(bottom=0.0, top=0.2, half_length=0.4, half_width=0.3, x=0.1, y=0.0)
+    part = SimpleNamespace(model=model)
     third = 1.0 / math.sqrt(3.0)
     for place, wanted in (
         ((0.6, 0.4, 0.3), (0.1 * math.sqrt(3.0), third, third, third)),

@@ -12,8 +12,8 @@ from simcore.world.shapes import Sphere
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 UNREADABLE = [
-    ("human", {"alliance": [], "name": "x"}, "human: alliance must be a text, got []"),
-    ("leave", {"alliance": {}}, "leave: alliance must be a text, got {}"),
+    ("human", {"alliance": [], "name": "x"}, "human: alliance must be a string, got []"),
+    ("leave", {"alliance": {}}, "leave: alliance must be a string, got {}"),
     ("leave", {}, "leave: arguments are ['alliance'], got []"),
     ("reset", {"value": 1}, "reset: arguments are [], got ['value']"),
     ("start", {"robot": True}, "start: robot must be a whole number, got True"),

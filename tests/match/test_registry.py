@@ -107,7 +107,7 @@ def test_the_page_of_a_log_reports_its_broken_game(installed, capsys):
     capsys.readouterr()
     assert main(["view", "--no-browser", "run.wpilog"]) == 0
     said = capsys.readouterr().err
-    assert "mine/game.py, line 1: RuntimeError: half written; its field is drawn bare" in said
+    assert "mine/game.py, line 1: RuntimeError: half written; the field is drawn empty" in said
 
 
 def test_two_games_with_one_name_are_both_left_out(installed):

@@ -46,5 +46,5 @@ def test_the_robot_file_can_hold_the_figures_measured_in_a_log(tmp_path):
     drive = robot.drivetrain
     assert (drive.friction_volts, drive.efficiency, drive.right_efficiency) == (0.4, 0.8, 0.7)
     assert (drive.free_speed_share, robot.battery.resistance) == (0.95, 0.03)
-    with pytest.raises(ConfigError, match="right_efficiency is not of a swerve drive"):
+    with pytest.raises(ConfigError, match="right_efficiency does not apply to a swerve drive"):
         said.require_effect(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))

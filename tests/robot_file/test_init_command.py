@@ -273,12 +273,12 @@ def test_an_invalid_workflow_is_refused(repository, capsys, monkeypatch):
     monkeypatch.setattr("simcore.robot_file.init_command.shared_requirement", lambda *extras, source: source)
     assert main(["init", "--ci", "2026 robot"]) == 1
     assert (
-        "which GitHub cannot reach: say where it gets it, as in `simcore init --ci --source git+"
+        "which GitHub cannot reach: say where GitHub gets it, as in `simcore init --ci --source git+"
         in capsys.readouterr().err
     )
     (repository / ".git").rmdir()
     assert main(["init", "--ci", "--source", "git+https://x/y", "2026 robot"]) == 1
-    assert "is in no git repository" in capsys.readouterr().err
+    assert "is not in a git repository" in capsys.readouterr().err
 
 
 def test_simcores_own_folder_is_refused_as_a_robot_project(capsys):

@@ -210,7 +210,7 @@ def test_the_robot_config_has_the_values_in_the_file(read):
             "[start]: preload must be at most the robot's capacity, 50; got 60",
         ),
         ("robot = 3", "simcore.toml: robot must be a table, written [robot] on its own line; got 3"),
-        ("[robot\nmass = 1", "simcore.toml: is no valid TOML: "),
+        ("[robot\nmass = 1", "simcore.toml: is not valid TOML: "),
         ("[mechanism]\nname = 'a'", "mechanism must be tables, each under a line [[mechanism]]"),
         (WHEELS + "intertia = 1", "[[mechanism]] 'wheels': no key 'intertia'. Did you mean 'inertia'?"),
         (

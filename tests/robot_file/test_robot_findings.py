@@ -191,7 +191,11 @@ def test_a_reading_that_counts_against_the_motion_of_its_mechanism_is_reported()
 
     assert said() == [] and said(turned=True) == []
     (wrong,) = said(lower_limit=0.0, upper_limit=0.25)
-    assert wrong[0] and "pivot goes neither way" in wrong[1] and "(0 to 0.25 turns): does your code count" in wrong[1]
+    assert (
+        wrong[0]
+        and "pivot cannot move either way" in wrong[1]
+        and "(0 to 0.25 turns): does your code count" in wrong[1]
+    )
     assert said(turned=True, lower_limit=0.0, upper_limit=0.25) == []
 
 

@@ -40,7 +40,7 @@ def test_texts_cannot_break_a_report_and_nothing_is_loaded_from_elsewhere() -> N
     [
         (lambda: table(("a", "b"), [(1,)], "t"), "table 't': row 0 has 1 cells for 2 columns"),
         (lambda: series("s", [1, 2], [1]), "series 's': x, y, low and high need equal lengths"),
-        (lambda: series("s", [1], [1], low=[0]), "low and high come together"),
+        (lambda: series("s", [1], [1], low=[0]), "low and high must be given together"),
         (lambda: series("s", [1], [1], kind="pie"), "kind must be one of line, dots, bars, steps, got 'pie'"),
     ],
 )

@@ -123,7 +123,7 @@ def test_a_store_that_cannot_be_used_is_reported(tmp_path):
         ({"project": FOLDER, "red": "me"}, "match = '...'"),
         ({"red": "rushr"}, "Did you mean 'rusher'"),
         ({"blue": "rusher", "factors": (parse_factor("red=rusher,rusher:9"),)}, "factor 'red'"),
-        ({"blue": "rusher", "factors": (MASS,)}, "none of --red and --blue is 'me'"),
+        ({"blue": "rusher", "factors": (MASS,)}, "neither --red nor --blue has 'me'"),
         ({"blue": "me", "alliance": "red"}, "leave alliance out"),
     ],
 )

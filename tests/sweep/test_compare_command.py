@@ -40,7 +40,7 @@ def test_two_autos_of_a_game_are_compared_on_a_common_page(capsys):
     assert cli.main(["compare", "drive", "fail", *SMALL, "--metric", "distance_m", "--seeds", "3"]) == 1
     said = capsys.readouterr().out
     difference = "+0 (95 % interval +0 to +0), 2 seeds: 0 more, 0 less, 2 equal"
-    assert said.startswith(f"distance_m, fail less drive: {difference}")
+    assert said.startswith(f"distance_m, fail minus drive: {difference}")
     assert "No clear difference" in said and "--seeds 6 goes on from here" in said
     assert "1 runs ended with an error: ZeroDivisionError" in said
     both = PageReader(Path("out/compare/both.html"))
@@ -52,7 +52,7 @@ def test_two_autos_of_a_game_are_compared_on_a_common_page(capsys):
     page = Path("out/compare/page.html").read_text(encoding="utf-8")
     head, *blocks = blocks_of(page)
     assert "<h1>drive against fail</h1>" in page and head["text"] == "No clear difference: distance_m +0"
-    assert head["detail"] == f"distance_m, fail less drive: {difference}", "the console's own"
+    assert head["detail"] == f"distance_m, fail minus drive: {difference}", "the console's own"
     charts = [block for block in blocks if block["kind"] == "chart"]
     assert charts
     for one in charts:
@@ -65,8 +65,8 @@ def test_two_autos_of_a_game_are_compared_on_a_common_page(capsys):
         (["drive", "fail", "--metric", "scores"], "no metric named 'scores'. Did you mean 'score'"),
         (["drive", "drive"], "are the same"),
         (["drive", "HEAD"], "`git worktree add FOLDER COMMIT` makes a folder of an older version"),
-        (["drive", "robot"], "'drive' is of the kind auto, 'robot' project"),
-        (["drive", "fail", "--red", "rusher"], "none of --red and --blue is 'me'"),
+        (["drive", "robot"], "'drive' is of kind auto, 'robot' of kind project"),
+        (["drive", "fail", "--red", "rusher"], "neither --red nor --blue has 'me'"),
     ],
 )
 def test_incomparable_arguments_are_refused_before_the_first_run(capsys, words, said):

@@ -102,7 +102,7 @@ def test_the_key_of_a_run_changes_with_the_code_of_its_project(tmp_path):
     ("settings", "said"),
     [
         ({"factors": (DRAWN,)}, "say how many samples"),
-        ({"samples": 3}, "got 3 of none"),
+        ({"samples": 3}, "got 3 samples and no factor"),
         ({"factors": (MASS, MASS)}, "must differ"),
         ({"seeds": ()}, "at least one"),
         ({"seeds": (1, 1)}, "different"),

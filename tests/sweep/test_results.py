@@ -119,7 +119,7 @@ def test_an_invalid_condition_is_refused(text):
     try:
         names = Condition(text).names
     except ConfigError as error:
-        assert "compare columns, as 'score >= 30" in str(error)
+        assert "compare columns, as in 'score >= 30" in str(error)
     else:
         assert text == "score >= 30 or hits > 3" and names == (), "never taken for one"
 

@@ -43,7 +43,7 @@ def test_a_row_has_the_best_margin_and_a_shot_that_the_shooter_can_make(made) ->
         assert shooter.exit_speed([row.shot["wheel_rps"] * math.tau]) == pytest.approx(row.speed)
         assert shooter.elevation - row.shot["hood_turns"] * math.tau == pytest.approx(row.elevation)
     far = made.table.rows[-1]
-    assert "no place" in far.problem and far.share is None and far.shot["speed_mps"] is None
+    assert "does not fit" in far.problem and far.share is None and far.shot["speed_mps"] is None
 
 
 def test_the_shares_hold_for_other_draws_and_the_intended_shot_scores_in_a_match(made) -> None:
@@ -77,7 +77,7 @@ def test_the_page_has_the_best_shot_and_curves_over_distance(made) -> None:
     best = max(made.table.feasible, key=lambda row: row.shot["margin_sd"])
     assert blocks[0]["text"] == f"{best.shot['wheel_rps']:.0f} turns/s from {best.stand.distance:g} m"
     table = next(block for block in blocks if block["kind"] == "table")
-    assert [row[0] for row in table["rows"]] == ["2.5 m", "4 m", "7 m"] and "no place" in table["rows"][2][1]
+    assert [row[0] for row in table["rows"]] == ["2.5 m", "4 m", "7 m"] and "does not fit" in table["rows"][2][1]
     (speed,) = (block for block in blocks if block.get("title") == "Speed of the shot and what still goes in")
     assert speed["series"][0]["y"] == [row.shot["speed_mps"] for row in made.table.feasible]
 
@@ -87,7 +87,7 @@ def test_the_page_has_the_best_shot_and_curves_over_distance(made) -> None:
     [
         (["shots", "reefscape"], "no shooter"),
         (["shots", "rebuilt", "--target", "BlueHubb"], "Did you mean 'BlueHub'"),
-        (["shots", "rebuilt", "--shooter", "3"], "no shooter of number 3, counted from 0. Known: 0"),
+        (["shots", "rebuilt", "--shooter", "3"], "no shooter number 3, counted from 0. Known: 0"),
         (["shots", "rebuilt", "--robot", "gone.toml"], "no file 'gone.toml'"),
         (["shots", "rebuilt", "--set", "robot.shooters.*.exit_eficiency=0.4"], "exit_efficiency"),
     ],

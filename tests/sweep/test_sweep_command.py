@@ -55,7 +55,7 @@ def test_failed_runs_are_reported_and_repeated(tmp_path, capsys):
     ("words", "said"),
     [
         (["--success", "scor > 0"], "Did you mean 'score'"),
-        (["--success", "score"], "'score' is no condition"),
+        (["--success", "score"], "'score' is not a condition"),
         (["--metric", "hits", "--success", "score > 1"], "no metric or factor (of --success) named 'score'"),
         (["--set", "robot.mas=3"], "Did you mean 'mass'"),
         (["--repeat", "0"], "no runs in it"),

@@ -75,9 +75,9 @@ def test_the_error_of_a_run_is_only_in_its_own_row(tmp_path, monkeypatch):
     assert (tmp_path / "mark").exists()
     assert sorted(seen) == [row["run"] for row in results.rows] == list(range(3 * len(deeds)))
     errors = {row["auto"]: row["error"] for row in results.failures}
-    assert errors.pop("hang") == "took longer than 6 s of wall time, and was ended"
+    assert errors.pop("hang") == "took longer than 6 s of wall time, and was stopped"
     assert errors.pop("fail").startswith("ZeroDivisionError: in a team's own code (sweep_game.py, line ")
-    assert errors.pop("die") == "its process died (SIGKILL(-9)); its last words: so much for that"
+    assert errors.pop("die") == "its process died (SIGKILL(-9)); its last output: so much for that"
     assert errors.pop("leave").startswith("SystemExit: 3 (sweep_game.py, line ")
     assert errors == {} and {row["seed"] for row in results.failures} == {2}
     for seed in (1, 2, 3):  # autos that drive give the same digest

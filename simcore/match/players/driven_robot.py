@@ -50,12 +50,12 @@ Driver: TypeAlias = Callable[[], "DriverInput | None"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverControls:
-    """A game's action buttons for a driver; sticks and the intake button work alike in all games."""
+    """Driver controls of a game: action buttons and robot settings; sticks and intake button are alike in all games."""
 
     settings: ScriptSettings = field(default_factory=ScriptSettings)
     """Settings for the robot."""
     actions: Mapping[str, Script] = field(default_factory=dict)
-    """Scripts of up to four buttons, by label in the order of the buttons; each runs while its button is held."""
+    """Scripts of up to four buttons, by label, in the order of the buttons; a script runs while the button is held."""
     rest: Callable[[ScriptedRobot], None] = lambda robot: None
     """Function that commands the mechanisms while no action runs, called at the start and after each action."""
 
@@ -89,7 +89,7 @@ class DrivenRobot(ScriptedRobot):
         self._last = -math.inf
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of driving."""
+        """Run one tick of driving, from zero commanded velocity if the robots were disabled before."""
         if time > self._last + 1.5 * TICK:  # the robots were disabled in between
             super().stop()
         self._last = time
@@ -145,7 +145,7 @@ class DrivenRobot(ScriptedRobot):
 
 
 class HandedOver:
-    """Controller that plays an auto until a person takes over and drives.
+    """Controller that runs another controller, such as an auto, until a person takes over and drives.
 
     Args:
         match: Match in which the robot plays.
@@ -166,7 +166,7 @@ class HandedOver:
         """Whether a person has taken over."""
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the auto or of driving."""
+        """Run one tick of the first controller or, after a person has taken over, of driving."""
         may = not self._from_teleop or self._match.timer.phase.mode == "teleop"
         self.is_taken = self.is_taken or (may and self._driver() is not None)
         (self._driven if self.is_taken else self._auto)(robot, time)

@@ -32,18 +32,18 @@ __all__ = [
 ]
 
 ME = "me"
-"""Name of the user's robot in a line-up, which plays no role."""
+"""Text for the user's robot in a line-up; this robot plays no role."""
 _LEVEL = 2
 """Default level of a player."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """Robot of a match, with the role and level of its player."""
+    """Alliance, role and level of the player of one robot."""
 
     alliance: Alliance
     role: str
-    """`ME`, or a role of the game."""
+    """Name of a role of the game, or `ME` for the user's robot."""
     level: int = _LEVEL
 
     def __str__(self) -> str:
@@ -80,9 +80,9 @@ def read_player(game: Game, text: str) -> tuple[str, int]:
 
 
 def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
-    """Parse the seats of a match, in the order of its robots.
+    """Parse a line-up and return the seats of its robots, in order of robot number.
 
-    The first seat is that of `me`, followed by the rest of its alliance; without `me`, blue comes first.
+    `me` comes first, followed by the rest of that alliance; without `me`, blue comes first.
 
     Args:
         game: Game to play.
@@ -108,7 +108,7 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
             )
     mine = [seat for side in sides.values() for seat in side if seat.role == ME]
     if len(mine) > 1:
-        raise ConfigError(f"one robot of a match can be {ME!r}, got {len(mine)}")
+        raise ConfigError(f"only one robot of a match can be {ME!r}, got {len(mine)}")
     seats = sorted((seat for side in sides.values() for seat in side), key=lambda seat: seat.role != ME)
     if not seats:
         raise ConfigError("nobody plays: give --red or --blue players, e.g. --blue collector:3,idle")
@@ -130,14 +130,14 @@ def take_seats(
     me: Callable[[], Controller] | None = None,
     hand_over: Callable[[Match, int, Controller], Controller] | None = None,
 ) -> None:
-    """Set the players as controllers of a match's robots, active while robots are enabled.
+    """Set the controllers of a match's robots, active while robots are enabled, and record each robot's player.
 
     Args:
         match: Match with the robots of `entries`.
         seats: Seats of the robots.
         me: Function that makes the controller of `ME`; None if the robot stands still.
-        hand_over: Function that makes a robot's controller one that a person can take over, called with the match, the
-            robot's number and its controller; None if no person can take over.
+        hand_over: Function of the match, a robot number and a scripted controller that returns a controller from which
+            a person can take over; None if no person can take over.
     """
     for number, seat in enumerate(seats):
         match.record.robots[number].player = str(seat)
@@ -166,10 +166,13 @@ def play_match(
         seats: Seats of the robots, from `lineup`.
         me: Function that makes the controller of `ME`, e.g. from `plays`; None if the robot stands still.
         robot: Config of `ME`; None for the game's default robot.
-        hand_over: Function that makes a robot's controller one that a person can take over, as in `take_seats`.
+        hand_over: Function that returns a controller from which a person can take over, as in `take_seats`.
         seconds: Simulated time to play [s]; None for the whole match.
         options: Game options to switch on, in addition to those that are on by default in matches.
         settings: Further arguments of `simcore.match.runner.play_robots`.
+
+    Returns:
+        Result of the run, with the match still open.
     """
     length = match_seconds(game) if seconds is None else seconds
     require("a match", "seconds", length, DURATION)
@@ -201,7 +204,7 @@ def _maker(match: PlayedMatch, number: int, seat: Seat) -> Callable[[], Controll
 
 
 class WhileEnabled:
-    """Controller that runs another controller while robots are enabled, and makes a new one for each auto.
+    """Controller that runs an inner controller while robots are enabled, and makes a new one for each auto.
 
     Args:
         match: Match in which the robot plays.
@@ -215,7 +218,7 @@ class WhileEnabled:
         self._was_auto = False
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the inner controller, or stop the robot while robots are disabled."""
+        """Run one tick of the inner controller; while robots are disabled, stop the drive and coast all mechanisms."""
         timer = self._match.timer
         is_auto = timer.is_enabled and timer.phase.mode == "auto"
         if self._controller is None or (is_auto and not self._was_auto):

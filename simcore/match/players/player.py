@@ -1,8 +1,8 @@
 """Scripted players: robots that play a match by observing the field, planning routes, collecting pieces and shooting.
 
 A player uses only information that a driver has: the robots and pieces at the last look at the field, the match clock,
-the game data and the pieces in its own robot. It plans routes on a grid over the carpet; its defense obeys the pinning
-rule.
+the game data, and the pieces, tilt and contacts of the player's robot. Routes are planned on a grid over the carpet.
+`Defense` obeys the pinning rule.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ _DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, 
 
 
 class RouteMap:
-    """Cost map of a field, and the cheapest routes across it.
+    """Cost map of a field, which finds the cheapest routes.
 
     Args:
         field: Definition of the field: its symmetry and drivable elements.
         elements: Elements of the loaded field.
-        height: Height of a robot, which can pass under elements above this height [m].
+        height: Height of the robot, which passes under elements that are higher [m].
         flipped: Whether to plan for the red alliance.
     """
 
@@ -91,7 +91,7 @@ class RouteMap:
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Return masks of the fine grid for points that block a robot and for points on drivable elements."""
+        """Return two masks of the fine grid: points that block a robot, and points on drivable elements."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
         step = np.array(self._step) / _FINE
@@ -120,17 +120,20 @@ class RouteMap:
         return bool(self._to_ramp[self._cell(place)] <= within)
 
     def is_free(self, place: Place) -> bool:
-        """Return whether a robot fits with its center at a position."""
+        """Return whether a position is on the field and far enough from solid elements for the center of a robot."""
         inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
         return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
 
     def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
-        """Return the corners of the cheapest route between two positions, without the start.
+        """Return the cheapest route between two positions.
 
         Args:
             start: Current position of the robot [m].
             goal: Goal of the robot [m].
             others: Centers of other robots [m]; a robot on the goal is not an obstacle.
+
+        Returns:
+            Corners of the route, without the start and with the goal as the last corner [m].
         """
         cost = self._cost
         for x, y in others:
@@ -180,7 +183,7 @@ class RouteMap:
 
 @compiled
 def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
-    """Return the mean cost of cells sampled evenly along a line.
+    """Return the mean cost per meter of the cells at evenly spaced points of a line.
 
     Args:
         cost: Cost per meter of each cell, shape (nx, ny).
@@ -199,7 +202,11 @@ def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, s
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Return the sorted pairs of cells that share a side or a corner, each pair in both orders."""
+    """Return the cell numbers of all neighbors that share a side or corner, as sorted pairs in both orders.
+
+    Returns:
+        First cell of each pair and second cell of each pair, shape (n,) each.
+    """
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     pairs = [
         (number[:-1, :], number[1:, :]),
@@ -253,7 +260,8 @@ class Skill:
     foresight: float
     """Time in advance at which the player prepares for a scoring opportunity [s]; 0 for no preparation."""
     planning: float
-    """Exponent of a cluster's number of pieces when weighed against distance [-]: 0 ignores the number, 1 is linear."""
+    """Exponent on the number of pieces in a cluster, which is weighed against distance [-]: 0 ignores the number, 1 is
+    linear."""
 
 
 SKILLS = (
@@ -267,7 +275,7 @@ SKILLS = (
 
 @dataclass(frozen=True, slots=True)
 class SeenRobot:
-    """Another robot at a player's last look."""
+    """Another robot as of a player's last look at the field."""
 
     number: int
     is_opponent: bool
@@ -276,12 +284,12 @@ class SeenRobot:
 
     @property
     def place(self) -> Place:
-        """Center of the robot [m]."""
+        """Center of the other robot, in the frame of `pose` [m]."""
         return self.pose[:2]
 
 
 class Player(ScriptedRobot):
-    """One scripted player of a match.
+    """Controller that plays a match by a script, for robots with a swerve drive.
 
     Args:
         script: Script to follow.
@@ -310,13 +318,13 @@ class Player(ScriptedRobot):
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
-        """Start the script with a robot, and with the player's own random generator."""
+        """Start the script with a robot, and with a random generator for the player of this robot."""
         self.rng = self.match.draws.generator("players", robot.number)
         self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the script, after a look at the field if the reaction time has passed."""
+        """Run one tick of the script, after a look at the field if the reaction time since the last look has passed."""
         self._has_looked = time >= self._looks_at
         if self._has_looked:
             self._looks_at = time + self.skill.reaction - 0.5 * TICK
@@ -353,7 +361,7 @@ class Player(ScriptedRobot):
 
     @property
     def is_beached(self) -> bool:
-        """Whether the robot is tilted or raised away from any ramp, e.g. stuck on a piece under its frame."""
+        """Whether the robot is tilted or raised although no ramp is near, e.g. stuck on a piece under the frame."""
         chassis = self.robot.chassis
         roll, pitch, _ = chassis.roll_pitch_yaw
         leans = max(abs(roll), abs(pitch)) > _TILT or chassis.pos[2] > _RAISED
@@ -364,7 +372,7 @@ class Player(ScriptedRobot):
         return math.dist(self.pose[:2], place)
 
     def touches(self, number: int) -> bool:
-        """Return whether the robot is in contact with another robot, by its number."""
+        """Return whether this robot touched the robot with a given number in the last tick."""
         return (self.robot.number, number) in self.match.contacts.robots
 
     # --- commands of a script ---------------------------------------------------------------------------------------
@@ -380,7 +388,7 @@ class Player(ScriptedRobot):
             yaw: Heading at the goal [rad].
             speed: Cruising speed [m/s]; None for the skill's speed.
             timeout: Time after which the robot stops anyway [s].
-            near: Distance that counts as reached [m].
+            near: Distance from the goal that counts as reached, with a heading error below 4 degrees [m].
         """
         yield from self.pursue(lambda: (x, y, yaw), speed=speed, timeout=timeout, near=near)
         self.stop()
@@ -394,14 +402,17 @@ class Player(ScriptedRobot):
         near: float = 0.12,
         ignored: tuple[int, ...] = (),
     ) -> Steps:
-        """Drive to a goal that may change with every look at the field.
+        """Drive around obstacles to a goal that may change with every look at the field.
+
+        A beached robot first drives off the piece under the frame; a stuck robot backs off and plans a new route.
 
         Args:
             goal: Function that returns the goal pose, blue field frame [m, m, rad], or None to end the pursuit.
             speed: Cruising speed [m/s]; None for the skill's speed.
             timeout: Time after which the pursuit ends [s].
-            near: Distance that counts as reached [m]; with 0, the pursuit goes on at the goal.
-            ignored: Numbers of robots to push instead of driving around them.
+            near: Distance from the goal that counts as reached, with a heading error below 4 degrees [m]; 0 to go on at
+                the goal.
+            ignored: Numbers of robots to push instead of avoiding.
         """
         aim: Pose | None = None
         way: list[Place] = []
@@ -445,7 +456,7 @@ class Player(ScriptedRobot):
 
         Args:
             wanted: Function of positions [m], shape (n, 2), that returns a mask of the pieces to collect.
-            until: Function called at every look; True ends collecting.
+            until: Function called at every look at the field; a return value of True ends collecting.
             timeout: Time after which collecting ends [s].
             kind: Kind of pieces to collect; None for any kind.
         """
@@ -470,11 +481,14 @@ class Player(ScriptedRobot):
     def shoot(
         self, target: tuple[float, float, float], *, until: Callable[[], bool] = lambda: False, timeout: float = 6.0
     ) -> Steps:
-        """Shoot all pieces at a target, with aiming errors that depend on skill and change at intervals.
+        """Shoot all pieces at a target, with random aiming errors that depend on skill and change every 0.8 s.
+
+        A beached robot first drives off the piece under the frame. A robot that cannot shoot for 1.2 s backs away from
+        the nearest robot.
 
         Args:
             target: Point to aim at, blue field frame [m].
-            until: Function called every tick; True ends shooting.
+            until: Function called every tick; a return value of True ends shooting.
             timeout: Time after which shooting ends [s].
         """
         yield from self.shake_off()
@@ -498,9 +512,9 @@ class Player(ScriptedRobot):
         yield
 
     def shake_off(self) -> Steps:
-        """Drive off a piece stuck under the raised side of the robot, toward the lower side.
+        """Drive off a piece stuck under the raised side of the robot, toward the lower side, for up to 4 s.
 
-        A piece under a robot rolls half as far as the robot moves, so it is free after two robot lengths.
+        A piece under a robot rolls half as far as the robot moves, so the piece is free after two robot lengths.
         """
         aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):
@@ -525,7 +539,7 @@ class Player(ScriptedRobot):
         return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
-        """Limit a speed on ramps and just before them [m/s]."""
+        """Return a speed, limited to 1.4 m/s on a ramp or within 0.6 m before a ramp [m/s]."""
         x, y, _ = self.pose
         ahead = max(math.dist((x, y), toward), 1e-9)
         share = min(1.0, _AHEAD / ahead)
@@ -534,7 +548,7 @@ class Player(ScriptedRobot):
         return min(speed, _RAMP_SPEED) if is_steep else speed
 
     def _back_off(self, toward: Place) -> Steps:
-        """Drive away from a position for a moment, in a random direction within 1.2 rad."""
+        """Drive away from a position for 0.6 s, in a random direction within 1.2 rad of straight away."""
         x, y, _ = self.pose
         way = math.atan2(y - toward[1], x - toward[0]) + self.rng.uniform(-1.2, 1.2)
         for _ in range(round(_BACK_OFF / TICK)):
@@ -542,7 +556,7 @@ class Player(ScriptedRobot):
             yield
 
     def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
-        """Return the center of the best cluster of pieces to drive to [m], or None if there are no pieces."""
+        """Return the center of the best cluster of wanted pieces [m], or None if no wanted piece was seen."""
         places = self.seen_pieces[kind][:, :2]
         places = places[wanted(places)]
         if not len(places):
@@ -559,7 +573,7 @@ class Player(ScriptedRobot):
 
 
 PlayScript: TypeAlias = Callable[[Player], Steps]
-"""Function of the player that makes the generator of its steps."""
+"""Function that takes a player and returns the generator of the script's steps."""
 
 
 _INTO = 0.3  # [m]; distance from an opponent's center to the goal of a robot that pushes it
@@ -569,7 +583,7 @@ _LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends a
 def make_role(
     script: PlayScript, summary: str, settings: ScriptSettings, config: Callable[[], RobotConfig] | None = None
 ) -> Role:
-    """Make a role named after its script.
+    """Make a role with the name of the script function.
 
     Args:
         script: Script of the role.
@@ -593,21 +607,22 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """Defensive play, in which a robot pushes opponents away from the place where they score."""
+    """Defensive play, in which a robot pushes opponents away from their goal."""
 
     goal: Place
     """Position to which opponents bring pieces, in the field frame in which the defender is blue [m]."""
     retreat: Place
-    """Position to which the defender retreats without an opponent to block, in the same frame as `goal` [m]."""
+    """Position to which the defender retreats after a long pin or without an opponent to block, in the frame of `goal`
+    [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Function that returns whether the rules protect an opponent from contact, called with the player and the
-    opponent's position."""
+    """Function of the player and an opponent's position, in the frame of `goal` [m], that returns whether the defender
+    avoids this opponent, for example because the rules forbid contact."""
 
     def __post_init__(self) -> None:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
-        """Defend until the match ends, releasing each opponent before a pin becomes a foul."""
+        """Block the nearest opponent not left alone, again and again, and release it before a pin becomes a foul."""
         pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
@@ -616,7 +631,7 @@ class Defense:
             yield
 
     def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
-        """Push an opponent away from its goal for up to 4 s, and back off before a pin becomes a foul."""
+        """Push an opponent away from `goal` for up to 4 s and then release a long pin; retreat if `number` is None."""
         since = 0.0
 
         def place() -> Place | None:

@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 _FULL_VOLTS = 12.0
-"""Voltage that Motion Magic Expo assumes, regardless of the battery voltage [V]."""
+"""Voltage of the ideal motor in Motion Magic Expo, independent of the battery voltage [V]."""
 _Segment = tuple[float, float, float, float, float]
 """Profile segment: start time [s]; position, velocity and acceleration at the start; constant jerk."""
 
@@ -207,7 +207,7 @@ class Expo(Profile):
             goal: Final position, at rest.
             kv: Voltage per unit of velocity.
             ka: Voltage per unit of acceleration.
-            cruise: Largest velocity; 0 for no limit except the motor's.
+            cruise: Largest velocity; 0 for no limit below the motor's free speed.
             dt: Step [s].
         """
         key = (goal, kv, ka, cruise)
@@ -289,7 +289,7 @@ _OFFSET = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gains:
-    """Gains of one slot, in output units (volts, duty cycle or amperes) per rotation and its time derivatives."""
+    """Gains of one slot: output in volts, duty cycle or amperes, per rotation, rotation/s or rotation/s^2."""
 
     kp: float = 0.0
     ki: float = 0.0
@@ -307,7 +307,7 @@ class Gains:
 
 
 def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
-    """Return the gains of slot 0, 1 or 2."""
+    """Return the gains of slot 0, 1 or 2 in a controller's configuration."""
     first = _FIRST[slot]
     p, i, d, s, v, a, g, kind = (config[first + k] for k in range(8))
     return Gains(
@@ -414,7 +414,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
 
 
 def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
-    """Return the law of position control; with `wrap`, the law turns the shorter way."""
+    """Return the law of position control; with `wrap`, the error is at most half a rotation."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -458,7 +458,7 @@ def _elapsed(m: LoopState, loops: int) -> float:
 
 
 def _shift_to_nearest(profile: SCurve | Expo, goal: float) -> None:
-    """Shift the setpoint by whole turns to within half a turn of the goal."""
+    """Restart the profile at a setpoint shifted by whole turns, if the goal is more than half a turn away."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
         profile.start(profile.p + turns, profile.v)
@@ -606,7 +606,7 @@ def _law_and_stage(
 
 
 def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return the limits of a request's profile, from a Dynamic request itself or else from the configuration."""
+    """Return `LoopState.limits` of a profile: values in the request, else values in the configuration."""
     c = config
     field = kind.slots
     dynamic = kind.name.startswith("Dynamic")

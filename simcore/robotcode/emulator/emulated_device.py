@@ -248,7 +248,7 @@ _PERIOD_NS = 10_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnableDelays:
-    """Delays from the enable feed to its effect on the devices."""
+    """Delays from the enable feed to the devices' response."""
 
     enable: float = 0.045
     """Delay from first feed to first volts [s]; measured 49 ms from the driver station, including 4 ms to the feed."""
@@ -268,7 +268,7 @@ class EnableState:
 
     Args:
         clock: Clock of simulated time.
-        delays: Delays from the feed to its effect.
+        delays: Delays from the feed to the devices' response.
     """
 
     __slots__ = ("_clock", "_fed_until", "_since", "_until", "delays")
@@ -276,7 +276,7 @@ class EnableState:
     def __init__(self, clock: SimulatedClock, delays: EnableDelays) -> None:
         self._clock = clock
         self.delays = delays
-        """Delays from the feed to its effect."""
+        """Delays from the feed to the devices' response."""
         self._fed_until = -1
         self._since = 0
         self._until = -1
@@ -394,7 +394,7 @@ class EmulatedDevice:
     """Emulated device; robot code reads the device's last status frame.
 
     Args:
-        address: CAN id and bus.
+        address: CAN ID and bus.
         clock: Clock of simulated time.
         defaults: Factory configuration, by setting number.
     """
@@ -430,7 +430,7 @@ class EmulatedDevice:
     # ---- configuration
 
     def configure(self, settings: Mapping[int, Setting], *, reset_others: bool = False) -> None:
-        """Apply settings; with `reset_others`, reset all other settings to their factory defaults."""
+        """Apply settings and commands; with `reset_others`, reset all other settings to their factory defaults."""
         known = {spn: value for spn, value in settings.items() if spn in self.defaults}
         for spn, value in settings.items():
             if spn not in self.defaults and not self.fault_flags.clear(spn):
@@ -443,7 +443,7 @@ class EmulatedDevice:
         self.configured()
 
     def configured(self) -> None:
-        """Apply the changed configuration."""
+        """Update the device after a change of configuration; this base class does nothing."""
 
     def command(self, spn: int, value: float) -> None:
         """Execute a setting that is a command rather than a stored value, for example a new position.
@@ -477,7 +477,7 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
+        """Return the `sim_state` value called `name`, or None without such a value; this base class has no values."""
         return None
 
     # ---- status
@@ -518,7 +518,7 @@ class EmulatedDevice:
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:
-        """Set the rate of one signal [Hz]; the status frame uses the fastest rate of all signals."""
+        """Set the rate of one signal [Hz]; the status frame uses the fastest requested rate of all signals."""
         if spn not in self.signals:
             return  # versions, faults and constants are in other frames, whose rate has no effect here
         self._asked[spn] = hz
@@ -530,7 +530,7 @@ class EmulatedDevice:
             self.set_rate(hz)
 
     def reset_rate(self) -> None:
-        """Reset to the default rate."""
+        """Reset the status frame to the default rate, and forget the requested rates of all signals."""
         self._asked.clear()
         self.set_rate(DEFAULT_HZ)
 
@@ -541,4 +541,4 @@ class EmulatedDevice:
 
 
 Devices: TypeAlias = Mapping[tuple[int, int], EmulatedDevice]
-"""Devices on one bus, by (`DeviceType` number, CAN id)."""
+"""Devices on one bus, by (`DeviceType` number, CAN ID)."""

@@ -58,7 +58,7 @@ def wrap(angle: float) -> float:
 
 
 def exp(start: Pose, dx: float, dy: float, turn: float) -> Pose:
-    """Return the end of a constant twist (robot frame) from `start`, along an arc.
+    """Return the pose after a constant twist (dx, dy [m] and turn [rad], robot frame) from `start`.
 
     Source: WPILib's Pose2d.Exp; R. Murray et al., A Mathematical Introduction to Robotic Manipulation, 2.3.
     """
@@ -79,7 +79,7 @@ def between(start: Pose, end: Pose) -> Pose:
 
 
 def then(start: Pose, way: Pose) -> Pose:
-    """Return `way`, a pose in the frame of `start`, in the field frame."""
+    """Transform `way`, a pose in the frame of `start`, to the field frame."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return start[0] + cos * way[0] - sin * way[1], start[1] + sin * way[0] + cos * way[1], start[2] + way[2]
 
@@ -156,7 +156,7 @@ class Kinematics:
 
 
 def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[float, float]]:
-    """Scale all module speeds by one factor so that no speed exceeds `limit` [m/s]."""
+    """Return the module states, with all speeds scaled by one factor so that none exceeds `limit` [m/s]."""
     fastest = max(abs(speed) for speed, _ in states)
     if fastest <= limit:
         return states
@@ -242,7 +242,10 @@ class PoseEstimator:
         self.pose = self._corrected(new) if self._updates else new
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
-        """Correct the estimate with a camera's pose at `time` [s]; `std_devs` also apply to later measurements."""
+        """Correct the estimate with a camera's pose at `time` [s]; `std_devs` also apply to later measurements.
+
+        A measurement is ignored if no pose is stored or `time` is over 1.5 s before the oldest stored pose.
+        """
         if std_devs is not None:
             self.set_vision_std_devs(std_devs)
         if not self._times or time < self._times[0] - HISTORY:
@@ -384,7 +387,7 @@ class ModuleDevices:
 
     Args:
         emulator: Emulator that holds the devices.
-        constants: Module constants, including CAN ids and output types.
+        constants: Module constants, including CAN IDs and output types.
         bus: Name of the CAN bus of both motors.
     """
 
@@ -434,7 +437,7 @@ class ModuleDevices:
             drive.apply(self._velocity.name, update_freq_hz=0.0, velocity=rps, feed_forward=volts, enable_foc=foc)
 
     def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
-        """Steer to a position [rotations] the shorter way, with velocity feed-forward [rotations/s]."""
+        """Steer to a position [rotations] in the shorter direction, with velocity feed-forward [rotations/s]."""
         steer = self._steer
         if steer.renew(self._position, foc):
             steer.loop.goal_p = rotations
@@ -445,7 +448,7 @@ class ModuleDevices:
             steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps, enable_foc=foc)
 
     def steer_profiled(self, rotations: float, foc: bool) -> None:
-        """Steer to a position [rotations] the shorter way under Motion Magic Expo."""
+        """Steer to a position [rotations] in the shorter direction under Motion Magic Expo."""
         if self._steer_torque:
             self._steer.apply("MotionMagicExpoTorqueCurrentFOC", update_freq_hz=0.0, position=rotations)
         else:
@@ -489,7 +492,7 @@ class EmulatedModule:
         self.speed = 0.0
         """Speed of the drive motor, including the part caused by steering, as in `SwerveModuleState` [m/s]."""
         self.target = (0.0, 0.0)
-        """Last target speed [m/s] and direction [rad], after optimization for the shorter way."""
+        """Last target speed [m/s] and direction [rad], after reversal of the wheel for a shorter steer move."""
         self._per_meter = constants.rotations_per_meter
         self._coupling = constants.coupling
         self._volts_per_rps = 12.0 / (self._per_meter * constants.speed_at_12_volts)
@@ -599,7 +602,7 @@ class Brake:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Point every wheel at the robot's center."""
+        """Turn every wheel towards the robot's center, at zero speed."""
         _send(self, drivetrain, [(0.0, math.atan2(y, x)) for x, y in drivetrain.kinematics.positions])
 
 
@@ -613,7 +616,7 @@ class Point:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn every wheel to the requested direction."""
+        """Turn every wheel to the requested direction, at zero speed."""
         _send(self, drivetrain, [(0.0, self.angle)] * len(drivetrain.modules))
 
 
@@ -635,7 +638,7 @@ class Speeds:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send the module states."""
+        """Send module states for the requested velocity, with wheel forces as feed-forward."""
         states, turn = _module_states(self, drivetrain, self.vx, self.vy, self.omega)
         forces = list(zip_longest(self.forces_x, self.forces_y, fillvalue=0.0))
         if self.is_field:
@@ -663,7 +666,7 @@ class Centric:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send the module states."""
+        """Send module states for the requested velocity after the deadbands."""
         vx, vy, omega = self.vx, self.vy, self.omega
         if math.hypot(vx, vy) < self.deadband:
             vx = vy = 0.0
@@ -698,7 +701,7 @@ def _module_states(
 ) -> tuple[list[tuple[float, float]], float]:
     """Return module states [m/s, rad] for a velocity in the request's axes [m/s, rad/s].
 
-    Also return the rotation from the request's axes to the robot's [rad]; 0 for a robot-centric request.
+    Also return the rotation from the request's axes to the robot's axes [rad]; 0 for a robot-centric request.
     """
     turn = 0.0
     if request.is_field:
@@ -786,7 +789,7 @@ class EmulatedDrivetrain:
         self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: EmulatedPigeon2) -> None:
-        """Start odometry at the present readings of the wheels and gyro."""
+        """Start odometry; the first start sets the pose to zero at the present readings of wheels and gyro."""
         if not self.modules:
             self.modules.extend(EmulatedModule(c, d) for c, d in zip(self.module_constants, devices, strict=True))
             self._gyro = gyro
@@ -854,7 +857,7 @@ class EmulatedDrivetrain:
         self.reset_pose((x, y, heading))
 
     def seed_field_centric(self, heading: float) -> None:
-        """Set the heading relative to the operator's forward direction [rad]."""
+        """Set the estimated heading, given relative to the operator's forward direction [rad]."""
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:

@@ -320,7 +320,7 @@ def _table() -> dict[int, str]:
 
 
 UNITS: dict[int, str] = _table()
-"""Unit of each signal or setting with a unit, by number."""
+"""Unit text of each signal or setting that has a unit, by number."""
 
 
 _log = logging.getLogger(__name__)
@@ -455,7 +455,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_platform_canbus_get_status(self, *values: Any) -> int:
-        """Return the status of a bus without traffic or errors, as five numbers (26.3) or one structure (26.70)."""
+        """Write the status of a bus without traffic or errors to five numbers (26.3) or one structure (26.70)."""
         for out in map(target_of, values[:1] if len(values) == 2 else values[:5]):
             ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
@@ -495,7 +495,10 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
-        """Fill in signal values; `rest` ends with a wait flag and a timeout, preceded by the network in 26.3."""
+        """Fill in signal values, from a new frame if the caller waits.
+
+        `rest` ends with a wait flag and a timeout, preceded by the network in 26.3.
+        """
         wait, timeout = rest[-2:]
         # Read and write whole structures as bytes: access by ctypes fields takes three times as long.
         by_hash = self.emulator.by_hash
@@ -573,7 +576,7 @@ class EmulatedNative(NativeLibrary):
     # ---- hoot replay: `CANBus(name, "logs/example.hoot")` in generated constants requests replay, which is refused
 
     c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
-    c_ctre_phoenix6_platform_replay_is_running = always(True)  # as CTRE's simulation library, even without replay
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # as in CTRE's simulation library, even without replay
     c_ctre_phoenix6_platform_replay_is_finished = always(True)
     c_ctre_phoenix6_platform_replay_close_file = always(None)
     c_ctre_phoenix6_platform_replay_set_speed = always(None)

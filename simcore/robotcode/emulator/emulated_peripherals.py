@@ -32,7 +32,7 @@ _log = logging.getLogger(__name__)
 
 
 class CANcoderFrame(NamedTuple):
-    """Status frame of a CANcoder [rotations, rotations/s]."""
+    """Status frame of a CANcoder [rotations, rotations/s, V]."""
 
     position: float
     since_boot: float
@@ -79,14 +79,14 @@ class EmulatedCANcoder(EmulatedDevice):
         self._top = c[SpnValue.CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT.value]
 
     def command(self, spn: int, value: float) -> None:
-        """Set a new position."""
+        """Set the position that robot code reads [rotations]."""
         if spn == SpnValue.CANCODER_SET_SENSOR_POSITION.value:
             self._shift = value - self._sign * self.raw - self._offset
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a measured quantity of the CANcoder."""
+        """Set raw position [rotations], velocity [rotations/s], magnet health or supply voltage [V]."""
         if name == "RawPosition":
             self.raw = value
         elif name == "Velocity":
@@ -139,7 +139,7 @@ _CLOSED: tuple[Callable[[int], bool], ...] = (
 
 
 class CANdiFrame(NamedTuple):
-    """Status frame of a CANdi; pairs hold pins 1 and 2."""
+    """Status frame of a CANdi [rotations, rotations/s, us, V, A]; pairs hold pins 1 and 2."""
 
     states: tuple[int, int]
     closed: tuple[bool, bool]
@@ -188,14 +188,14 @@ class EmulatedCANdi(EmulatedDevice):
         self._per_edge = sign / (c[SpnValue.CONFIG_QUADRATURE_EDGES_PER_ROTATION.value] or 4096)
 
     def command(self, spn: int, value: float) -> None:
-        """Set a new quadrature position."""
+        """Set the quadrature position that robot code reads [rotations]."""
         if spn == SpnValue.CANDI_SET_QUAD_POSITION.value:
             self._shift = value - self._edges * self._per_edge
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set the signals on the pins."""
+        """Set a signal on the pins, the output current [A] or the supply voltage [V]."""
         if name.startswith("PWM"):
             pin, what = int(name[3]) - 1, name[4:]
             if what == "Position":
@@ -279,7 +279,7 @@ class EmulatedCANdi(EmulatedDevice):
 
 
 class PigeonFrame(NamedTuple):
-    """Status frame of a Pigeon 2 [deg, deg/s]."""
+    """Status frame of a Pigeon 2 [deg, deg/s, V, ns]."""
 
     yaw: float
     pitch: float
@@ -349,16 +349,16 @@ class EmulatedPigeon2(EmulatedDevice):
         self.send_frame()
 
     def command(self, spn: int, value: float) -> None:
-        """Set a new yaw."""
+        """Set the yaw that robot code reads [deg]."""
         if spn == SpnValue.PIGEON2_SET_YAW.value:
             self._offset = value - self.raw_yaw
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a measured quantity of the Pigeon."""
+        """Set yaw, pitch, roll [deg], an angular velocity [deg/s] or the supply voltage [V]."""
         if name == "RawYaw":
-            # The device turns the shorter way to a new yaw.
+            # The device turns in the shorter direction to a new yaw.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
         elif name == "AddYaw":
             self.raw_yaw += value
@@ -416,11 +416,11 @@ class EmulatedPigeon2(EmulatedDevice):
 
 
 _STRONG = 3000.0
-"""Constant signal strength reported by the simulated sensor."""
+"""Constant signal strength reported by the simulated CANrange."""
 
 
 class CANrangeFrame(NamedTuple):
-    """Status frame of a CANrange."""
+    """Status frame of a CANrange [m, s, V]; field of view as center x, y and range x, y [deg]."""
 
     distance: float
     detected: bool
@@ -440,7 +440,7 @@ class EmulatedCANrange(EmulatedDevice):
         self.distance = 0.0
         """Distance to the object in front of the sensor [m]."""
         self.is_detected = True
-        """Whether an object is within the configured proximity threshold."""
+        """Whether an object is within the configured proximity threshold, with hysteresis."""
         self.configured()
         self.send_frame()
 
@@ -457,7 +457,7 @@ class EmulatedCANrange(EmulatedDevice):
         self.is_detected = self._strength <= _STRONG and self.distance < self._threshold + band
 
     def set_input(self, name: str, value: float) -> None:
-        """Set the distance to the object in front of the sensor."""
+        """Set the distance to the object in front of the sensor [m], or the supply voltage [V]."""
         if name == "Distance":
             self.distance = value
             self._detect()
@@ -508,7 +508,7 @@ LIGHT_REQUESTS = (
     "TwinkleAnimation",
     "TwinkleOffAnimation",
 )
-"""Names of requests to a CANdle."""
+"""Names of the control requests of a CANdle."""
 
 
 class EmulatedCANdle(EmulatedDevice):

@@ -44,7 +44,7 @@ _CLASSES: dict[int, type[EmulatedDevice]] = {
 MODELS: dict[str, int] = {cls.model.lower(): number for number, cls in _CLASSES.items()}
 """`DeviceType` number by the library's device name, in lower case."""
 _HASH_BASE = {4: 0x80, 5: 0x4140, 6: 0x8540, 7: 0xC080, 8: 0x10280, 9: 0x142C0, 10: 0x18580}
-"""CTRE's device hash without CAN id, by `DeviceType` number; here, bus k adds k << 20."""
+"""CTRE's device hash without CAN ID, by `DeviceType` number; here, bus k adds k << 20."""
 _CONFIGS = {
     4: configs.TalonFXConfiguration,
     5: configs.CANcoderConfiguration,
@@ -108,7 +108,7 @@ class Emulator:
     """Emulated devices behind Phoenix 6's Python API.
 
     Args:
-        delays: Delays from the enable feed to its effect on the devices; None for the defaults.
+        delays: Delays from the enable feed to the devices' response; None for the defaults.
 
     Example:
         emulator = install()
@@ -122,7 +122,7 @@ class Emulator:
         self.enable = EnableState(self.clock, delays or EnableDelays())
         """Enable signal of all devices."""
         self._buses: dict[str, dict[tuple[int, int], EmulatedDevice]] = {"": {}}
-        """Devices on each bus, by (`DeviceType` number, CAN id)."""
+        """Devices on each bus, by (`DeviceType` number, CAN ID)."""
         self.by_hash: dict[int, EmulatedDevice] = {}
         """All devices, by the library's device hash."""
         self._talons: list[EmulatedTalon] = []
@@ -137,7 +137,7 @@ class Emulator:
 
         Raises:
             NotImplementedError: The device type is not modelled.
-            ConfigError: The CAN id is not 0..62.
+            ConfigError: The CAN ID is not 0..62.
         """
         bus, number = self._buses.setdefault(address.bus, {}), address.number
         device = bus.get((type_number, number))
@@ -161,7 +161,7 @@ class Emulator:
 
         Args:
             type_number: `DeviceType` number of the device.
-            number: Device hash from `hash_of`; or a CAN id, as in SimDevices, for the first bus with the id.
+            number: Device hash from `hash_of`; or a CAN ID, as in SimDevices, for the first bus with the ID.
         """
         device = self.by_hash.get(number)
         return device or next(bus[type_number, number] for bus in self._buses.values() if (type_number, number) in bus)
@@ -178,19 +178,19 @@ class Emulator:
         return cls(address, self.clock, defaults)
 
     def talon(self, number: int, bus: str = "") -> EmulatedTalon:
-        """Return the TalonFX with a CAN id, creating the device if needed."""
+        """Return the TalonFX with a CAN ID, creating the device if needed."""
         device = self.create(EmulatedTalon.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedTalon)
         return device
 
     def cancoder(self, number: int, bus: str = "") -> EmulatedCANcoder:
-        """Return the CANcoder with a CAN id, creating the device if needed."""
+        """Return the CANcoder with a CAN ID, creating the device if needed."""
         device = self.create(EmulatedCANcoder.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedCANcoder)
         return device
 
     def pigeon(self, number: int, bus: str = "") -> EmulatedPigeon2:
-        """Return the Pigeon 2 with a CAN id, creating the device if needed."""
+        """Return the Pigeon 2 with a CAN ID, creating the device if needed."""
         device = self.create(EmulatedPigeon2.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedPigeon2)
         return device

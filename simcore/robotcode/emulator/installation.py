@@ -5,7 +5,7 @@ The installation also changes three features of the Python library:
 - The enable feed of device objects, a WPILib Notifier, stops at install and uninstall.
 - The copies to WPILib SimDevices are off by default. Each device object copies its state before every robot tick for
   the simulation GUI. Tests do not need the copies, which would take most of a tick (17-39 us per device).
-- In simulated time, a `sim_state` identifies its device by the device hash instead of type and id without the bus.
+- In simulated time, a `sim_state` identifies its device by the device hash instead of type and ID without the bus.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class _SimDeviceCopies:
                 setattr(cls, attribute, _nothing)
 
     def on(self) -> None:
-        """Restore the library's behavior."""
+        """Restore the library's copies of device state."""
         for cls, attribute, method in self._saved:
             setattr(cls, attribute, method)
         self._saved.clear()
@@ -156,12 +156,12 @@ def _misfit() -> str | None:
 
 
 def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emulator:
-    """Switch Phoenix 6 to simulated time; call this function before robot code builds its first device.
+    """Switch Phoenix 6 to simulated time, and return the emulator; call this before robot code builds its first device.
 
-    A second call resets and returns the emulator of the first call.
+    A later call removes all devices and returns the emulator of the first call.
 
     Args:
-        delays: Delays from the enable feed to its effect on the devices; None for the defaults.
+        delays: Delays from the enable feed to the devices' response; None for the defaults.
         mirror: Whether device objects copy their outputs to WPILib SimDevices every tick, for the simulation GUI.
 
     Raises:

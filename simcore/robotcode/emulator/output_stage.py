@@ -2,7 +2,7 @@
 
 Voltage, current and supply current come from the robot model that turns the motor (`show`), which applies the current
 limits of the stage. Without a robot model, as in a test that writes the rotor through `sim_state`, the stage computes
-them for a motor held at the rotor's speed, with the motor law of the simulation loop.
+the three values for a motor held at the rotor's speed, with the motor law of the simulation loop.
 
 Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds. Current limits act in all four
 quadrants. The deadband is subtracted and the remainder rescaled. Braking with zero volts (`VoltageOut(0)`) keeps the
@@ -70,7 +70,7 @@ OVER_VOLTAGE = 16.5
 _HARD_CAP = 200.0
 """Largest current of a bridge, even without configured limits [A]."""
 _SUPPLY_SLACK = 0.4
-"""Mean deficit below the supply limit [A], because the limiter in CTRE's simulation oscillates within 1 A of it."""
+"""Mean deficit below the supply limit [A], because CTRE's simulated limiter oscillates within 1 A of the limit."""
 _LIMITED = 0.98
 """Fraction of a limit that counts as reached, because the model's battery differs slightly from the device's [-]."""
 _HELD = 1e12
@@ -151,7 +151,7 @@ class Bridge:
         self.brake = False
         """Whether the configured neutral mode is brake."""
         self.override = False
-        """Whether the request uses the neutral mode opposite to the configured one."""
+        """Whether a request overrides the neutral mode: brake for voltage and duty cycle, coast for torque current."""
         self.deadband = 0.0
         """Deadband of the torque current request [A]."""
         self.max_duty = 1.0
@@ -191,7 +191,7 @@ class Bridge:
     # ---- requests
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
-        """Build the output stage for requests of one unit."""
+        """Return the output stage for requests in one unit, with the ramp for open or closed loops."""
         high, low = self.peaks[unit]
         rate = self._ramps[unit, closed] * LOOP
         is_torque, is_duty = unit is Unit.AMPERES, unit is Unit.DUTY
@@ -329,7 +329,7 @@ class Bridge:
         _, self._current, self._volts, _, _ = solve_limited(_HELD, *held)  # type: ignore[no-untyped-call]
 
     def _time_limit(self, loops: int) -> None:
-        """Lower the supply limit after the configured time at the limit."""
+        """Lower the supply limit after the configured time at the limit; restore the limit at a lower current."""
         limit = self._lower if self._is_lowered else self._supply_limit
         if self._current * self._volts <= _LIMITED * limit * self.supply:
             self._over, self._is_lowered = 0.0, False

@@ -35,7 +35,7 @@ class ControlTopics:
     Args:
         match: Match whose `control` executes the commands before each tick.
         instance: NetworkTables instance of the dashboards, owned by the caller.
-        robot: Index of the robot that commands place.
+        robot: Index of the robot to which the commands apply.
     """
 
     def __init__(self, match: Match, instance: season.NetworkTables, *, robot: int = 0) -> None:
@@ -86,7 +86,7 @@ class ControlTopics:
         self._control.sources.append(self.read)
 
     def read(self) -> None:
-        """Execute the commands that have arrived, in timestamp order, and publish the results."""
+        """Publish the results of earlier commands, then pass new commands to the match control in timestamp order."""
         self._publish_results()
         for event in sorted(self._poller.read_queue(), key=lambda event: event.data.value.time()):
             topic, value = event.data.topic.get_name(), event.data.value
@@ -96,7 +96,7 @@ class ControlTopics:
                 elif value.time() > self._since:
                     self._take_of_people(topic.removeprefix(_HUMAN_TABLE), value.value())
             except SimcoreError as error:
-                self._control.refuse(f"do what {topic} asks for", str(error))
+                self._control.refuse(f"carry out {topic}", str(error))
 
     def close(self) -> None:
         """Unpublish the topics and stop listening; safe to call more than once."""
@@ -108,7 +108,7 @@ class ControlTopics:
     # --- received values ------------------------------------------------------------------------------------------
 
     def _take(self, name: str, value: Any) -> None:
-        """Process a value of the command table; ignore a value of the wrong type."""
+        """Store a number or choice, or request the action of a pose or button; ignore a value of the wrong type."""
         content = value.value()
         if name in self._numbers:
             if isinstance(content, float):
@@ -126,7 +126,7 @@ class ControlTopics:
             self._buttons[name]()
 
     def _take_of_people(self, name: str, value: object) -> None:
-        """Process a value of the human player table, and report a misspelled topic."""
+        """Request a human player action or manual control; a value that is not a boolean raises a `ConfigError`."""
         if name == "Actions" or "/Ready/" in name:
             return
         alliance, _, action = name.partition("/")

@@ -46,7 +46,7 @@ _MOST_TARGETS = 3
 
 
 def constant_values(config: CameraConfig) -> dict[str, Value]:
-    """Return the topics with constant values, which readers expect but simcore does not model."""
+    """Return the initial values of the topics that `frame_values` omits; only `json` changes later."""
     return {
         "json": "",
         "imu_yaw_offset": 0.0,
@@ -60,7 +60,7 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Return the value of each topic for a frame, without `json` (see `frame_json`).
+    """Return the topic values that depend on a frame, without `json` (see `frame_json`).
 
     Args:
         frame: Frame of the camera.
@@ -157,10 +157,11 @@ def _poses(
 
 
 def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Return target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
+    """Return four relative poses of target, camera and robot, each as x, y, z [m] and pitch, yaw, roll [deg].
 
-    All three frames have camera axes: x right, y down, z forward (into the target). A robot that faces a tag therefore
-    has zero angles and a negative z in target space.
+    The poses are target in camera, camera in target, target in robot and robot in target; zeros without a tag. All
+    three frames have camera axes: x right, y down, z forward (into the target). A robot that faces a tag therefore has
+    zero angles and a negative z in target space.
     """
     if tag is None:
         return _NO_POSE, _NO_POSE, _NO_POSE, _NO_POSE
@@ -182,14 +183,14 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
 
 
 def _position_and_angles(place: FloatArray, turn: FloatArray) -> list[float]:
-    """Return x, y, z [m] and pitch, yaw, roll [deg], rotated in the order yaw (clockwise from above), pitch, roll."""
+    """Return x, y, z [m] and pitch, yaw, roll [deg]; rotation order yaw (clockwise seen from above), pitch, roll."""
     (_, _, t02), (t10, t11, t12), (_, _, t22) = turn.tolist()
     pitch = math.asin(max(-1.0, min(1.0, -t12)))
     return [*place.tolist(), _DEGREES * pitch, _DEGREES * math.atan2(t02, t22), _DEGREES * math.atan2(t10, t11)]
 
 
 def _sides(corners: Corners | None) -> list[float]:
-    """Return the target's long and short side, width and height of the bounding box [px], and rotation [deg]."""
+    """Return a target's long and short side, width and height of its bounding box [px], and its rotation [deg]."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners
@@ -200,7 +201,7 @@ def _sides(corners: Corners | None) -> list[float]:
 
 
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
-    """Return x (right) and y (up) in the image, from -1 to 1, and area [%] of the largest targets."""
+    """Return x (right) and y (up) in the image, from -1 to 1, and area [%] of the three largest targets."""
     width, height = config.type.width, config.type.height
     every: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
     if len(every) > 1:
@@ -232,7 +233,7 @@ _OF_PRIMARY = {
     "t6t_rs": "targetpose_robotspace",
     "t6r_ts": "botpose_targetspace",
 }
-"""Topic of each `json` key that only the primary tag has."""
+"""Topic whose value is repeated under each `json` key of the primary tag."""
 
 
 def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
@@ -392,14 +393,14 @@ class LimelightTable:
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
     def read(self) -> list[CameraRequest]:
-        """Return the requests since the last call: first headings, then settings, each in order; none after `close`.
+        """Return the requests since the last call: headings, then settings, both in arrival order; none after `close`.
 
         A topic that `LimelightSim` ignores is returned once, without numbers.
         """
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
             return []
-        # An invalid value, such as a topic's first one, is not a request.
+        # An invalid value, such as the first value of a topic, is not a request.
         requests = [self._request(_ORIENTATION, value) for value in orientation.read_queue() if value.is_valid()]
         for event in self._poller.read_queue():
             if event.listener == self._others:
@@ -414,7 +415,7 @@ class LimelightTable:
         return CameraRequest(topic, _numbers(value), self._clock.to_simulated(value.time()))
 
     def publish(self, frame: Frame) -> None:
-        """Publish a frame, with the time at which the frame left the camera as the timestamp of all topics."""
+        """Publish a frame's changed values and the `EVERY_FRAME` topics, stamped with the frame's publication time."""
         stamp = self._clock.to_network(frame.published)
         values = frame_values(frame, self._config, self._field_size)
         last, self._last = self._last, [*values.values()]

@@ -10,8 +10,8 @@ __all__ = ["NetworkClock"]
 class NetworkClock:
     """Conversion between simulated time and the NetworkTables clock, in microseconds (nanoseconds from 2027 on).
 
-    Without an offset (headless), published values carry simulated time, and values from robot code count as sent now,
-    because their timestamps are from the wall clock.
+    Without an offset (headless), the timestamps of published values are simulated time. Timestamps of robot code's
+    values then convert to None, because they are from the wall clock.
 
     >>> clock = NetworkClock()
     >>> clock.to_network(1.5) == 1.5 * clock.rate, clock.to_simulated(123)

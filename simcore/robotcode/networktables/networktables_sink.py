@@ -86,7 +86,7 @@ class NetworkTablesSink:
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Publish one snapshot without blocking; ntcore sends from its own thread.
+        """Publish the changed values of one snapshot without blocking; ntcore sends from its own thread.
 
         Raises:
             OutputError: The sink is closed.
@@ -110,7 +110,7 @@ class NetworkTablesSink:
             self._write_field(self._field, snapshot)
 
     def _write_field(self, name: str, snapshot: Snapshot) -> None:
-        """Publish the topics of a `Field2d`: x, y [m] and heading [deg] for each pose of each object."""
+        """Publish the topics of a `Field2d`: x, y [m] and heading [deg] for each robot, pose estimate and piece."""
         self._set_all("string", {f"{name}/.type": "Field2d", f"{name}/.name": name})
         objects: dict[str, list[float]] = {}
         for key, pose in snapshot.poses.items():
@@ -147,7 +147,7 @@ class NetworkTablesSink:
             publisher.set(value.tobytes() if type_name == POSE_TYPE else value)
 
     def _is_new(self, key: str, rows: FloatArray | IntArray) -> bool:
-        """Return whether an array may differ from the last published one: another object, or a writeable one."""
+        """Return whether an array may have changed since its last publication: a new object, or a writeable array."""
         is_new = self._arrays.get(key) is not rows or rows.flags.writeable
         self._arrays[key] = rows
         return is_new

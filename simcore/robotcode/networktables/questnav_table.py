@@ -128,7 +128,7 @@ def frame_message(frame: QuestFrame, *, tracking: bool = True) -> bytes:
 def device_message(battery_percent: int, *, tracking: bool = True, lost: int = 0) -> bytes:
     """Encode a `ProtobufQuestNavDeviceData`: tracking_lost_counter 1, currently_tracking 2, battery_percent 3.
 
-    Newer headsets omit field 2; libraries that do not expect it skip it.
+    Libraries that do not define field 2 skip the field, as Protocol Buffers readers do with unknown fields.
     """
     return _whole(1, lost) + _whole(2, int(tracking)) + _whole(3, battery_percent)
 

@@ -1,6 +1,6 @@
 """Signs, zeros and distances that robot code assumes for the sensors of swerve modules.
 
-Robot code hides signs, offsets and wheel sizes in its own arithmetic, so they are measured here: before the first loop,
+Robot code hides signs, offsets and wheel sizes in its arithmetic, so this module measures them: before the first loop,
 each sensor is moved a little, and the angles and distances that the swerve module returns are compared. For a module
 that returns readings from its last `update` or `periodic`, these methods are called before each query; if that does
 not help, the program's own loop is called as well, as it would be while the robot is disabled.
@@ -53,7 +53,7 @@ class ModulePorts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Belief:
-    """Response of a swerve module's position in robot code to its sensors."""
+    """Response of a swerve module's angle and distance in robot code to the module's sensors."""
 
     zero: float | None = None
     """Module angle while all sensors read zero [rad]; None if the module returns no angle."""
@@ -93,7 +93,7 @@ class _Question:
     """Query for the distance and angle of one module in robot code.
 
     Args:
-        ask: Returns distance [m] and angle, each None if the module does not return it.
+        ask: Function that returns distance [m] and angle; None for a value that the module does not return.
         turn: One turn in the unit of the angle [-]; None if the unit is unknown.
     """
 
@@ -108,12 +108,12 @@ def probe_modules(
     settle: Callable[[], None],
     above: Sequence[Any] = (),
 ) -> list[Belief]:
-    """Move the sensors of all modules and compare the values that robot code returns; reset the sensors to zero.
+    """Measure how each module's angle and distance in robot code respond to its sensors; leave the sensors at zero.
 
     Args:
         modules: For each module, objects that may return its position.
         ports: Sensors of each module.
-        settle: Makes written values visible to robot code.
+        settle: Function that makes written values visible to robot code.
         above: Objects that hold all modules, from the nearest to the robot itself; these may return all positions, and
             their loops may read the sensors.
     """
@@ -304,7 +304,7 @@ def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
 
 
 def _homes(made: Any) -> list[Any]:
-    """Return the classes of an object that belong to the program, or the object itself if it is a module."""
+    """Return the classes of an object that belong to the program; for a module, return the module itself."""
     return [made] if isinstance(made, types.ModuleType) else [cls for cls in type(made).__mro__ if not is_foreign(cls)]
 
 

@@ -42,12 +42,12 @@ class ProgramDrivetrain:
         self.config = drivetrain_config(found, settings)
 
     def connect(self, drive: Any) -> Any:
-        """Connect the program's devices to the drivetrain's model."""
+        """Return ports that connect the program's devices to the drivetrain's model `drive`."""
         return connect_drivetrain(self.found, drive)
 
 
 def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
-    """Return the drivetrain of the program, ready to build its model.
+    """Return the program's drivetrain with complete measures and a model configuration.
 
     Args:
         robot: Robot object; None if the devices exist without one.
@@ -56,7 +56,7 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
 
     Raises:
         DrivetrainNotFoundError: The program has no drivetrain that simcore can find.
-        ConfigError: A measure is out of range, or a device does not respond.
+        ConfigError: A measure is out of range, simcore.toml contradicts the program, or a device does not respond.
     """
     table = settings.drivetrain
     graph = ObjectGraph(robot, folder)
@@ -67,7 +67,7 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
             ready = maker.drivetrain(settings, folder)
             if ready is not None:
                 corrections = (*(["kind"] if table.kind else []), *table.corrections)
-                _refuse(corrections, "corrects what is found, but the program's own SwerveDrivetrain says that")
+                _refuse(corrections, "cannot be corrected here: the program's own SwerveDrivetrain sets it")
                 return ready
         found = _discovered(graph)
         if table.kind and table.kind != found.kind:
@@ -101,12 +101,12 @@ def _discovered(graph: ObjectGraph) -> FoundDrivetrain:
     asked = place_of_question()
     if asked and not any(device.model in maker.motors for maker in makers() for device in maker.built()):
         raise DrivetrainNotFoundError(
-            f"no drivetrain found: the program builds no motor controller here; it asks whether it is real ({asked}): "
-            f"real = true under [robot] of {FILE_NAME} lets it build those of the robot"
+            "no drivetrain found: the program builds no motor controller in simulation; it asks whether it is real "
+            f"({asked}): real = true under [robot] in {FILE_NAME} makes it build those of the robot"
         )
     raise DrivetrainNotFoundError(
         f"no drivetrain found: {why or 'the program builds none of SwerveDrivetrain, Kinematics, DifferentialDrive'}; "
-        f"a [drivetrain] table in {FILE_NAME} describes it (docs/which_robots.md), until then there is no field"
+        f"describe it in a [drivetrain] table in {FILE_NAME} (docs/which_robots.md); until then there is no field"
     )
 
 
@@ -118,10 +118,14 @@ def _refuse(keys: Sequence[str], why: str) -> None:
 def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivetrain:
     """Return the drivetrain with the signs, zeros and positions given in simcore.toml."""
     n = len(found.wheels)
-    _refuse(table.of_swerve if found.kind != "swerve" else (), f"belongs to a swerve drive, this is a {found.kind}")
-    _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to a drive with x and y")
+    _refuse(
+        table.of_swerve if found.kind != "swerve" else (), f"is for a swerve drive, but this is a {found.kind} drive"
+    )
+    _refuse(("x",) if table.places and found.kind == "tank" else (), "is for drives whose wheels have x and y")
     for key, row in (("zeros_deg", table.zeros), ("x", table.places), ("wheel_distances", table.wheel_distances)):
-        _refuse((key,) if row and len(row) != n else (), f"must have {n} entries, as the drive has wheels or sides")
+        _refuse(
+            (key,) if row and len(row) != n else (), f"must have {n} entries, one for each wheel or side of the drive"
+        )
     for key in ("reversed_drive", "reversed_steer", "reversed_encoders"):
         beyond = [k for k in getattr(table, key) if k >= n]
         _refuse((key,) if beyond else (), f"counts wheels from 0 to {n - 1}, got {beyond}")
@@ -147,7 +151,7 @@ def _require_around(found: FoundDrivetrain) -> None:
     """Check that the wheels have distinct positions around the robot's center.
 
     Raises:
-        ConfigError: Two wheels have one position, or all wheels are on one side of the center.
+        ConfigError: Two wheels are less than 1 cm apart, or all wheels are on one side of the center.
     """
     places, part = found.places, "modules" if found.kind == "swerve" else "wheels"
     for k, place in enumerate(places):
@@ -170,11 +174,15 @@ def _require_around(found: FoundDrivetrain) -> None:
 
 def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
     """Return the swerve drivetrain with a sentence in `differences` about missing encoders or a missing gyro."""
-    gaps = [] if any(wheel.encoder for wheel in found.wheels) else ["encoders on azimuths, which begin straight"]
+    gaps = (
+        []
+        if any(wheel.encoder for wheel in found.wheels)
+        else ["azimuth encoders that simcore knows (so the modules start straight)"]
+    )
     gaps += [] if found.gyro else ["gyro"]
     if not gaps:
         return found
-    sentence = f"{found.about}: no device that simcore knows is its {', nor its '.join(gaps)}"
+    sentence = f"{found.about}: found no {' and no '.join(gaps)}"
     return replace(found, differences=(*found.differences, sentence))
 
 
@@ -224,13 +232,13 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
 
 
 def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
-    """Return the default position of side or mecanum wheel k, from the trackwidth [m]."""
+    """Return the default position [m] of tank side k or mecanum wheel k, from the trackwidth."""
     half = 0.5 * float(table.measures.get("trackwidth", 0.56))
     return (0.0, half if k == 0 else -half) if table.kind == "tank" else ((0.28, -0.28)[k // 2], (half, -half)[k % 2])
 
 
 def _gyro(named: str) -> BuiltDevice | None:
-    """Return the gyro named in simcore.toml, or the first gyro that the program has built."""
+    """Return the gyro named in simcore.toml, else the first gyro that the program has built, or None without one."""
     built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
     if not named:
         return built[0] if built else None

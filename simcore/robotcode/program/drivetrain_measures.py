@@ -75,7 +75,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         for name, measure in source.items():
             low, high = _SANE.get(name, (-math.inf, math.inf))
             if name in _SANE and not low <= measure.value <= high:
-                differences.append(f"{name} is {measure}, which no robot has ({low:g} to {high:g}): ignored")
+                differences.append(f"{name} is {measure}, outside the plausible range ({low:g} to {high:g}): ignored")
                 continue
             before = known.get(name)
             if before is None or (before.is_guess and not measure.is_guess):
@@ -83,8 +83,8 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
             elif not measure.is_guess and _differ(before.value, measure.value):
                 differences.append(f"{name} is {before} but {measure}")
     differences += [
-        f"{volts.source} has a feed-forward of velocity that gives {volts.value:.2g} V at the motor's free "
-        "speed, where 12 V are needed: it is in volts, not a share of full output"
+        f"{volts.source} has a velocity feedforward that gives {volts.value:.2g} V at the motor's free speed, where 12 "
+        "V are needed: it is in volts, not a fraction of full output"
         for volts in found.free_speed_volts
         if volts.value < _WEAK
     ]
@@ -95,10 +95,10 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         if known["steer_motor"].is_guess:
             known["steer_motor"] = Measure("NEO 550", _IS_MAXSWERVE, is_guess=True)
     for name, value in _GUESSES[found.kind].items():
-        known.setdefault(name, Measure(value, "as many robots have it", is_guess=True))
+        known.setdefault(name, Measure(value, "a common value", is_guess=True))
     _judge_speed(known, differences)
     if found.kind != "swerve":
-        says = "no program says which way its motors drive it"
+        says = "a program does not say which way its motors drive"
         turned = known.setdefault("reversed", Measure(False, says, is_guess=True))
         if turned.value:
             wheels = tuple(replace(wheel, drive_sign=-wheel.drive_sign) for wheel in found.wheels)
@@ -120,8 +120,8 @@ def _placed(
             xs, ys = ([place[axis] for place in found.places] for axis in (0, 1))
             names = ", ".join(wheel.name for wheel in found.wheels)
             differences.append(
-                f"{guess.source}: they are taken to be 0.56 m apart, in this order: {names}; under [drivetrain] of "
-                f"{FILE_NAME} x = {xs} and y = {ys} say it right"
+                f"{guess.source}: they are assumed to be 0.56 m apart, in this order: {names}; if that is wrong, "
+                f"correct x = {xs} and y = {ys} under [drivetrain] in {FILE_NAME}"
             )
         return found
     wheels = tuple(replace(w, place=place) for w, place in zip(found.wheels, places.value, strict=True))
@@ -130,7 +130,7 @@ def _placed(
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain with wheel positions converted to meters if the program gives inches or millimeters."""
+    """Return the drivetrain in meters; positions beyond 1.5 are taken as inches, positions beyond 60 as millimeters."""
     far = max(abs(v) for place in found.places for v in place)
     if far <= _FAR:
         return found
@@ -141,8 +141,8 @@ def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
         width = measures["trackwidth"]
         measures["trackwidth"] = Measure(width.value * size, f"{width.source}, as {unit}", width.is_guess)
     sentence = (
-        f"the program's kinematics have a wheel {far:.4g} m from the robot's center: taken as {unit}, "
-        f"{far * size:.3g} m; WPILib wants meters, and until then speeds of its wheels are wrong while it turns"
+        f"the program's kinematics have a wheel {far:.4g} m from the robot's center: taken as {unit}, {far * size:.3g} "
+        "m; WPILib needs meters, and until then its wheel speeds are wrong while it turns"
     )
     return replace(found, wheels=wheels, measures=measures, differences=(*found.differences, sentence))
 
@@ -184,9 +184,9 @@ def _fill_wheel(
                 break
     if not is_sane and (found.kind == "swerve" or not counts_wheels):
         differences.append(
-            f"a turn of a drive motor is {way.value:.4g} m by {way.source}, {speed:.3g} m/s at its free speed, where "
-            f"robots drive {_SPEEDS[0]:g} to {_SPEEDS[1]:g}: is that in meters, with the wheel's circumference and the "
-            "gearing?"
+            f"a turn of a drive motor is {way.value:.4g} m by {way.source}, which is {speed:.3g} m/s at its free "
+            f"speed, but robots drive {_SPEEDS[0]:g} to {_SPEEDS[1]:g}: is that in meters, with the wheel's "
+            "circumference and the gearing?"
         )
     if counts_wheels and (radius is None or gearing is None):
         known.setdefault(
@@ -208,7 +208,7 @@ def _fill_wheel(
         else:
             differences.append(f"{said}: odometry will be off by that much")
             return
-        differences.append(f"{said}: simcore uses the program's own")
+        differences.append(f"{said}: simcore uses the program's value")
     if gearing is not None:
         known["wheel_radius"] = Measure(way.value * gearing.value / math.tau, f"{way.source} and the gearing")
         return
@@ -222,19 +222,19 @@ def _fill_wheel(
 
 
 def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
-    """Report an implausible robot speed at the free speed of the drive motors."""
+    """Add an implausible robot speed at free speed to `differences`, unless the distance per rotor turn is known."""
     radius, gearing = known["wheel_radius"], known["drive_gearing"]
     speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
     is_known = known.get("meters_per_rotor_turn") is not None
     if not (_SPEEDS[0] <= speed <= _SPEEDS[1] or is_known):
         differences.append(
-            f"it would drive {speed:.3g} m/s at its motors' free speed, where robots drive {_SPEEDS[0]:g} to "
+            f"it would drive {speed:.3g} m/s at its motors' free speed, but robots drive {_SPEEDS[0]:g} to "
             f"{_SPEEDS[1]:g}: wheel_radius is {radius}, drive_gearing {gearing}"
         )
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Return a commercial wheel radius that gives the gearing of a known module, or at least a plausible one."""
+    """Guess a common wheel radius [m], if possible with the gearing of a MAXSwerve module or a plausible gearing."""
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way
@@ -243,8 +243,8 @@ def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
     usual = _GUESSES[found.kind]["wheel_radius"]
     for radius in (usual, inches(2.0), inches(1.5), inches(3.0)):
         if _GEARINGS[0] <= math.tau * radius / way <= _GEARINGS[1]:
-            return Measure(radius, "as many robots have it", is_guess=True)
-    return Measure(usual, "as many robots have it", is_guess=True)
+            return Measure(radius, "a common value", is_guess=True)
+    return Measure(usual, "a common value", is_guess=True)
 
 
 def _differ(one: Any, other: Any) -> bool:
@@ -265,5 +265,5 @@ def _places_differ(found: FoundDrivetrain, projects: Sequence[Mapping[str, Measu
             continue
         far = max(min(math.dist(a, b) for b in found.places) for a in places.value)
         if far > _SAME:
-            return [f"the modules stand up to {far:.3f} m elsewhere in {places.source} than the program has them"]
+            return [f"module positions in {places.source} differ by up to {far:.3f} m from those in the program"]
     return []

@@ -105,14 +105,14 @@ def _own_friction(found: FoundDrivetrain, name: str) -> dict[str, float]:
 
 
 def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> DrivetrainPorts:
-    """Connect the program's devices to the model of the drivetrain.
+    """Return ports that connect the program's devices to the drivetrain's model.
 
     Args:
         found: Drivetrain with complete measures.
         drive: Model of the drivetrain.
 
     Raises:
-        ConfigError: A device does not respond.
+        ConfigError: Two wheels share a device, or a device does not respond.
     """
     _require_own(found)
     gyro = None if found.gyro is None else maker_of(found.gyro).gyro_port(found.gyro)
@@ -187,7 +187,7 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """Sensor whose reading is scaled to the distance per turn that the program assumes, if known."""
+    """Sensor whose reading is scaled so that the program's odometry counts the modelled distance."""
 
     way: _Way | None = None
     turned = shown = 0.0
@@ -345,13 +345,13 @@ class _DecidingMotor(_Mounted):
             self._log_reversed()
 
     def _log_reversed(self) -> None:
-        """Log the reversed motors, once, at the first decision."""
+        """Log all reversed motors, unless another motor's decision has already logged them."""
         if any(motor._is_decided and motor.is_turned for motor in self._motors if motor is not self):
             return
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
         _log.warning(
-            "drivetrain: steer motors of modules %s turn clockwise with positive output, as the program's loops want "
-            "it: nothing says so before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
+            "drivetrain: steer motors of modules %s turn clockwise with positive output, judging by the program's "
+            "loops: nothing shows it before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
             *(", ".join(map(str, turned)), turned),
         )
 

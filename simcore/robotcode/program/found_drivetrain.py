@@ -47,9 +47,9 @@ class FoundWheel:
     steer: BuiltDevice | None = None
     """Steer motor; None for a wheel that does not steer."""
     encoder: BuiltDevice | None = None
-    """Absolute encoder on the steering axis; the steer motor's controller if the encoder is wired to it."""
+    """Encoder on the steering axis: a device, or the steer motor's controller for a wired encoder; None without one."""
     wheel_encoder: BuiltDevice | None = None
-    """Encoder on the wheel, for a motor without an encoder."""
+    """Encoder on the wheel, read instead of the motor's encoder; None without one."""
     drive_sign: float = 1.0
     """-1 if positive output in robot code drives backward, else 1."""
     steer_sign: float = 1.0
@@ -117,11 +117,11 @@ class FoundDrivetrain:
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """Positions of the wheels [m], as `FoundWheel.place`."""
+        """Positions of the wheels relative to the robot's center: x forward, y left [m]."""
         return tuple(wheel.place for wheel in self.wheels)
 
     def measure(self, name: str) -> Any:
-        """Return the value of a measure that is known to exist."""
+        """Return the value of the measure `name`, which must be in `measures`."""
         return self.measures[name].value
 
 
@@ -171,7 +171,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
 
 
 def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
-    """List the lines printed at startup: kind of drive, guesses and contradictions."""
+    """List the lines printed at startup: kind of drive, gyro and loops, guesses, contradictions."""
     loops = {str(found.measures[name].value) for name in _LOOPS if name in found.measures}
     closed = f", loops on the {' and on the '.join(sorted(loops))}" if loops else ""
     lines = [f"{found.kind} drive: {found.about}, {found.gyro or 'no gyro'}{closed}"]
@@ -180,7 +180,7 @@ def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
 
 
 def guesses(found: FoundDrivetrain) -> list[str]:
-    """List the guessed measures by their key in `[drivetrain]`, as text."""
+    """List each guessed measure as text: its key in `[drivetrain]`, value and source."""
     measures = {name: measure for name, measure in found.measures.items() if measure.is_guess}
     if (radius := measures.pop("wheel_radius", None)) is not None:
         measures["wheel_diameter"] = replace(radius, value=2.0 * radius.value)

@@ -22,7 +22,7 @@ def after_import(name: str, hook: Hook) -> None:
 
     Args:
         name: Name of the module, which is not imported here.
-        hook: Function of the module, called once.
+        hook: Function that receives the module, called once.
 
     >>> seen = []
     >>> after_import("json", lambda module: seen.append(module.__name__))

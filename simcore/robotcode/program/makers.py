@@ -74,15 +74,15 @@ class MotorFacts:
     supply_limit: float | None = None
     """Supply current limit [A]; None for the factory default."""
     brakes: bool = True
-    """Whether the neutral mode is brake; if not, it is coast."""
+    """Whether the neutral mode is brake instead of coast."""
     units_per_rotor_turn: float = 1.0
-    """Position in robot code's units per rotor turn; also 1 if the controller has no encoder."""
+    """Change of the position reading per rotor turn, in robot code's units; 1 if the controller has no encoder."""
     sensor: DeviceKey | None = None
-    """Key of the encoder that closes the position loop; the controller's own key if wired to it, None for the rotor."""
+    """Key of the encoder that closes the loop; the controller's key for a wired encoder, None for the rotor sensor."""
     rotor_per_sensor: float | None = None
     """Rotor turns per turn of `sensor` [-]; None if not configured."""
     has_gains: bool = False
-    """Whether the controller runs a configured loop; if not, the loop is in robot code."""
+    """Whether the controller's slot 0 has a P or velocity gain; if not, the loop is assumed to be in robot code."""
     free_speed_volts: float | None = None
     """Velocity feedforward voltage at the motor's free speed [V], about 12 if correct; None if not configured."""
 
@@ -102,7 +102,7 @@ class Mounting:
 
 
 class MakersDrivetrain(Protocol):
-    """Drivetrain with everything that its model needs."""
+    """Drivetrain whose devices, measures and model configuration are known."""
 
     @property
     def found(self) -> FoundDrivetrain:
@@ -115,7 +115,7 @@ class MakersDrivetrain(Protocol):
         ...
 
     def connect(self, drive: Any) -> Any:
-        """Connect the devices to the model; return ports with `read`, `write` and `devices`."""
+        """Connect the devices to the model `drive`; return ports with `read`, `write` and `devices`."""
         ...
 
 
@@ -123,7 +123,7 @@ class LightsShown(Protocol):
     """State of an LED controller."""
 
     changes: int
-    """Number of changes of the lights so far."""
+    """Number of requests so far that have changed the lights."""
 
     @property
     def colors(self) -> IntArray:
@@ -171,7 +171,7 @@ class Maker:
         """Record devices that the program builds from now on; safe to call more than once."""
 
     def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
-        """Check each write of a team's own simulation to a device; safe to call more than once.
+        """Ask `may_write` before each write of a team's own simulation to a device; safe to call more than once.
 
         Args:
             may_write: Function of model and address; False drops the write, because the device belongs to simcore.
@@ -182,7 +182,7 @@ class Maker:
         return self.devices.devices()
 
     def device_of(self, made: Any) -> BuiltDevice | None:
-        """Return the device behind an object of robot code, or None if the object is not this maker's."""
+        """Return the device behind an object of robot code, or None if the object is not a device of this maker."""
         return self.devices.find(made)
 
     def require_distinct(self) -> None:
@@ -203,20 +203,20 @@ class Maker:
         return [FollowerGroup(motor) for motor in motors]
 
     def has_wheel_encoder(self, motor: BuiltDevice) -> bool:
-        """Return whether a motor controller reads an encoder on the wheel instead of the rotor's."""
+        """Return whether a motor controller reads an encoder on the wheel instead of a rotor sensor."""
         return False
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
         """Return the configuration of a motor controller."""
-        raise ConfigError(f"{motor} is no motor controller")
+        raise ConfigError(f"{motor} is not a motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
         """Return the simulated side of a motor controller, with robot code's signs."""
-        raise ConfigError(f"{motor} is no motor controller")
+        raise ConfigError(f"{motor} is not a motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
         """Return the most likely mechanism of motors that simcore.toml does not describe."""
-        raise ConfigError(f"{group} is configured with nothing that tells what it turns")
+        raise ConfigError(f"the configuration of {group} does not say what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
         """Connect motors to a mechanism.
@@ -226,7 +226,7 @@ class Maker:
             mechanism: Mechanism that the motors turn.
             mounting: Mounting of the motors; None for the defaults of `Mounting`.
         """
-        raise ConfigError(f"{group} is no motor controller on CAN")
+        raise ConfigError(f"{group} is not a motor controller on CAN")
 
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
@@ -247,20 +247,20 @@ class Maker:
     # --- sensors, and drivetrains of libraries --------------------------------------------------------------------
 
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
-        """Connect an encoder; the angle written to its port is the angle that robot code reads, 2 pi per turn.
+        """Return the port of an encoder; robot code reads the angle written to the port, 2 pi per turn.
 
         Args:
             encoder: Encoder of this maker, or a motor controller with an encoder wired to it.
             port: Port of the motor controller, if `encoder` is one.
         """
-        raise ConfigError(f"{encoder} has no encoder that is simulated")
+        raise ConfigError(f"{encoder} has no encoder that simcore simulates")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        """Connect a gyro; its port takes the rotation since power-on, counter-clockwise positive."""
-        raise ConfigError(f"{gyro} is no gyro that is simulated")
+        """Return the port of a gyro, which takes the rotation since power-on, counter-clockwise positive."""
+        raise ConfigError(f"{gyro} is not a gyro that simcore simulates")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
-        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`, or None.
+        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`; None without one.
 
         Args:
             settings: Settings of simcore.toml.
@@ -295,7 +295,8 @@ def installed_makers() -> list[Maker]:
 def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
     """Record devices of every maker and objects of WPILib from now on; call this before importing the program.
 
-    Watching of a maker's package begins when the program imports the package, so unused packages are not loaded.
+    Watching of a maker's package begins when the program imports the package, so unused packages are not loaded. An
+    import of `phoenix5` raises a `VendorError`.
 
     Args:
         may_write: Check of `Maker.watch_simulations`; None to allow every write.
@@ -332,11 +333,11 @@ def maker_of(device: BuiltDevice) -> Maker:
     for maker in makers():
         if device.model in (*maker.motors, *maker.encoders, *maker.gyros, *maker.others):
             return maker
-    raise ConfigError(f"{device}: the program imports no package of its maker")
+    raise ConfigError(f"{device}: the program does not import its maker's package")
 
 
 def device_of(made: Any) -> BuiltDevice | None:
-    """Return the device behind an object of robot code, or None if it is unknown."""
+    """Return the device behind an object of robot code, or None if the object is unknown."""
     for maker in makers():
         device = maker.device_of(made)
         if device is not None:
@@ -345,7 +346,7 @@ def device_of(made: Any) -> BuiltDevice | None:
 
 
 def known_device(made: Any) -> BuiltDevice:
-    """Return the device behind an object of robot code, or raise an error if it is unknown.
+    """Return the device behind an object of robot code; raise an error for an unknown object.
 
     Raises:
         ConfigError: The object was built before simcore was loaded.
@@ -353,8 +354,8 @@ def known_device(made: Any) -> BuiltDevice:
     device = made if isinstance(made, BuiltDevice) else device_of(made)
     if device is None:
         raise ConfigError(
-            f"{type(made).__name__}: built before simcore was loaded; a physics.py calls "
-            "simcore.robotcode.program.makers.watch_makers() at its top"
+            f"{type(made).__name__}: built before simcore was loaded; call "
+            "simcore.robotcode.program.makers.watch_makers() at the top of physics.py"
         )
     return device
 

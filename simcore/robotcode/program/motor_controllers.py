@@ -57,8 +57,8 @@ def group_by_leader(
 
     Args:
         devices: Motor controllers, one per model and address.
-        leader_of: Returns the leader of a device as key, address or object (None if the device follows no other), and
-            whether the device turns opposite to the leader.
+        leader_of: Function that returns the leader of a device as key, address or object (None if the device is no
+            follower), and whether the device turns opposite to the leader.
     """
     leads = {device.key: leader_of(device) for device in devices}
     followers: dict[DeviceKey, list[BuiltDevice]] = {}

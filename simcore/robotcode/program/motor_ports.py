@@ -1,4 +1,4 @@
-"""Ports between a drivetrain's model and its devices: read volts from robot code, write sensor readings to it."""
+"""Ports between a drivetrain's model and devices: they read volts from robot code and write sensor readings."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class MotorDevices(Protocol):
     """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may have `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Set the controllers' supply [V], and the mechanism's volts from the controllers."""
+        """Set the controllers' supply [V], and the mechanism's volts from the controllers; coast unless `powered`."""
         ...
 
     def write(self) -> None:
@@ -101,10 +101,10 @@ class SuppliedMotor(MotorPort):
     """Motor controller connected through callables, for a maker whose simulation robot code can access.
 
     Args:
-        volts: Returns the motor voltage, with robot code's sign [V].
-        write: Takes the rotor position [rotations] and speed [rotations/s] for the controller's encoder; None without
-            an encoder.
-        supply: Takes the battery voltage [V]; None if the controller does not need it.
+        volts: Function that returns the motor voltage, with robot code's sign [V].
+        write: Function that takes the rotor position [rotations] and speed [rotations/s] for the controller's encoder;
+            None without an encoder.
+        supply: Function that takes the battery voltage [V]; None if the controller does not need the voltage.
         coasts: Whether the motor coasts at zero volts instead of braking.
 
     >>> written = []
@@ -158,7 +158,7 @@ def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> t
 
     An open circuit carries no current, as if the voltage were exactly the back-EMF [V]; the back-EMF is computed only
     for open circuits, which are rare. A duty cycle must not be converted to fixed volts while the supply sags: the next
-    one would refer to a recovered supply, and supply and volts would oscillate.
+    duty cycle would refer to a recovered supply, and supply and volts would oscillate.
     """
     modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
     for k, port in enumerate(ports):
@@ -181,7 +181,7 @@ class DrivetrainPorts:
         self.devices: tuple[DeviceKey, ...] = ()
         """Keys of all devices, set by the caller that connects the devices."""
         self.gyro_upside_down = self.gyro_reversed = False
-        """Mounting of the gyro, set by the caller that connects the gyro."""
+        """Whether the gyro is upside down, and whether its yaw is reversed; set by the caller after construction."""
         self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None
@@ -192,7 +192,7 @@ class DrivetrainPorts:
             motor.run(dt)
 
     def read(self, battery_voltage: float) -> None:
-        """Write the battery voltage [V] to the devices, and read their volts into the model."""
+        """Set the supply voltage [V] of all controllers; subclasses also pass motor requests to the model."""
         for motor in self._motors:
             motor.set_supply(battery_voltage)
 
@@ -250,7 +250,7 @@ class SwervePorts(DrivetrainPorts):
             ("wheel encoders", wheel_encoders),
         ):
             if len(ports) != n:
-                raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; want as many")
+                raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; there must be one for each")
         super().__init__([*drive_motors, *steer_motors], gyro)
         self._drive = drive
         self._drive_ports, self._steer_ports = self._motors[:n], self._motors[n:]
@@ -259,7 +259,7 @@ class SwervePorts(DrivetrainPorts):
         self._kv = [(m.free_speed_share * m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
     def read(self, battery_voltage: float) -> None:
-        """Write the battery voltage [V] to the devices, and read their volts or duty cycles into the model."""
+        """Set the supply voltage [V]; pass the controllers' volts or duty cycles and current limits to the model."""
         super().read(battery_voltage)
         modes, drive = _requests(self._drive_ports, self._drive_emf)
         more, steer = _requests(self._steer_ports, self._steer_emf)
@@ -269,7 +269,8 @@ class SwervePorts(DrivetrainPorts):
     def module_setpoints(self) -> FloatArray:
         """Return each module's speed [m/s] and angle [rad] set-points, shape (n, 2).
 
-        The result has no rows if any controller lacks a closed loop: many programs command volts to drive motors.
+        The result has no rows unless all drive motors run velocity loops and all steer motors position loops; many
+        programs command volts to drive motors.
         """
         rows = []
         for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):
@@ -292,7 +293,7 @@ class SwervePorts(DrivetrainPorts):
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the model's wheel, steering and robot motion to the sensors; see `DrivetrainPorts.write`."""
+        """Write the modelled motor output and the motion of wheels, steering and robot; see `DrivetrainPorts.write`."""
         n, shafts = len(self._gears), self._drive.shafts
         angles, speeds = shafts["position"].tolist(), shafts["speed"].tolist()
         for motor, volts, amps in zip(self._motors, shafts["volts"].tolist(), shafts["current"].tolist(), strict=True):
@@ -348,7 +349,7 @@ class ShaftPorts(DrivetrainPorts):
         n = len(drive.shaft_speeds)
         if len(shafts) != n or not all(shafts):
             got = ", ".join(str(len(ports)) for ports in shafts)
-            raise ConfigError(f"drivetrain: want a motor controller or more for each of {n} shafts, got {got}")
+            raise ConfigError(f"drivetrain: each of the {n} shafts needs at least one motor controller, got {got}")
         super().__init__([port for ports in shafts for port in ports], gyro)
         self._drive = drive
         self._shafts = [list(ports) for ports in shafts]
@@ -356,13 +357,13 @@ class ShaftPorts(DrivetrainPorts):
         self._encoders = list(encoders) or [None] * n
 
     def read(self, battery_voltage: float) -> None:
-        """Write the battery voltage [V] to the devices, and read their volts or duty cycles into the model."""
+        """Set the supply voltage [V]; pass the controllers' volts or duty cycles and current limits to the model."""
         super().read(battery_voltage)
         self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
         self._drive.keep_limits([port.limits() for port in self._first])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the model's wheel and robot motion to the sensors; see `DrivetrainPorts.write`."""
+        """Write the modelled motor output and the motion of wheels and robot; see `DrivetrainPorts.write`."""
         drive = self._drive
         gearing = drive.config.gearing
         rows = zip(self._shafts, self._encoders, drive.shaft_angles.tolist(), drive.shaft_speeds.tolist(), strict=True)

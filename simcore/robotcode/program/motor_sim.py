@@ -1,4 +1,4 @@
-"""Motor controllers on a mechanism: the controllers' volts drive the model, whose motion drives their sensors."""
+"""Motor controllers on a mechanism: controller volts drive the model, whose motion sets the sensor readings."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class MotorSim:
         """Advance the model by one step: loops, supply, volts, mechanism, sensors.
 
         Args:
-            dt: Time step [s]; up to 5 ms, the devices' own 1 kHz loops are as stable as on the robot.
+            dt: Time step [s]; at most 5 ms for the stability of the devices' own 1 kHz loops.
             battery_voltage: Battery voltage [V]; None for the roboRIO's measurement, so step the battery first.
             powered: Whether the roboRIO's outputs are enabled; if not (brownout), the motor coasts.
         """
@@ -105,7 +105,7 @@ class MotorSim:
         self.write()
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Set the controllers' supply [V] and the mechanism's volts: the part of `update` before the mechanism's step.
+        """Set the controllers' supply, and the mechanism's volts or duty cycle and current limits, before its step.
 
         Args:
             battery_voltage: Battery voltage [V].
@@ -132,7 +132,7 @@ class MotorSim:
         """Write the followers' duty cycle [-], for makers whose library does not."""
 
     def write(self) -> None:
-        """Write motor currents, rotor positions and velocities: the part of `update` after the mechanism's step."""
+        """Write motor volts and currents, rotor positions and velocities, after the mechanism's step."""
         m = self.mechanism
         rotations, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         for port in self._ports:

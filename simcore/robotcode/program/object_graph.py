@@ -70,11 +70,11 @@ class ObjectGraph:
         return found
 
     def objects(self) -> Iterator[tuple[str, Any]]:
-        """Yield every object with its attribute path."""
+        """Yield attribute path and object for every reachable object."""
         return ((self._names[key], made) for key, made in self._objects.items())
 
     def built(self, kind: str, name: str) -> list[Built]:
-        """Return the WPILib objects that the program has built, reachable ones first.
+        """Return the WPILib objects that the program has built, reachable objects first.
 
         Args:
             kind: Kind of object, as in `Built.kind`.
@@ -192,7 +192,10 @@ def _slots(cls: type) -> list[str]:
 
 
 def is_foreign(cls: type, *, containers: bool = False) -> bool:
-    """Return whether a class belongs to Python or to a library that builds no motor controllers."""
+    """Return whether a class belongs to Python, simcore or a library that builds no motor controllers.
+
+    With `containers`, Python's containers are not foreign.
+    """
     root = cls.__module__.split(".")[0]
     if root in sys.stdlib_module_names:
         return not (containers and root in ("builtins", "collections", "types")) and root != "__main__"
@@ -206,7 +209,7 @@ def is_foreign(cls: type, *, containers: bool = False) -> bool:
 
 @cache
 def _builds_motors(package: str) -> bool:
-    """Return whether an installed package shared between teams refers to a class of a maker's package."""
+    """Return whether an installed package, such as a team's shared library, refers to a class of a maker's package."""
     if package in _MAKERS:
         return False
     for name, module in list(sys.modules.items()):

@@ -53,7 +53,7 @@ class Ownership:
         return self._claimed.keys()
 
     def may_write(self, key: DeviceKey) -> bool:
-        """Record another model's write to a device, and return whether to allow it: not if physics owns the device."""
+        """Record another model's write to a device; return False if physics owns the device, else True."""
         owner = self._claimed.get(key)
         if owner is None:
             self.foreign.add(key)

@@ -32,7 +32,7 @@ def says_place(name: str, place: str) -> bool:
 
 
 def corner_of(name: str) -> tuple[int, int] | None:
-    """Return the corner from the last attribute that names one, as signs of x and y (front and left are 1).
+    """Return the corner in the last attribute that names one corner, as signs of x and y (front, left: 1), or None.
 
     >>> corner_of("drive.frontLeft"), corner_of("drivetrain.modules.BR"), corner_of("rf.io"), corner_of("modules.0")
     ((1, 1), (-1, -1), (1, -1), None)

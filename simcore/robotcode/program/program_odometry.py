@@ -43,7 +43,7 @@ class PoseResets:
         self._early: WeakKeyDictionary[Any, deque[Reset]] = WeakKeyDictionary()
 
     def listen(self, made: Any, tell: PoseReset) -> None:
-        """Call `tell` for each reset of an object, past and future, on robot code's thread."""
+        """Call `tell` for the latest resets of an object at once, and for each later reset on robot code's thread."""
         self._listeners[made] = tell
         for reset in self._early.pop(made, ()):
             tell(*reset)
@@ -69,7 +69,7 @@ _built: list[Any] = []  # odometry objects, the one set last at the end
 
 
 def on_pose_reset(tell: PoseReset) -> None:
-    """Call `tell` with position and heading for each pose reset of the program, past and future."""
+    """Call `tell` with position and heading for the program's latest pose resets, and for each later reset."""
     _resets.listen(_Program, tell)
 
 
@@ -112,7 +112,7 @@ _updates: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
 
 
 def on_wheel_distances(tell: Callable[[list[float]], object]) -> None:
-    """Call `tell` with the wheel or side distances [m], left first, on each update of the program's odometry."""
+    """Call `tell` with the wheel or side distances [m], left first, after each update of the program's odometry."""
     _distances[:] = [tell]
 
 
@@ -130,13 +130,13 @@ def _note_update(made: Any, *_: object) -> None:
 
 
 def _is_updated(made: Any) -> bool:
-    """Return whether an odometry is updated in every loop; a maker's drivetrain updates itself."""
+    """Return whether an odometry was updated in the last 90 ms; True for a maker's drivetrain, which updates itself."""
     now = float(season.wpilib.Timer.get_monotonic_timestamp())
     return made not in _built or now - _updates.get(made, -math.inf) < 2.0 * _NEXT_LOOP
 
 
 def why_still() -> str:
-    """Return the reason why the program's pose does not follow the sensors; empty if the odometry is updated."""
+    """Return the reason why the program's pose does not follow the sensors; empty for an updated or no odometry."""
     main, asked = _main(), place_of_question()
     if main is None or _is_updated(main):
         return ""
@@ -158,7 +158,7 @@ class _EveryLoop:
         self._is_logged = False
 
     def is_left_out(self, is_of_simulation: bool, is_seen: bool, place: str, *, is_updated: bool = True) -> bool:
-        """Record a setter call, and return whether to drop it.
+        """Record a setter call, and return whether to drop the call.
 
         Args:
             is_of_simulation: Whether simulation-only code makes the call.
@@ -204,7 +204,7 @@ def set_truth(pose: Callable[[], tuple[float, float, float]]) -> None:
 
 
 def _caller() -> tuple[bool, str]:
-    """Return whether simulation code is in the call stack, and the program's innermost file and line."""
+    """Return whether simulation code is in the call stack, and file and line of the program's innermost frame."""
     frame: types.FrameType | None = sys._getframe(1)
     place, is_of_simulation = "", False
     while frame is not None:

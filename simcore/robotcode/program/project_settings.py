@@ -52,7 +52,7 @@ _CORNERS = ("fl", "fr", "bl", "br")
 
 
 def project_measures(folder: Path) -> list[dict[str, Measure]]:
-    """Return the measures in each settings file by name, PathPlanner's first; `places` are the module positions.
+    """Return the measures in each settings file by name, PathPlanner's first; `places` are module positions [m].
 
     Args:
         folder: Folder of robot.py.

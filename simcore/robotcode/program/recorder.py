@@ -41,7 +41,7 @@ class Built:
     """Keyword arguments of the constructor."""
 
     def argument(self, place: int, name: str) -> Any:
-        """Return a constructor argument by position or keyword, or None if it was omitted."""
+        """Return a constructor argument by position or keyword; None for an omitted argument."""
         return self.settings.get(name, self.args[place] if len(self.args) > place else None)
 
 
@@ -67,7 +67,7 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
     Args:
         owner: Class that has the method.
         method: Name of the method.
-        note: Takes the object, the result, the arguments and the keyword arguments.
+        note: Function that takes the object, the result, the arguments and the keyword arguments.
     """
     mark = owner, method, note.__module__, note.__qualname__
     if mark in _noted:
@@ -94,13 +94,13 @@ def guard(
     drops: bool = True,
     dropped: object = None,
 ) -> None:
-    """Check each call of a method that writes to a device from a team's simulation; see `Maker.watch_simulations`.
+    """Ask `may_write` before each call of a method that writes to a simulated device; see `Maker.watch_simulations`.
 
     Args:
         owner: Class that has the method; an earlier guard is replaced.
         method: Name of the method.
-        key_of: Returns model and address of the device behind the object, or None to let the call pass.
-        may_write: Takes model and address, and returns whether the call may pass.
+        key_of: Function that returns model and address of the device behind the object, or None to let the call pass.
+        may_write: Function that takes model and address, and returns whether the call may pass.
         drops: Whether to drop a refused call; if not, `may_write` only records the call.
         dropped: Return value of a dropped call.
     """
@@ -204,8 +204,8 @@ class BuiltDevices:
         Args:
             cls: Class of the vendor library.
             model: Model in the maker's spelling.
-            address_of: Returns an object's address from the object or its constructor arguments; objects with a
-                negative number are not recorded.
+            address_of: Function that returns an object's address from the object or its constructor arguments; objects
+                with a negative number are not recorded.
         """
         record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 
@@ -224,14 +224,14 @@ class BuiltDevices:
         return [device for device in found if device.hardware is not None]
 
     def devices(self) -> list[BuiltDevice]:
-        """List one device per model and address, with the first object that the program has built."""
+        """List one device per model and address, each with the first object that still exists."""
         found: dict[DeviceKey, BuiltDevice] = {}
         for device in self.objects:
             found.setdefault(device.key, device)
         return list(found.values())
 
     def find(self, made: Any) -> BuiltDevice | None:
-        """Return the device behind an object of robot code, or None if it is unknown."""
+        """Return the device behind an object of robot code, or None if the object is unknown."""
         reference, key = self._keys.get(id(made), (None, None))
         if reference is None or reference() is not made:
             return None
@@ -239,7 +239,7 @@ class BuiltDevices:
 
 
 def odometry_classes() -> list[Any]:
-    """Return WPILib's odometry and pose estimators, 2D and 3D."""
+    """Return WPILib's odometry and pose estimator classes, 2D and 3D."""
     return [
         getattr(season.wpimath, f"{drive}{kind}{space}")
         for kind in ("Odometry", "PoseEstimator")

@@ -29,10 +29,13 @@ _PULSES = 2048.0  # pulses per turn that simcore assumes for an encoder on the r
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
     """Find a tank drive from a `DifferentialDrive`, else from `left` and `right` or their initials in motor names.
 
-    Without a WPILib tank drive object, the names must also say that the motors drive.
+    Without a WPILib tank drive object, the names must also suggest drive motors.
+
+    Returns:
+        Drivetrain, or None if the program has no tank drive.
 
     Raises:
-        DrivetrainNotFoundError: The program has a WPILib tank drive object, but its motors are unknown.
+        DrivetrainNotFoundError: The program has a WPILib tank drive object, but the motors of a side are unknown.
     """
     drives, kinematics, odometry = (
         graph.built(kind, "DifferentialDrive") for kind in ("drive", "kinematics", "odometry")
@@ -51,7 +54,8 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
         owner = (*drives, *kinematics, *odometry)[0].name
         raise DrivetrainNotFoundError(
             f"it has a {owner}, but which of its motors are left and which are right is not known: their names do not "
-            f"say so ({', '.join(sorted(filter(None, names))) or 'it has none'}); left and right under [drivetrain] do"
+            f"say so ({', '.join(sorted(filter(None, names))) or 'it has none'}); name them as left and right under "
+            "[drivetrain]"
         )
     width = float(kinematics[0].made.trackwidth) if kinematics else None
     half = 0.28 if width is None else 0.5 * width
@@ -70,10 +74,13 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
 
 
 def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find a mecanum drive from a `MecanumDrive`, else from its kinematics and corners in motor names.
+    """Find a mecanum drive from a `MecanumDrive`, else from mecanum kinematics and corners in motor names.
+
+    Returns:
+        Drivetrain, or None if the program has no mecanum drive.
 
     Raises:
-        DrivetrainNotFoundError: The program has a WPILib mecanum drive object, but its motors are unknown.
+        DrivetrainNotFoundError: The program has a WPILib mecanum drive object, but the motors of a corner are unknown.
     """
     drives, kinematics = graph.built("drive", "MecanumDrive"), graph.built("kinematics", "MecanumDrive")
     if not (drives or kinematics):
@@ -85,7 +92,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     else:
         given = _by_name(_named_motors(graph), CORNERS)
     if given is None:
-        raise DrivetrainNotFoundError("which motors of its mecanum drive are at which corner is not known")
+        raise DrivetrainNotFoundError("it is not known which motors of its mecanum drive are at which corner")
     places = [(0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28)]
     if kinematics:
         made = kinematics[0].made
@@ -111,7 +118,7 @@ def _wheels(
     places: Sequence[tuple[float, float]],
     leaders: Sequence[Sequence[BuiltDevice]],
 ) -> tuple[FoundWheel, ...]:
-    """Return the wheel or side at each place, with leaders, followers and encoder."""
+    """Return the wheel or side at each position, with leaders, followers, drive sign and encoder."""
     encoders = _encoders(graph, names, leaders)
     return tuple(
         FoundWheel(
@@ -196,7 +203,7 @@ def _named_motors(graph: ObjectGraph) -> dict[str, BuiltDevice]:
 
 
 def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Return the leaders at each place by attribute names, or None if a place has no motor."""
+    """Return the leaders at each side or corner by attribute names, or None if a side or corner has no motor."""
     found = []
     for place in places:
         own = [d for name, d in names.items() if says_place(name, place)]
@@ -232,12 +239,12 @@ def _encoders(
 
 
 def wired_encoder(leader: BuiltDevice) -> BuiltDevice | None:
-    """Return the leader if it reads an encoder on the wheel, else None."""
+    """Return the leader if the leader reads an encoder on the wheel, else None."""
     return leader if maker_of(leader).has_wheel_encoder(leader) else None
 
 
 def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
-    """Return the distance per turn configured on an encoder [m], or None if robot code converts the reading."""
+    """Return the configured distance per encoder turn [m], or None without an encoder or a configured distance."""
     if encoder is None:
         return None
     if encoder.model != "Encoder":  # the encoder is wired to a motor controller
@@ -248,7 +255,7 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:
-    """Return the distance per rotor turn [m] from the controller's conversion factor; empty without one."""
+    """Return `meters_per_rotor_turn` from the leader's conversion factor; empty without one or with a wheel encoder."""
     leader = wheel.motors[0]
     units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
     if wheel.wheel_encoder is not None or units in (0.0, 1.0):

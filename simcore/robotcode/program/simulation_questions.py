@@ -27,7 +27,7 @@ _HERE = str(Path(__file__).resolve().parents[2])
 _HOOKS = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
 _asked: dict[types.CodeType, str] = {}
 _serial_numbers: set[str] = set()
-"""Code locations that read the roboRIO's serial number."""
+"""File and line of each call that reads the roboRIO's serial number."""
 
 
 def is_of_program(code: types.CodeType) -> bool:
@@ -47,13 +47,13 @@ def place_of_question() -> str:
 
 
 def answering_keys() -> list[str]:
-    """Return the keys of `[robot]` that set the values returned to the program."""
+    """Return the `[robot]` keys that set the results of the calls that the program has made."""
     return ["real"] * bool(_asked) + ["serial_number"] * bool(_serial_numbers)
 
 
 @cache
 def _settings(folder: Path) -> RobotSettings:
-    """Read simcore.toml of the project that contains a folder."""
+    """Return the settings in simcore.toml of the project that contains a folder; the defaults without a valid file."""
     for place in (folder, *folder.parents):
         if (place / "robot.py").is_file():
             try:
@@ -64,7 +64,7 @@ def _settings(folder: Path) -> RobotSettings:
 
 
 def watch_questions() -> None:
-    """Intercept the calls from now on; safe to call more than once."""
+    """Intercept `isReal`, `isSimulation` and `getSerialNumber` from now on; safe to call more than once."""
     cls = season.wpilib.RobotBase
     for name, is_real in (("is_simulation", False), ("is_real", True)):
         own = season.own_name(cls, name)
@@ -101,8 +101,8 @@ def _serial_number(original: Any) -> Any:
         said = _settings(path.resolve().parent).serial_number
         if not said:
             _log.warning(
-                "%s: the program asks for the serial number of the roboRIO, which has none here: serial_number "
-                "under [robot] of %s says which robot it is",
+                "%s: the program asks for the serial number of the roboRIO, which has none in simulation: set "
+                "serial_number under [robot] in %s to say which robot it is",
                 *(place, FILE_NAME),
             )
         return said or str(original())

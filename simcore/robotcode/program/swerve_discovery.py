@@ -22,19 +22,20 @@ __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 _STEER = re.compile(r"steer|turn|azimuth|angle|angular|rotat|pivot|direction", re.IGNORECASE)
 _DRIVE = re.compile(r"driv|speed|propul|wheel|throttle|translat", re.IGNORECASE)
 _DEAF = (
-    "{} say the same positions whatever their sensors read, so zeros, signs and the wheel are guessed; if the program "
-    "reads them on the real robot alone (isReal, isSimulation), let it read them here too: simcore moves them"
+    "{} report the same positions whatever their sensors read, so zeros, signs and the wheel are guessed; if the "
+    "program reads the sensors only on the real robot (isReal, isSimulation), let it read them in simulation too: "
+    "simcore moves them"
 )
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
 """Attributes that a program subtracts from encoder readings; the encoder itself subtracts a magnet offset."""
 _HALF = 0.28  # [m], x and y distance from the center to a wheel without a known position
-_UNPLACED = "no kinematics or settings say where modules stand"
+_UNPLACED = "no kinematics or settings give the module positions"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find modules with two motors each: one per kinematics position or, without kinematics, four that steer.
+    """Find swerve modules with two motors each: one per kinematics position or, without kinematics, four that steer.
 
     Returns:
         Drivetrain, or None if the program has no swerve drive.
@@ -64,7 +65,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
 def _drivetrain(
     modules: Sequence[Holder], places: Sequence[tuple[float, float]], kinematics: str = ""
 ) -> FoundDrivetrain:
-    """Assign positions to modules by corner names if every module has one, else in order."""
+    """Return the drivetrain, with positions assigned to modules by corner names if these are unique, else in order."""
     ordered, is_named = _in_order(modules, places)
     wheels = tuple(_wheel(holder, place) for holder, place in zip(ordered, places, strict=True))
     measures: dict[str, Measure] = {}
@@ -72,7 +73,7 @@ def _drivetrain(
     if not kinematics:
         measures["x and y"] = Measure("0.56 x 0.56 m" + (", by corner" if is_named else ""), _UNPLACED, is_guess=True)
     elif not is_named and not all(holder.name.split(".")[-1].isdigit() for holder in modules):
-        measures["x and y"] = Measure(order, "no name says a corner", is_guess=True)
+        measures["x and y"] = Measure(order, "no name gives a corner", is_guess=True)
     about = f"{len(wheels)} modules ({type(modules[0].made).__name__})"
     return FoundDrivetrain(
         kind="swerve",
@@ -267,7 +268,7 @@ def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None]
     ]
     found = [next(((n, v) for n, v in row if hasattr(v, "radians") or type(v) in (int, float)), None) for row in rows]
     if None in found:
-        why = "no method says a module's angle, and no attribute its offset"
+        why = "no method returns a module's angle, and no attribute holds its offset"
         return [0.0] * len(modules), {"zeros_deg": Measure("0", why, is_guess=True)}
     name = found[0][0]  # type: ignore[index]
     values = [v.radians() if hasattr(v, "radians") else float(v) for _, v in found]  # type: ignore[misc]
@@ -278,7 +279,7 @@ def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None]
         unit = math.radians(1.0) if "deg" in name or most > math.tau else 1.0 if most > 1.0 else math.tau
     zeros = [-v * unit for v in values]
     text = ", ".join(f"{math.degrees(zero):.1f}" for zero in zeros)
-    return list(zeros), {"zeros_deg": Measure(text, f"reading less {name}", is_guess=True)}
+    return list(zeros), {"zeros_deg": Measure(text, f"reading minus {name}", is_guess=True)}
 
 
 def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWheel:
@@ -325,14 +326,14 @@ def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
 
 
 def free_speed_volts(wheel: FoundWheel) -> tuple[Measure, ...]:
-    """Return `FoundDrivetrain.free_speed_volts` for the drive and steer motors of one wheel."""
+    """Return the configured velocity feedforward of a wheel's drive and steer motors at free speed [V]."""
     devices = (wheel.motors[0], *(() if wheel.steer is None else (wheel.steer,)))
     said = [(maker_of(device).facts(device).free_speed_volts, str(device)) for device in devices]
     return tuple(Measure(volts, source) for volts, source in said if volts is not None)
 
 
 def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
-    """Return the program's distance per rotor turn of the drive motor [m]; empty if unknown."""
+    """Return `meters_per_rotor_turn`, the program's distance per turn of the drive motor [m]; empty if unknown."""
     if belief.meters_per_rotor_turn:
         return {"meters_per_rotor_turn": Measure(abs(belief.meters_per_rotor_turn), "the program's own positions")}
     if wheel.wheel_encoder is None and facts.units_per_rotor_turn not in (0.0, 1.0):

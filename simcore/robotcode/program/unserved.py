@@ -14,7 +14,7 @@ __all__ = ["unknown_sim_devices", "unserved_devices"]
 
 
 def unserved_devices(graph: ObjectGraph) -> list[str]:
-    """List the vendor library objects that simcore does not simulate, by class and attribute path.
+    """List the vendor library objects that simcore does not simulate, by class, CAN ID and attribute path.
 
     A vendor library is a C++ package built on WPILib; pure Python objects need no simulation.
 

@@ -65,7 +65,7 @@ _robots = 0  # number of robots built by tests in this process
 
 
 def watch_program(*, simulated: bool = False) -> Ownership:
-    """Start recording the devices that a program builds and the devices that its own simulation writes.
+    """Start recording a program's devices, notifiers and tables, at most once; return the record of device owners.
 
     Args:
         simulated: Whether to switch Phoenix 6 to simulated time.
@@ -98,7 +98,7 @@ def watch_program(*, simulated: bool = False) -> Ownership:
 
 
 def begin_robot() -> None:
-    """Prepare for the next robot of a test by removing the devices of the previous robot.
+    """Prepare for the next robot of a test: switch Phoenix 6 to simulated time, without the previous robot's devices.
 
     The first robot of a process keeps the devices that were built during import.
     """
@@ -112,7 +112,7 @@ def begin_robot() -> None:
 
 
 def load_watched_class(module: str, name: str, simulated: bool) -> Any:
-    """Import a program in a new process, record its devices, and return its robot class.
+    """Seed the random generators, start recording, import a program, and return the program's robot class.
 
     Args:
         module: Name of the module that defines the class.
@@ -201,7 +201,7 @@ def load_physics(folder: Path) -> types.ModuleType | None:
     except ImportError as error:
         raise ConfigError(f"{path} cannot be imported: {error}") from error
     if not hasattr(module, "PhysicsEngine"):
-        raise ConfigError(f"{path} has no class PhysicsEngine: it needs one (docs/connect.md), or do without the file")
+        raise ConfigError(f"{path} has no class PhysicsEngine: add one (docs/connect.md), or remove the file")
     _log.info("physics.py is there: its PhysicsEngine runs in each robot loop")
     return module
 
@@ -255,7 +255,7 @@ class PhysicsHook:
         self._field: Any = None
 
     def begin(self, robot: Any) -> None:
-        """Build the engines; the robot calls this method once, before the first loop."""
+        """Show a `Field2d` and build the engines; the robot calls this method once, before the first loop."""
         from simcore import season
 
         self._field = season.wpilib.Field2d()
@@ -275,7 +275,7 @@ class PhysicsHook:
         return build(controller, robot) if takes_robot else build(controller)
 
     def run(self) -> None:
-        """Advance the engines; the robot calls this method in each loop."""
+        """Advance the engines at most every 10 ms; the robot calls this method in each loop."""
         from simcore import season
 
         now = self.last_loop = float(season.wpilib.Timer.get_monotonic_timestamp())
@@ -300,7 +300,7 @@ load_extension = loadExtension
 
 
 def is_port_taken(port: int = _NETWORKTABLES) -> bool:
-    """Return whether another program uses a port of this computer, so that dashboards would connect to that program.
+    """Return whether a program on this computer already listens on a port; dashboards would connect to that program.
 
     Call this function before the robot program starts its own server, whose failure is easily missed in the log.
     """
@@ -415,7 +415,7 @@ def _silence_joysticks() -> None:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Filter out pyfrc's long traceback after Ctrl-C in physics; a later line reports the interrupt."""
+    """Return False for pyfrc's log of a traceback after Ctrl-C in physics, else True."""
     return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 

@@ -50,7 +50,7 @@ _LOOPS = 3  # number of robot loops in which a project's own physics reveals the
 
 
 class AttachedPhysics(RobotPhysics):
-    """Physics of a robot on the field, with a drivetrain from its constants and mechanisms from the file or by guess.
+    """Physics of a robot on the field, with the program's drivetrain, and mechanisms from the file or guesses.
 
     Args:
         physics_controller: Object with the `field` of the simulation window.
@@ -194,14 +194,14 @@ class _Stand:
 
 
 def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
-    """Return a stand for a program without a drivetrain; raise `error` if the program may have one."""
+    """Return a stand for a bench test of mechanisms; raise `error` if the program is no such test."""
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     may_drive = any(built(kind) for kind in ("drive", "kinematics", "odometry"))
     if may_drive or not (settings.mechanisms or 0 < len(motors) <= _MOST_OF_A_BENCH):
         raise error
     _log.warning(
-        "no drivetrain found, so the robot stands where it is put, and its mechanisms move; a [drivetrain] table in %s "
-        "describes one (docs/which_robots.md)",
+        "no drivetrain found, so the robot stays where it is placed, and only its mechanisms move; describe a "
+        "drivetrain in a [drivetrain] table in %s (docs/which_robots.md)",
         FILE_NAME,
     )
     return _Stand(settings)
@@ -226,7 +226,7 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
         match: Value of the option `--match`.
 
     Raises:
-        SimcoreError: simcore.toml is invalid, or the game or engine is not installed.
+        SimcoreError: simcore.toml is invalid, or the game, match or engine is unknown or not installed.
     """
     settings = read_settings(folder / FILE_NAME)
     found = find_game(game or settings.game, say=str)  # the game is reported at the start of the match

@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 
 Pose = tuple[float, float, float]
 Reset = tuple[tuple[float, float] | None, float | None]
-"""Position [m] and heading [rad] set by robot code; None if left unchanged."""
+"""Position [m] and heading [rad] set by robot code; None for an unchanged part."""
 
 _WINDOW = 0.5  # time in autonomous during which a reset sets the start; commands run from the first loop [s]
 _AT_REST = 0.05  # largest speed of a robot at rest [m/s]
@@ -85,7 +85,7 @@ class AutoStart:
         self._chosen = None
 
     def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
-        """Record a pose reset by robot code (a `PoseReset`): position [m] and heading [rad], None if unchanged."""
+        """Record a pose reset by robot code: position [m] and heading [rad], None for an unchanged part."""
         self._note_mode()
         if RobotState.is_disabled():
             before, turned = self._seeded or (None, None)
@@ -96,7 +96,7 @@ class AutoStart:
                 self._wanted = (position, turned if heading is None else heading)
 
     def before_tick(self) -> None:
-        """Place the robot at the pose reset of the last robot loop, or at the file's start for the chosen auto."""
+        """Place the robot at the file's start for the chosen auto, or at robot code's pose reset for autonomous."""
         self._note_mode()
         self._follow_chooser()
         position, heading = self._wanted or (None, None)
@@ -123,7 +123,9 @@ class AutoStart:
             )
             return
         self._found = self._robot.chassis.pose
-        _log.info("the auto begins at %s, as robot code has set its pose: the robot is carried there", pose_text(goal))
+        _log.info(
+            "the auto begins at %s, because robot code has set that pose: the robot is placed there", pose_text(goal)
+        )
 
     # --- internals ----------------------------------------------------------------------------------------------------
 

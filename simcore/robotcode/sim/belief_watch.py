@@ -68,11 +68,11 @@ class BeliefWatch:
         return BeliefError(math.dist(believed[:2], true[:2]), math.remainder(believed[2] - true[2], math.tau))
 
     def note_reset(self) -> None:
-        """Record a pose reset by the program."""
+        """Restart the comparison after a pose reset by the program."""
         self._settles = _SETTLES
 
     def after_tick(self, *, is_driving: bool) -> None:
-        """Compare the paths at the end of a tick.
+        """Compare the paths at the end of a tick, and log the first error.
 
         Args:
             is_driving: Whether the robot is enabled; errors while disabled are ignored.
@@ -135,7 +135,7 @@ class BeliefWatch:
         )
 
     def _share_of_turning(self) -> float:
-        """Return the ratio of estimated to true rotation [-]; 1 while the robot hardly turns."""
+        """Return the ratio of estimated to true rotation [-]; 1 until the robot has turned 0.2 rad in total."""
         return self._turned_alike / self._turned if self._turning > _LEAST_TURN else 1.0
 
     def _cause(self) -> str:

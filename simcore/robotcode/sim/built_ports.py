@@ -163,7 +163,7 @@ def _recording(build: Any, name: str) -> Any:
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
-    """Return the type and CAN id of a solenoid's module; without an id, the default id of the type."""
+    """Return the type and CAN ID of a solenoid's module; without an ID, the default ID of the type."""
     values = [*args, *settings.values()]
     kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
     is_rev = kind == wpilib.PneumaticsModuleType.REVPH

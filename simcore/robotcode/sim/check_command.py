@@ -51,7 +51,9 @@ _STILL = 1e-6  # largest travel of a mechanism that does not move [rad]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `simcore check`."""
     parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
-    parser.add_argument("--game", metavar="NAME", help="game to play; in a folder without a robot: check its own robot")
+    parser.add_argument(
+        "--game", metavar="NAME", help="game to play; in a folder without a robot, check the game's own robot"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/robot.html"), help="the page (default: %(default)s)")
 
 
@@ -69,7 +71,7 @@ class _Subject:
     codes: Mapping[str, CodeView] = field(default_factory=dict)
     """Controller configuration in the program, by mechanism."""
     problems: Sequence[RobotFinding] = ()
-    """Findings from the comparison with the program."""
+    """Findings from the survey of the program and from the robot description file."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -190,7 +192,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         codes = _codes(settings, motors)
         problems += _of_program(settings, motors)
     problems += [
-        RobotFinding(f"{m.name}: guessed, until the file says it: {m.guesses}", is_wrong=False)
+        RobotFinding(f"{m.name}: guessed, as the file does not say: {m.guesses}", is_wrong=False)
         for m in settings.mechanisms
         if m.guesses
     ]
@@ -214,7 +216,7 @@ def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
 
 
 def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
-    """Return the drivetrain described by the survey."""
+    """Return the drivetrain configuration from the survey's drivetrain model."""
     fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
@@ -230,7 +232,7 @@ def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | M
 
 
 def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
-    """Return a survey row with device ids parsed into addresses."""
+    """Return a survey row with leader, followers and opposed followers as `DeviceAddress`."""
     rows = {key: [DeviceAddress.parse(one) for one in motors[key]] for key in ("followers", "opposed")}
     return {**motors, **rows, "leader": DeviceAddress.parse(motors["leader"])}
 
@@ -304,7 +306,7 @@ def _figures(subject: _Subject) -> str:
 
 
 def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | None]:
-    """Run a mechanism for a second at full positive output, and at negative output if positive is blocked."""
+    """Run a mechanism for a second at full positive output, and at full negative output if it has not moved."""
     settings = subject.settings
     is_reversed = settings is not None and settings.mechanism(name).reversed
     config, code = subject.config.mechanisms[name], subject.codes.get(name)

@@ -98,14 +98,14 @@ class ConnectedDevices:
         self._pending_time = h
 
     def setpoints(self) -> dict[str, float]:
-        """Return the setpoints of the controllers' closed loops, for `Robot.setpoints`."""
+        """Return the controllers' closed-loop setpoints by telemetry name, which ends in the quantity and unit."""
         names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
         motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
         goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
         return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
 
     def module_setpoints(self) -> FloatArray:
-        """Return the program's swerve module setpoints, for `Robot.module_setpoints`."""
+        """Return speed [m/s] and angle [rad] setpoints of the swerve modules, shape (n, 2); no rows while disabled."""
         ask = getattr(self._drivetrain, "module_setpoints", None)
         return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 

@@ -28,7 +28,7 @@ _LONGEST = 50  # largest number of ticks to wait for a team's physics.py
 
 @dataclass(frozen=True, slots=True)
 class _Guessed:
-    """Group of devices and the guessed mechanism."""
+    """Group of motor controllers and the mechanism guessed for the group."""
 
     maker: Maker
     group: FollowerGroup
@@ -124,7 +124,7 @@ class DeviceAssignment:
 
     @property
     def idle(self) -> list[DeviceKey]:
-        """Devices without a model."""
+        """CAN devices and gyros that no model writes."""
         return [key for key in self._others() if key not in self._ownership.foreign]
 
     def _others(self) -> Iterator[DeviceKey]:
@@ -134,7 +134,7 @@ class DeviceAssignment:
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
-        """Guess the mechanisms of unclaimed motors; called late, because each guess takes 50 ms."""
+        """Guess the mechanisms of unclaimed motors; log each group without a guess."""
         taken = self._ownership.claimed | self._ownership.foreign
         guesses = []
         for maker in makers():
@@ -197,10 +197,10 @@ def short_names(keys: Sequence[DeviceKey]) -> str:
 
 
 def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Connect the devices of a mechanism in the file.
+    """Claim the devices of a mechanism in the file, and connect them to the mechanism.
 
     Raises:
-        ConfigError: The program has not built one of the devices.
+        ConfigError: The program has not built one of the devices, or a follower is on another CAN bus.
     """
     m, where = settings, _where(settings)
     devices = [find_device(where, m.controller, address) for address in m.devices]

@@ -83,7 +83,11 @@ def check_python(version: tuple[int, int, int]) -> Finding:
         return Finding("Python", shown)
     wanted = f"simcore runs on {OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}"
     venv = f"`py -{_ADVISED} -m venv .venv` on Windows, `python{_ADVISED} -m venv .venv` elsewhere"
-    return _fail("Python", f"{shown}: {wanted}", f"install Python {_ADVISED} next to it; {venv}, then install in there")
+    return _fail(
+        "Python",
+        f"{shown}: {wanted}",
+        f"install Python {_ADVISED} next to it; {venv}, then install simcore in that environment",
+    )
 
 
 def check_versions(installed: Mapping[str, str]) -> Finding:
@@ -98,14 +102,12 @@ def check_versions(installed: Mapping[str, str]) -> Finding:
         said = "simcore runs from a folder and is not installed: `robotpy sim --simcore` does not find it"
         return _warn("versions", said, install_command())
     if not seasons:
-        return _warn(
-            "versions", f"{', '.join(shown)}; nothing of WPILib", f"for robot code: {install_command('robotpy')}"
-        )
+        return _warn("versions", f"{', '.join(shown)}; no WPILib", f"for robot code: {install_command('robotpy')}")
     return Finding("versions", ", ".join(shown))
 
 
 def check_imports(folder: Path) -> Iterator[Finding]:
-    """Check that the libraries imported by a robot program are installed and load in a separate process."""
+    """Yield findings about the libraries that the robot program imports: not installed, not loadable, or loaded."""
     if not (folder / "robot.py").is_file():
         yield _warn("robot.py", f"not in {str(folder.resolve())!r}", "go to your robot code's folder first")
         return
@@ -143,7 +145,7 @@ def _imported(folder: Path) -> dict[str, str]:
 
 
 def check_run() -> Iterator[Finding]:
-    """Play a second of the newest game and compare the time of a tick with 20 ms."""
+    """Play a second of the newest game; yield findings about invalid games and the median time of a tick."""
     left_out: list[str] = []
     took = []
     try:
@@ -152,7 +154,7 @@ def check_run() -> Iterator[Finding]:
 
         games = installed_games(say=left_out.append)
         for text in left_out:
-            yield _warn("game", text, "correct it, or uninstall its package; the others play")
+            yield _warn("game", text, "correct it, or uninstall its package; the other games work")
         names = ", ".join(f"{game.name} ({game.year})" for game in games.values())
         with Match(next(iter(games.values()))) as match:
             engine = match.world.engine_name
@@ -168,7 +170,7 @@ def check_run() -> Iterator[Finding]:
         return
     median = statistics.median(took[_WARM_UP:])
     speed = f"a tick takes {median:.1f} of its 20 ms, {1e3 * TICK / median:.0f} x real time"
-    text = f"a second of the first of {names} on {engine}: {speed}"
+    text = f"games: {names}; a second of the first on {engine}: {speed}"
     if median <= _SLOW:
         yield Finding("run", text)
         return
@@ -190,6 +192,6 @@ def print_findings(findings: list[Finding], console: Console) -> None:
     console.print(table)
     bad, odd = (sum(f.level == level for f in findings) for level in ("fail", "warn"))
     if bad:
-        console.print(f"[bold red]{bad} of these cannot work.[/bold red] Start with the first.")
+        console.print(f"[bold red]{bad} of these must be fixed.[/bold red] Start with the first.")
     else:
-        console.print(f"[green]Nothing stands in the way.[/green]{f' {odd} to know of.' if odd else ''}")
+        console.print(f"[green]No problems found.[/green]{f' Warnings: {odd}.' if odd else ''}")

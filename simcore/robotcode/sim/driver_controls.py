@@ -114,12 +114,12 @@ def auto_choices() -> dict[str, list[str]]:
 
 
 def chosen_autos() -> list[str]:
-    """Return the driver's choice, else the default, in each of the `auto_choices`."""
+    """List the selected option, else the default option, of each chooser in `auto_choices`."""
     return _first_texts((*season.chooser_keys(), "default"))
 
 
 def active_choices() -> list[str]:
-    """Return the active option of each chooser."""
+    """List the active option of each chooser in `auto_choices` that has one."""
     return _first_texts((season.chooser_keys()[1],))
 
 

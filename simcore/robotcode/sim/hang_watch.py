@@ -1,4 +1,4 @@
-"""Watchdog for robot tests whose program stops the clock, which reports the line of the program.
+"""Watchdog for robot tests that reports the source line at which the program blocks the clock.
 
 A step of WPILib's clock blocks in native code until a thread waits on every notifier again. The step blocks forever if
 the program waits in its own loop, or if no thread waits on a notifier.
@@ -26,20 +26,20 @@ from simcore.robotcode.program.simulation_questions import is_of_program
 __all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
 
 NO_LINE = "no line of its own"
-"""Text for a program without a line found by `program_line`."""
+"""Text of the report if the program is executing no source line of its own."""
 
 _STANDARD = sysconfig.get_path("stdlib")
 _LOOK = 0.25  # time between two checks [s]
 _WORKS = 0.1  # processor load above which the process counts as working instead of waiting [-]
-_UNSEEN = 10.0  # factor on the patience while no program line runs, e.g. while a slow computer builds a field [-]
+_UNSEEN = 10.0  # factor on the patience outside program code, e.g. while a slow computer builds a field [-]
 
 _unwaited: dict[int, str] = {}
-"""Program line that created each notifier on which no thread has waited so far, by notifier handle."""
+"""Source line of the program that created each notifier on which no thread has waited so far, by notifier handle."""
 
 
 @functools.cache
 def watch_notifiers() -> None:
-    """Start recording the program line that creates each HAL notifier, until a thread waits on the notifier."""
+    """Start recording the source line that creates each HAL notifier, until a thread waits on the notifier."""
     hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
     make, *ends = (season.own_name(hal, name) for name in names)
     initialize = getattr(hal, make)
@@ -59,7 +59,7 @@ def watch_notifiers() -> None:
 
 
 def program_line(frames: Iterable[Any]) -> str:
-    """Return the innermost program line in the first stack that contains a program line; empty if none does."""
+    """Return file, line and function of the innermost program frame in the first stack with a program frame, or ''."""
     for frame in frames:
         for at, line in traceback.walk_stack(frame):
             if is_of_program(at.f_code) and not at.f_code.co_filename.startswith(_STANDARD):
@@ -72,7 +72,7 @@ class HangWatch:
 
     Args:
         patience: Time limit, in CPU time while the process works and in wall time while the process waits [s].
-        where: Function that returns the running line of the program; empty if no program line is running.
+        where: Function that returns the source line that the program is executing; empty outside the program's code.
         complaints: Stream for the report.
     """
 
@@ -102,9 +102,9 @@ class HangWatch:
                 "; wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
             )
         return (
-            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until "
-            "then no time goes by and nothing moves, so waiting there never ends; go on in the next loop "
-            "(simcore_hang in pytest.ini allows slow ones more)"
+            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until then "
+            "simulated time stands still and nothing moves, so waiting there never ends; continue in the next loop "
+            "(simcore_hang in pytest.ini gives slow loops more time)"
         )
 
     def _watch(self) -> None:

@@ -40,7 +40,7 @@ class _PlannerTime(types.ModuleType):
         time.sleep(_REST if season.hal_simulation.is_timing_paused() else seconds)
 
     def wait(self) -> None:
-        """Wait for two polls without a request, because the first poll may have begun before the call."""
+        """Wait, at most 5 s, for two polls without a request, because the first may have begun before the call."""
         with self._changed:
             first = self._rests
             self._changed.wait_for(lambda: self._rests >= first + 2, _PATIENCE)

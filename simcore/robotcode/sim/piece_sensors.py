@@ -19,7 +19,7 @@ class PieceSensor:
     """Beam break or CANrange on the path of game pieces.
 
     Args:
-        view: Place of the sensor and kinds of pieces that the sensor detects.
+        view: Location of the sensor on the path of pieces, and kinds of pieces that the sensor detects.
         robot: Robot in the match.
         kind_of: Function that returns the name of a piece's kind from the piece's slot.
     """
@@ -34,7 +34,7 @@ class PieceSensor:
         self._seen_until = 0.0
 
     def look(self) -> bool:
-        """Return whether the sensor detects a piece now; call this method once per tick."""
+        """Return whether the sensor detects a piece, or enough pieces in storage; call this method once per tick."""
         self._time += TICK
         view = self._view
         if view.place == "storage":

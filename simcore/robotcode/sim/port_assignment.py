@@ -73,7 +73,7 @@ class _PortDevices:
 
 
 def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
-    """Return an output that turns a servo by its pulse; without a pulse, disabled or browned out, the servo coasts."""
+    """Return a function that moves a servo to the goal of the PWM pulse, or lets the servo coast without a pulse."""
     pwm = PWMSim(m.leader.number)
     low, high = servo.stops[::-1] if m.reversed else servo.stops
 
@@ -87,7 +87,7 @@ def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
 
 
 def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
-    """Return an output that switches a cylinder's valve by one or two coils, all off while disabled."""
+    """Return a function that switches a cylinder's valve by one or two coils, all off while disabled."""
     module, channels, out = pneumatics_module(m.module), m.channels, -12.0 if m.reversed else 12.0
 
     def ask(supply: float, powered: bool) -> None:
@@ -106,7 +106,7 @@ def _pwm_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
 
 
 def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
-    """Return an output that drives motors by Spike relays: full battery voltage in either direction, or off."""
+    """Return a function that drives motors by Spike relays: full battery voltage in either direction, or off."""
 
     def share_of(relay: Any) -> Callable[[], float]:
         return lambda: float(relay.getForward()) - float(relay.getReverse())
@@ -115,7 +115,7 @@ def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
 
 
 def _motors(m: MechanismSettings, mechanism: ShaftSim, ports: Sequence[MotorPort]) -> Ask:
-    """Return an output that drives a mechanism by controllers with one motor each.
+    """Return a function that drives a mechanism by controllers with one motor each.
 
     Motors on one shaft have the same speed, so the total current equals the current of all motors at the mean voltage.
     """
@@ -139,7 +139,7 @@ _OUTPUTS: dict[str, Callable[[MechanismSettings, Any], Ask]] = {
     "Servo": _servo,
     "Solenoid": _valve,
 }
-"""Functions that build the output of a mechanism, by controller name in `PORT_CONTROLLERS`."""
+"""Builder of the `Ask` function that drives a mechanism, by controller name in `PORT_CONTROLLERS`."""
 
 
 def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
@@ -213,7 +213,7 @@ _INPUTS: dict[str, Callable[[str, SensorSettings, ShaftSim], Show]] = {
     "potentiometer": _potentiometer,
     "canrange": _slide_range,
 }
-"""Functions that build the input of a sensor, by kind; limit switches and piece sensors are in `PortAssignment`."""
+"""Builder of the `Show` function of a sensor, by kind; limit switches and piece sensors are in `PortAssignment`."""
 
 
 def _channel(sensor: SensorSettings) -> int:

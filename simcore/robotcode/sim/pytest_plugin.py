@@ -30,8 +30,8 @@ __all__ = ["INIT_TIMEOUT", "sim"]
 INIT_TIMEOUT = 120.0
 """Longest time for a robot program to finish robotInit [s]."""
 _PLAIN = (
-    "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
-    "in the folder of robot.py; options of pytest follow behind --, as in `python -m robotpy test -- -k %s`"
+    "a robot test needs its own process with the robot in it, which `python -m robotpy test` starts: run that in the "
+    "folder of robot.py; options of pytest follow after --, as in `python -m robotpy test -- -k %s`"
 )
 _LONGEST_FAILURE = 2000  # largest length of an assertion on a page [characters]
 _LATE_MS = 5.0  # largest age of rotor readings without overshoot of a steer loop [ms]
@@ -52,14 +52,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sim-output",
         default=None,
-        help="folder for log and page of failed tests; default: test_output by robot.py",
+        help="folder for log and page of failed tests; default: test_output next to robot.py",
     )
     group.addoption(
         "--sim-seed",
         type=int,
         default=None,
         metavar="N",
-        help="seed of all that is left to chance in robot tests; default: 0",
+        help="seed of everything left to chance in robot tests; default: 0",
     )
     group.addoption(
         "--sim-scatter",
@@ -403,8 +403,8 @@ def _missing_parts(test: RobotTest) -> list[str]:
     if robot.config.shooters or robot.config.placers or not test.match.game.pieces:
         return []
     return [
-        f"no shooter and no claw is described: the robot throws and places nothing, and holds {len(robot.held)}; "
-        "[[shooter]] and [[claw]] in simcore.toml describe them, `simcore init` writes the file"
+        f"no shooter or claw is described, so the robot throws and places nothing, and holds {len(robot.held)}; "
+        "describe them as [[shooter]] and [[claw]] in simcore.toml, which `simcore init` writes"
     ]
 
 

@@ -73,7 +73,7 @@ for _name, _clock in _CLOCKS.items():
 def use_robot_clock(folder: Path) -> None:
     """Replace the clocks of `time` with the FPGA clock in the loaded modules of a project.
 
-    On a real robot, both clocks agree; a test steps only the FPGA clock. Other modules keep the computer's clock.
+    A test steps only the FPGA clock. Modules outside the project keep the computer's clock.
 
     Args:
         folder: Folder of the project.
@@ -166,7 +166,7 @@ class _Schedule:
         self._next = 0.0
 
     def start(self, delay: float, period: float | None) -> None:
-        """Set the delay of the first alarm [s] and the period of later alarms [s]; a period of None means one alarm."""
+        """Set the delay of the first alarm [s] and the period of later alarms [s]; None for a single alarm."""
         if self._late is None:
             self._late = (next(_numbers) % _MOST) * _APART
         self.period = period

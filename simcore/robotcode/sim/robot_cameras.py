@@ -126,7 +126,7 @@ class RobotCameras:
         return [*(name for name, camera in self._photon.items() if camera.is_off), *sorted(self._unplaced)]
 
     def after_tick(self) -> None:
-        """Add cameras that the program has started to use, and update mounts that the program has changed."""
+        """Add cameras and a headset that the program has started to use, and update mounts that it has changed."""
         transforms = [seen.robot_to_camera for seen in self._program.estimators]
         if self._program.version != self._seen or any(map(operator.is_not, transforms, self._transforms)):
             self._seen, self._transforms = self._program.version, transforms
@@ -144,7 +144,7 @@ class RobotCameras:
         if new:
             are_several = len(new) > 1
             _log.warning(
-                "PhotonCamera(%s) %s nothing, because robot code does not say where %s; write into %s%s:\n%s",
+                "PhotonCamera(%s) %s nothing, because robot code does not say where %s; add this to %s%s:\n%s",
                 *(", ".join(map(repr, new)), *(("see", "they sit") if are_several else ("sees", "it sits"))),
                 *(self._file, ", once for each" if are_several else "", _what_to_write("photonvision", new[0])),
             )
@@ -194,7 +194,7 @@ class RobotCameras:
             _log.info(
                 "PhotonCamera(%r): %s, as %s says%s; %d x %d px, %.0f degrees across, %.0f frames a second (%s)",
                 *(name, _place(found.mount), found.source),
-                f" (a guess; if it is wrong, write a [[camera]] into {self._file})" if found.is_guess else "",
+                f" (a guess; if it is wrong, add a [[camera]] to {self._file})" if found.is_guess else "",
                 *(lens.width, lens.height, lens.horizontal_fov_deg, camera.config.rate, lens.name),
             )
 
@@ -203,7 +203,7 @@ class RobotCameras:
             from simcore.robotcode.makers.photonvision.photon_port import PhotonCameraPort
         except ImportError as error:
             raise ConfigError(
-                f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy "
+                f"camera {camera.config.name!r} of {self._file} is a PhotonVision camera, which needs photonlibpy "
                 f"(from Python 3.11 on): {install_command('photonvision')}"
             ) from error
         camera.ports.append(PhotonCameraPort(camera.config, self._clock))
@@ -219,7 +219,7 @@ class RobotCameras:
             self._unplaced.update(new)
             near = [n for n, c in self._described.items() if c.maker == "limelight"]
             _log.warning(
-                "robot code asks for %s %s, which nothing publishes%s; write into %s%s:\n%s",
+                "robot code asks for %s %s, which nothing publishes%s; add this to %s%s:\n%s",
                 *("Limelights" if len(new) > 1 else "a Limelight", ", ".join(map(repr, new))),
                 *(f" (there is {', '.join(map(repr, near))})" if near else "", self._file),
                 *(", once for each" if len(new) > 1 else "", _what_to_write("limelight", new[0])),
@@ -247,7 +247,7 @@ class RobotCameras:
             self._headset_reported = True
             _log.warning(
                 "QuestNav: robot code's pose reset is more than a meter off, so it does not tell where the headset "
-                "sits; until one does, it is assumed at the robot's center; or write into %s:\n%s",
+                "sits; until one does, it is assumed to be at the robot's center; or add this to %s:\n%s",
                 *(self._file, _what_to_write("questnav", "")),
             )
 

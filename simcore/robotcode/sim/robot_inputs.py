@@ -72,10 +72,10 @@ class DriverStationLink:
             self._send(self._match.rules.game_data())
 
     def _begin_match(self) -> None:
-        """Reset the field if the robot has been enabled since the last reset."""
+        """Reset the field if the robot has been enabled since the last reset and no FMS is attached."""
         if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
             self._match.reset_field()
-            _log.info("autonomous begins again: pieces and preloads are back where a match begins")
+            _log.info("autonomous begins again: pieces and preloads are back where they are at the start of a match")
 
     def _follow_alliance(self) -> None:
         """Move the robot to the start of the chosen alliance before the first enable."""
@@ -128,7 +128,7 @@ class FieldView:
         self._level = Rotation2d()
 
     def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
-        """Draw the true pose [m, m, rad] and the piece positions [m], shape (n, 3) for each kind, after a tick."""
+        """Draw the true pose [m, m, rad] and, every `every` ticks, the piece positions [m], shape (n, 3) by kind."""
         x, y, yaw = pose
         self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
         if self._ticks % self._every == 0:

@@ -208,7 +208,7 @@ class RobotPhysics:
 
     @property
     def times(self) -> PhysicsTimes:
-        """Timing statistics of the last two minutes."""
+        """Timing statistics: computing times of the last two minutes, counts and skipped time since the start."""
         work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
         return PhysicsTimes(
             ticks=self._ticks,
@@ -222,7 +222,7 @@ class RobotPhysics:
         )
 
     def do_due(self) -> None:
-        """Run all parts that are due."""
+        """Run all parts that are due; skip time that is more than 0.1 s late."""
         now = Timer.get_monotonic_timestamp()
         if self._start is None:
             self._start = now - self._h
@@ -340,7 +340,7 @@ class LatenessReport:
         self._is_first = True
 
     def note(self, seconds: float, *, tick_ms: float) -> None:
-        """Add skipped time, and log a report if one is due.
+        """Add skipped time, and log a report if one is due; skipped time at program start is ignored.
 
         Args:
             seconds: Skipped time [s].
@@ -356,8 +356,8 @@ class LatenessReport:
         if tick_ms > _MOST_MS:
             why = f"the computer is too slow: physics alone takes {tick_ms:.0f} ms for a tick of 20 ms"
         _log.warning(
-            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not judge times "
-            "by it (robot tests do not mind)",
+            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not trust its "
+            "timing (robot tests are not affected)",
             *(self.given_up, max(1.0, now - self._since), why),
         )
         self._is_first = False
@@ -369,7 +369,7 @@ _latest: weakref.ref[RobotPhysics] | None = None
 
 
 def latest_physics() -> RobotPhysics | None:
-    """Return the latest physics of this process if it still exists; for test fixtures."""
+    """Return the latest physics of this process, or None if the physics no longer exists; for test fixtures."""
     return None if _latest is None else _latest()
 
 
@@ -383,7 +383,7 @@ def field_control() -> FieldControl | None:
 
 
 def _period_of(robot: Any) -> float:
-    """Return the period of the robot's loop [s]; if unknown, a period shorter than usual loops."""
+    """Return the period of the robot's loop [s]; 5 ms if unknown."""
     if isinstance(robot, IterativeRobotBase):
         return float(robot.get_period())
     if isinstance(robot, season.loop_classes()):

@@ -22,7 +22,7 @@ RoboRioSim = season.wpilib_simulation.RoboRioSim
 __all__ = ["PowerDistributionView", "RoboRioPower", "channel_currents"]
 
 _WATTS = 10.0  # power of a roboRIO with few loads on its rails; estimate, +-50 %: NI publishes only the maximum, 45 W
-_MODULES = range(63)  # CAN ids of panels
+_MODULES = range(63)  # CAN IDs of panels
 _CHANNELS = 24  # channels of a REV PDH; WPILib's simulation also has 24 for a CTRE PDP, which has 16
 _LOOK = 50  # number of ticks between two checks for new panels
 
@@ -52,7 +52,7 @@ class RoboRioPower:
         self.show_voltage()
 
     def show_voltage(self) -> None:
-        """Write input voltage and current; call this method at least once per robot loop."""
+        """Write input voltage and current, and apply robot code's brown-out voltage; call at least once per loop."""
         volts = self._battery.voltage
         RoboRioSim.set_vin_voltage(volts)
         season.show_input_current(_WATTS / volts if volts > 1.0 else 0.0)
@@ -61,7 +61,7 @@ class RoboRioPower:
             self._follow_level(level)
 
     def show_rails(self) -> None:
-        """Switch the user rails after the start or end of a brown-out."""
+        """Switch the user rails and write the fault counts when a brown-out starts or ends."""
         is_low = self._battery.browned_out
         if is_low == self._is_low:
             return
@@ -79,7 +79,7 @@ class RoboRioPower:
 
 
 def channel_currents(robot: Robot, channels: int) -> list[float]:
-    """Return the current of each channel [A]; loads beyond the last channel are added to the last channel.
+    """Return the supply current of each channel [A]; loads beyond the last channel are added to the last channel.
 
     A panel does not measure reverse current: a channel reads zero while its motor brakes into the battery.
 

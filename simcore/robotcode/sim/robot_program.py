@@ -39,7 +39,7 @@ def load_robot_class(robot_file: Path) -> Any:
     ]
     if len(found) != 1:
         raise ConfigError(
-            f"{robot_file}: want one class derived from wpilib.RobotBase, got {[c.__name__ for c in found]}"
+            f"{robot_file}: there must be one class derived from wpilib.RobotBase, got {[c.__name__ for c in found]}"
         )
     return found[0]
 

@@ -130,7 +130,7 @@ def _survey(folder: Path, *, is_described: bool) -> dict[str, Any]:
 
 
 def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return devices on ports of the roboRIO and pneumatics modules, and CTRE's sensors for switches and pieces."""
+    """Return model, channels and class of devices on ports that are not in `taken`, and of CANranges and CANdis."""
     ports = [
         {"model": p.model, "channels": list(p.channels), "made_by": p.made_by}
         for p in built_ports()

@@ -60,7 +60,7 @@ _STATIONS = {
 
 
 class ConditionError(SimcoreError, AssertionError):
-    """Condition that did not become true within the timeout of a test."""
+    """Condition that did not hold within the timeout of a test, or mode that a test entered but did not run."""
 
 
 class _NoSuchNameError(SimcoreError, AttributeError):
@@ -153,13 +153,13 @@ class RobotTest:
     # --- driver station -------------------------------------------------------------------------------------------
 
     def alliance(self, color: str, station: int = 1) -> None:
-        """Set alliance (`"blue"` or `"red"`) and station 1..3; before the first enable, the robot moves to its start.
+        """Set alliance (`"blue"` or `"red"`) and station 1..3; a robot not yet enabled moves to the alliance's start.
 
         Raises:
             ConfigError: The alliance or station does not exist.
         """
         if (color, station) not in _STATIONS:
-            raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
+            raise ConfigError(f"alliance must be 'blue' or 'red', and station 1..3, got {color!r}, {station!r}")
         if self.was_enabled and color != self._alliance:
             _log.warning(
                 "alliance(%r) after the robot was enabled changes its color and leaves it where it stands: call it "
@@ -176,7 +176,7 @@ class RobotTest:
             ConfigError: `text` is not a string.
         """
         if not isinstance(text, str):
-            raise ConfigError(f"game_data: want a text, as the field sends it, got {text!r}")
+            raise ConfigError(f"game_data must be a string, as the field sends it, got {text!r}")
         DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
@@ -203,7 +203,7 @@ class RobotTest:
             self._control._thread.join(_ENDS)  # the program ends if the physics could not be built
             self._raise_error_of_robot()
             raise SimcoreError(
-                f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
+                f"no physics: {self._robot_name} has its own loop, which calls neither _simulationInit nor "
                 f"_simulationPeriodic; {self._place()}"
             )
         physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
@@ -230,7 +230,7 @@ class RobotTest:
             heading: Heading, counter-clockwise from the direction to the red alliance wall [rad].
 
         Raises:
-            ConfigError: The robot cannot stand at the pose; the message suggests a free place.
+            ConfigError: The robot cannot stand at the pose; the message suggests a free pose.
         """
         require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
@@ -242,7 +242,7 @@ class RobotTest:
         seconds: float = 15.0,
         start: tuple[float, float, float] | Any = None,
     ) -> None:
-        """Run autonomous.
+        """Select an auto, if named, and run autonomous.
 
         The robot starts at the first available of these poses: `start`, the pose from `place`, the start of the auto in
         `simcore.toml`, the pose to which the auto resets its odometry, the present pose.
@@ -285,7 +285,7 @@ class RobotTest:
         self.run(seconds)
 
     def run(self, seconds: float) -> None:
-        """Run for a duration [s] in the present mode.
+        """Run for a duration [s] in the present mode, rounded to whole ticks of 20 ms.
 
         Raises:
             ConfigError: `seconds` is not a finite number >= 0.
@@ -311,8 +311,8 @@ class RobotTest:
         """
         if not callable(condition):
             raise ConfigError(
-                f"run_until: want a function that is asked after each tick, e.g. lambda: sim.pieces.held >= 8; "
-                f"got {condition!r}"
+                "run_until needs a function that is called after each tick, e.g. lambda: sim.pieces.held >= 8; got "
+                f"{condition!r}"
             )
         require("run_until", "timeout", timeout, _SPAN)
         self.start()
@@ -337,7 +337,7 @@ class RobotTest:
             if name in dir(cls) or name in getattr(cls, "__dataclass_fields__", ()):
                 near = f" Did you mean 'sim.{part}.{name}'?"
                 break
-        raise _NoSuchNameError(f"sim has no {name!r}.{near} All that it has: docs/testing.md")
+        raise _NoSuchNameError(f"sim has no {name!r}.{near} Everything it has: docs/testing.md")
 
     # --- true state -----------------------------------------------------------------------------------------------
 
@@ -348,7 +348,7 @@ class RobotTest:
 
     @property
     def physics(self) -> RobotPhysics:
-        """Running physics of the project."""
+        """Physics of the project; the first access starts the robot program."""
         self.start()
         assert self._physics is not None
         return self._physics
@@ -391,7 +391,7 @@ class RobotTest:
 
     @property
     def pieces(self) -> PieceCount:
-        """Number of pieces by place: `held`, `scored`, `on_field`, `in_flight`."""
+        """Number of pieces by state: `held`, `scored`, `on_field`, `in_flight`."""
         return self.match.count
 
     @property
@@ -440,8 +440,8 @@ class RobotTest:
         """
         if not self._is_played:
             raise ConditionError(
-                f"{self._mode} was begun and 0 s of it were played: say how long, e.g. {self._mode}(seconds=10), or go "
-                "on with run(10)"
+                f"{self._mode} has begun, but 0 s of it have run: say how long, e.g. {self._mode}(seconds=10), or "
+                "continue with run(10)"
             )
 
     def __repr__(self) -> str:
@@ -564,14 +564,17 @@ class RobotTest:
             time.sleep(0.0002)
 
     def _where(self) -> str:
-        """Return the running program line, first of the robot's thread, then of other threads; empty if none."""
+        """Return the source line that the program is executing, first on the robot's thread, then on other threads.
+
+        The result is empty if no thread executes a line of the program.
+        """
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
         return program_line([*filter(None, [frames.get(robot)]), *rest])
 
     def _place(self) -> str:
-        """Return the running program line, as the end of a sentence."""
+        """Return the end of a sentence with the source line that the program is executing: `it is at LINE`."""
         return f"it is at {self._where() or NO_LINE}"
 
 
@@ -579,5 +582,6 @@ def _require_name(mode: str, name: object) -> None:
     """Check that the name of a mode is text, because a duration may have been passed by mistake."""
     if name is not None and not isinstance(name, str):
         raise ConfigError(
-            f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"
+            f"{mode}({name!r}): the auto's name must be a string, and seconds a keyword argument: "
+            f"{mode}(seconds={name!r})"
         )

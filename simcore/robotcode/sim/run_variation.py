@@ -81,7 +81,7 @@ def require_varied(match: Match) -> None:
     wanted = _variation
     if match.seed != wanted.seed or (wanted.scatter is not None and match.scatter != wanted.scatter):
         raise SimcoreError(
-            f"this run has seed {wanted.seed} and a scatter of its own, but physics.py builds its match with seed "
+            f"this run has seed {wanted.seed} and its own scatter, but physics.py builds its match with seed "
             f"{match.seed} and scatter {match.scatter.text!r}; give it Match(..., seed=run_variation().seed, "
             "scatter=run_variation().scatter), from simcore"
         )

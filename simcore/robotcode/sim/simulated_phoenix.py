@@ -38,14 +38,14 @@ class PhoenixTime:
         self.world.step(dt)
 
     def catch_up(self, time: float) -> None:
-        """Advance the devices to `time` on the FPGA clock [s] if they are behind."""
+        """Advance the devices to `time` on the FPGA clock [s] if their clock is behind."""
         behind = time - self.world.clock.now
         if behind > 0.0:
             self.step(behind)
 
 
 def install_simulated_phoenix() -> PhoenixTime:
-    """Switch Phoenix 6 to simulated time without devices; call this function before the robot object is built.
+    """Switch Phoenix 6 to simulated time without devices, and return the devices' clock; call before building a robot.
 
     Raises:
         SeamError: The installed phoenix6 is incompatible; the message names compatible versions.

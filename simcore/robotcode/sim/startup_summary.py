@@ -42,7 +42,7 @@ class StartupSummary:
     own: str = ""
     """Devices that the project's own physics writes."""
     nobody: str = ""
-    """Devices without a model."""
+    """Devices that no model writes."""
     cameras: str = ""
     """Cameras that simcore simulates."""
     unseen: str = ""
@@ -55,7 +55,7 @@ class StartupSummary:
     """Whether the program has its network ports; False if another program has them, None without a network."""
 
     def lines(self) -> list[str]:
-        """Return the summary as at most 30 lines of about 120 characters.
+        """Return the robot's line and lines for each topic, wrapped at 118 characters and cut to a few lines per topic.
 
         >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
         ...     print(line)
@@ -66,14 +66,14 @@ class StartupSummary:
         """
         rows = [("drivetrain", self.drivetrain)]
         if self.assumed:
-            rows.append(("", f"guessed, to be written in [drivetrain]: {self.assumed}"))
+            rows.append(("", f"guessed; set them in [drivetrain]: {self.assumed}"))
         rows += _some("described", list(self.described))
         rows += _some("sensors", list(self.sensors))
         rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
         if self.own:
             rows.append(("own physics", self.own))
         if self.nobody:
-            rows.append(("nobody moves", f"{self.nobody}: keeps its reading from the start"))
+            rows.append(("not moved", f"{self.nobody}: keeps its reading from the start"))
         if self.lights:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
         if self.pushed:
@@ -91,7 +91,7 @@ class StartupSummary:
                 _WIDTH,
                 initial_indent=f"  {label:<{_LABEL}}",
                 subsequent_indent=" " * (2 + _LABEL),
-                max_lines={"": 5, "nobody moves": 4}.get(label, 2),
+                max_lines={"": 5, "not moved": 4}.get(label, 2),
             )
         return lines
 

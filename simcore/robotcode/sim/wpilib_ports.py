@@ -66,11 +66,11 @@ class ChannelMotor(MotorPort):
         return self._coasts
 
     def volts(self) -> float:
-        """Return the motor voltage [V]."""
+        """Return the motor voltage [V]; 0 while disabled."""
         return self._share() * self._supply if RobotState.is_enabled() else 0.0
 
     def duty_cycle(self) -> float:
-        """Return the duty cycle [-]."""
+        """Return the duty cycle [-]; 0 while disabled."""
         return self.volts() / self._supply
 
     def write(self, rotations: float, rps: float) -> None:
@@ -80,8 +80,8 @@ class ChannelMotor(MotorPort):
 class PWMMotorPort(ChannelMotor):
     """PWM motor controller without an encoder, e.g. `PWMSparkMax`, `Talon` or `VictorSP`.
 
-    The sign of the output is that of robot code, before `setInverted`. The roboRIO resolves the output to 0.4 %. While
-    disabled, a roboRIO keeps PWM outputs neutral; WPILib's simulation does not, so this class does.
+    The output has robot code's sign, before `setInverted`. While the robot is disabled, the output is zero, which
+    WPILib's simulation does not ensure.
 
     Args:
         controller: Robot code's controller object, or a channel; followers (`addFollower`) need no port.
@@ -191,7 +191,9 @@ def _port_of(encoder: Any) -> tuple[str, int]:
         return "DIO", encoder.get_source_channel()
     if isinstance(encoder, AnalogEncoder):
         return "Analog", encoder.get_channel()
-    raise ConfigError(f"AbsoluteEncoderPort: want a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}")
+    raise ConfigError(
+        f"AbsoluteEncoderPort: the encoder must be a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}"
+    )
 
 
 class WPILibGyroPort:
@@ -212,7 +214,9 @@ class WPILibGyroPort:
         elif isinstance(gyro, AnalogGyro):
             self._sim = AnalogGyroSim(gyro)
         else:
-            raise ConfigError(f"WPILibGyroPort: want an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}")
+            raise ConfigError(
+                f"WPILibGyroPort: the gyro must be an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}"
+            )
         self._turned = self._zero = 0.0  # clockwise [deg]
         _analog.attach(gyro, self)
         for cls in (ADXRS450_Gyro, AnalogGyro):
@@ -267,7 +271,7 @@ class ADISGyroPort:
             self._rates[place].set(math.degrees(rate))
 
     def set_angle(self, place: int, angle: float) -> None:
-        """Set the reading [deg] of sensor axis `place`."""
+        """Set the reading [deg] of the sensor axis with number `place`."""
         self._shown[place] = angle
         self._angles[place].set(angle)
 
@@ -295,7 +299,7 @@ _adis = Answers[ADISGyroPort]()
 
 
 def _answer_for_adis() -> None:
-    """Replace the methods of both IMU classes that WPILib's simulation lacks; repeated calls are harmless."""
+    """Replace methods of both IMU classes that WPILib's simulation lacks; safe to call more than once."""
     common: dict[str, Any] = {
         "reset": lambda port: port.reset(),
         "calibrate": lambda port: port.reset(),

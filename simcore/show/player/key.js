@@ -17,7 +17,7 @@ export function keyOf(run) {
   else for (const side of [...new Set(robots.map((robot) => robot.alliance))].sort()) found.push(entry(`path of a ${side} robot`, stroke(ink(side), 4)));
   const { rows, width, n } = run.groups.robots;
   const believes = robots.some((_, k) => { for (let i = 0; i < n; i++) if (rows[i * width + 11 * k + 7] !== AWAY) return true; return false; });
-  if (believes) found.push(entry("where it believed to be", stroke(ink("ghost"), 3, "7 4")));
+  if (believes) found.push(entry("where it believed it was", stroke(ink("ghost"), 3, "7 4")));
   if (shots.length) {
     found.push(entry(`hit${count("hit")}`, stroke(ink("hit"), 2), svg("circle", { cx: 12, r: 4, fill: ink("hit"), stroke: ink("paper") })));
     found.push(entry(`miss${count("miss")}`, stroke(ink("miss"), 2, "6 4"), svg("path", { d: "M7 -5l10 10m0 -10l-10 10", stroke: ink("miss"), "stroke-width": 2.3 })));

@@ -114,7 +114,7 @@ export class Live {
     this.isPaused = paused;
     this.clock = clock;
     this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving && find(".sticks").hidden ? [this.meta.drive.help] : [], ...says]);
-    if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Go on" : "Pause";
+    if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Resume" : "Pause";
     if (clock) this.player.sounds.see(clock);
     this.player.line.update();
   }
@@ -166,7 +166,7 @@ export class Live {
       button(`${alliance}: leave it to the game`, press({ do: "leave", alliance }))]);
     find(".field-buttons").replaceChildren(this.driveButton, button("restart with this seed", () => this.again()), this.seed,
       make("details", {}, make("summary", {}, "field"), ...meta.spawn.length > 1 ? [kind] : [],
-        button("put a piece before the robot", () => this.send({ do: "spawn", kind: kind.value, robot: robot() })),
+        button("put a piece in front of the robot", () => this.send({ do: "spawn", kind: kind.value, robot: robot() })),
         button("put all pieces back", press({ do: "reset" })),
         button("put the robot at its start", () => this.send({ do: "start", robot: robot() }))),
       ...people.length ? [make("details", {}, make("summary", {}, "human players"), ...people)] : []);

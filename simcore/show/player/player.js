@@ -48,7 +48,7 @@ export class Player {
       this.solid.onMove = () => { if (this.last === null && !this.isLive) this.drawSolid(); };
     } catch (error) {
       this.solid = null;  // the browser has no WebGL
-      find(".solid").replaceChildren(make("p", { class: "note" }, `this browser draws no 3D: ${error.message}`));
+      find(".solid").replaceChildren(make("p", { class: "note" }, `this browser cannot draw 3D: ${error.message}`));
       find(".views").classList.add("flat");
     }
     this.bar(go);
@@ -96,7 +96,7 @@ export class Player {
     const tools = [this.button, this.clock, this.speed, ...this.solid ? [this.viewChoice, this.cameraChoice] : [], ...robots.length > 1 ? [this.robotChoice] : [], this.trailChoice];
     if (meta.phases.length || this.isLive) tools.push(this.sounds.button);
     if (this.solid && window.MediaRecorder) tools.push(this.clipButton = make("button", { type: "button", title: "the last 10 s as a video, 1280 x 720", onclick: () => this.clip() }, "Save clip"));
-    tools.push(make("button", { type: "button", title: "a PNG of what is seen, 1280 x 720", onclick: () => this.savePicture() }, "Save picture"));
+    tools.push(make("button", { type: "button", title: "a PNG of the current view, 1280 x 720", onclick: () => this.savePicture() }, "Save picture"));
     find(".tools").replaceChildren(...tools);
     find(".bar").hidden = false;
   }

@@ -35,7 +35,7 @@ class RobotModel {
     }
     const [low, high] = reach(solids.filter(({ name }) => !name).flatMap(({ points }) => points)), [u, v] = bumpers.map((size) => size / 2), x = high[0] + BESIDE, y = low[1] - BESIDE;
     this.measures = [this.measure("bumpers", [-u, y, 0], [u, y, 0]), this.measure("", [x, -v, 0], [x, v, 0]), this.measure("height", [low[0], y, 0], [low[0], y, high[2]])];
-    this.canvas.setAttribute("aria-label", `the robot in three dimensions: ${this.measures.join(", ")}; drag to turn, wheel to come nearer`);
+    this.canvas.setAttribute("aria-label", `the robot in three dimensions: ${this.measures.join(", ")}; drag to turn, scroll to zoom`);
     this.measure("front", [x + 0.25, -0.06, 0], [x + 0.45, 0, 0], [x + 0.25, 0.06, 0]);
     this.eye = new THREE.PerspectiveCamera(36, 1.9, 0.05, 20);
     this.eye.up.set(0, 0, 1);

@@ -32,7 +32,7 @@ export class Solid {
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "the field in three dimensions; drag to turn, wheel to come nearer");
+    this.canvas.setAttribute("aria-label", "the field in three dimensions; drag to turn, scroll to zoom");
     home.prepend(this.canvas);
     this.scene = new THREE.Scene();
     this.eye = new THREE.PerspectiveCamera(45, 2, 0.1, 120);

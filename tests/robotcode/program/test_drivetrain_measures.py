@@ -119,7 +119,7 @@ def test_each_contradiction_is_reported_in_one_sentence(planned):
     folder = planned(driveGearing=6.75, flModuleX=0.35)
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), folder)
     places, way = found.differences
-    assert places == ("the modules stand up to 0.050 m elsewhere in PathPlanner's settings than the program has them")
+    assert places == ("module positions in PathPlanner's settings differ by up to 0.050 m from those in the program")
     assert "a turn of a drive motor is 0.0447 m by wheel_radius 0.048 (PathPlanner's settings)" in way
     assert "but 0.0511 m by positions" in way
 
@@ -216,4 +216,4 @@ def test_a_short_distance_means_smaller_wheels(tmp_path):
     found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess
     assert found.measure("drive_gearing") == pytest.approx(math.tau * 0.0381 / 0.012)
-    assert "wheel_diameter 0.0762 (as many robots have it)" in guesses(found), "as [drivetrain] has it"
+    assert "wheel_diameter 0.0762 (a common value)" in guesses(found), "as [drivetrain] has it"

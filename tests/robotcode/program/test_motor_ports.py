@@ -104,7 +104,7 @@ def test_invalid_ports_are_refused():
         SwervePorts(drive, four[:3], four, steer_encoders=[None] * 4)
     with pytest.raises(ConfigError, match="2 steer encoders for a model of 4 modules"):
         SwervePorts(drive, four, four, steer_encoders=[None] * 2)
-    with pytest.raises(ConfigError, match="a motor controller or more for each of 2 shafts, got 1, 0"):
+    with pytest.raises(ConfigError, match="each of the 2 shafts needs at least one motor controller, got 1, 0"):
         ShaftPorts(TankDrive(TankConfig()), (four[:1], []))
     with pytest.raises(NonFiniteError, match="volts must be a finite number, got nan"):
         SuppliedMotor(lambda: math.nan).volts()

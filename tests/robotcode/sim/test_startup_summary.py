@@ -23,7 +23,7 @@ def test_many_devices_of_every_kind_fit_on_one_screen():
         "sensors      'beam 0' sees pieces: DIO 0", "lights       CANdle 40: shown as Sim/Lights in telemetry",
         "'mechanism 0': TalonFX 0", "and 15 more", "SPARK MAX 30 + 31: 1 x NEO", "and 25 more",
         "own physics  SPARK MAX 61",
-        "nobody moves CANrange 3",
+        "not moved    CANrange 3",
         "cameras      limelight; your program asks for front",
         "network      WPILib (5810, 1735)",
         "leader = 30 and gearing in simcore.toml",

@@ -1,8 +1,8 @@
 """Studica's navX, with clockwise positive yaw, and navX3, as read by robot code through Studica's library.
 
-The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. Robot code's calls are
-therefore answered here, in real and in simulated time; the SimDevice is also written, for other readers. Displacement,
-velocity, accelerometer and compass are not simulated.
+The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. This module therefore
+answers robot code's calls, in real and in simulated time, and also writes the SimDevice for other readers.
+Displacement, velocity, accelerometer and compass are not simulated.
 
 navX axes: x right, y forward, z up; pitch is positive nose up, roll left side down, yaw clockwise. Source: Studica's
 navX-MXP manual, "Orientation", for a board that lies flat.
@@ -30,8 +30,7 @@ __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 class NavxPort:
     """Simulated side of one `AHRS`.
 
-    `reset()` and `zeroYaw()` zero yaw and angle but not quaternion and fused heading, as the library's software reset
-    does.
+    `reset()` and `zeroYaw()` zero yaw and angle, but not quaternion and fused heading.
 
     Args:
         ahrs: Device object of robot code.
@@ -49,7 +48,7 @@ class NavxPort:
         _answers.attach(ahrs, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the rotation since power-on, as in `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the angles since power-on [rad] and body rates [rad/s], counter-clockwise positive as in `GyroPort`."""
         self._turned = -math.degrees(yaw)
         self.pitch, self.roll, self.rate = -math.degrees(pitch), -math.degrees(roll), -math.degrees(rates[2])
         self._attitude = Rotation3d(roll, pitch, yaw)
@@ -93,10 +92,10 @@ _NAVX3_QUATERNIONS = ("Quaternion6", "Quaternion9")
 
 
 class Navx3Port:
-    """Simulated side of one `Navx` (navX3), counter-clockwise positive like its `getRotation2D`.
+    """Simulated side of one `Navx` (navX3), counter-clockwise positive like `Navx.getRotation2D`.
 
     The library reads the SimDevice without delay; `resetYaw()` zeroes the yaw but not the continuous angle. The other
-    axes are assumed to match the robot's: x forward, y left.
+    axes are assumed to match the robot axes: x forward, y left.
 
     Args:
         number: CAN ID of the device.
@@ -111,7 +110,7 @@ class Navx3Port:
         _navx3[number] = self
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the rotation since power-on, as in `simcore.robotcode.program.motor_ports.GyroPort`."""
+        """Write the angles since power-on [rad] and body rates [rad/s], counter-clockwise positive as in `GyroPort`."""
         self._turned = turned = math.degrees(yaw)
         self._yaw.set(math.remainder(turned - self._zero, 360.0))
         for value, angle in zip(self._angles, (turned, math.degrees(pitch), math.degrees(roll)), strict=True):
@@ -167,7 +166,7 @@ def _address_of_navx3(made: Any, args: tuple[Any, ...], settings: dict[str, Any]
 
 
 def _create_spi() -> navx.AHRS:
-    """Construct the AHRS class using SPI communication and default settings."""
+    """Construct an `AHRS` on the MXP port's SPI bus with default settings."""
     return navx.AHRS(navx.AHRS.NavXComType.kMXP_SPI)
 
 

@@ -10,7 +10,7 @@ TESTED_PHOENIX6 = "26.3.0"
 
 
 def require_phoenix6(found: str | None) -> None:
-    """Reject a Phoenix 6 version from another year, whose simulated devices may differ.
+    """Check that Phoenix 6 of 2026 is installed, since the simulated devices of other years may differ.
 
     Args:
         found: Installed version; None if Phoenix 6 is not installed.

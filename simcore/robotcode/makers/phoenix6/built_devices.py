@@ -1,4 +1,4 @@
-"""CTRE devices that the robot program builds, their buses and configurations, and writes of the program's simulation.
+"""CTRE devices that the robot program builds, their addresses and configurations, and a guard on their simulated state.
 
 Recording starts when this module is imported, which is before the robot is built.
 """
@@ -48,7 +48,7 @@ MOTORS_OF_TALON_FXS = {
     "VORTEX_JST": "NEO Vortex",
     "BRUSHED_DC": "CIM",
 }
-"""Motor of a TalonFXS by the configured motor arrangement."""
+"""Motor of a TalonFXS by the configured motor arrangement; a CIM stands for every brushed motor."""
 
 
 _ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")
@@ -82,7 +82,7 @@ _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionar
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Check each write of a team's own simulation to a device; see `Maker.watch_simulations`."""
+    """Ask `may_write` before each write of a team's own simulation to a device; see `Maker.watch_simulations`."""
     for cls, names in _SETTERS.values():
         after_call(cls, "__init__", _note_simulation)
         for name in names:
@@ -94,7 +94,7 @@ def _note_simulation(state: Any, _: Any, args: tuple[Any, ...], settings: dict[s
 
 
 def key_of(made: Any) -> DeviceKey:
-    """Return model and address of a device object, including an instance of a derived class."""
+    """Return model and address of a device object, which may be an instance of a derived class."""
     return next(model for model, cls in MODELS.items() if isinstance(made, cls)), address_of(made)
 
 
@@ -108,7 +108,7 @@ for _model, _cls in MODELS.items():
 
 
 def require_distinct() -> None:
-    """Check that CTRE's own simulation distinguishes all devices; it identifies a device by model and ID only.
+    """Check that all devices differ in model or ID, because CTRE's own simulation ignores the bus.
 
     Raises:
         ConfigError: Two devices of one model on different buses have the same ID.
@@ -118,14 +118,14 @@ def require_distinct() -> None:
         other = known.setdefault((device.model, device.address.number), device)
         if other is not device:
             raise ConfigError(
-                f"{other} and {device}, on two CAN buses, are one device in CTRE's own simulation, which knows models "
-                "and ids alone: give one of them another id, or start with SIMCORE_PHOENIX=simulated in the "
-                "environment, simcore's emulator, which tells them apart"
+                f"{other} and {device}, on two CAN buses, are one device in CTRE's own simulation, which only "
+                "distinguishes models and ids: give one of them another id, or set SIMCORE_PHOENIX=simulated in the "
+                "environment to use simcore's emulator, which tells them apart"
             )
 
 
 PATIENCE = (0.05, 0.1, 0.25, 0.5, 1.0)
-"""Timeouts of successive attempts [s]; a device responds in 50 ms, unless it is starting or the computer is busy."""
+"""Timeouts of successive read attempts [s]; a device that is not starting responds in 50 ms on an idle computer."""
 
 
 def read_configuration(device: Any, config: Any) -> None:
@@ -173,18 +173,18 @@ class Feedback:
     rotor_per_sensor: float
     """Rotor turns per sensor turn [-]; 1 for the rotor sensor."""
     sensor_per_mechanism: float
-    """Sensor turns per turn that robot code reads [-]."""
+    """Sensor turns per mechanism turn, the unit that robot code reads [-]."""
     remote_id: int
     """CAN ID of a remote sensor."""
 
     @property
     def on_rotor(self) -> bool:
-        """Whether the feedback source is the rotor sensor."""
+        """Whether the feedback source is the rotor sensor, or a TalonFXS's commutation sensor."""
         return self.source in ("ROTOR_SENSOR", "COMMUTATION")
 
     @property
     def ratio(self) -> float:
-        """Rotor turns per turn that robot code reads [-]."""
+        """Rotor turns per mechanism turn, the unit that robot code reads [-]."""
         return self.rotor_per_sensor * self.sensor_per_mechanism
 
 

@@ -34,7 +34,7 @@ class CANdleLights:
         self._animations: dict[int, tuple[str, int, int, int]] = {}
         self._used = _ONBOARD
         self.changes = 0
-        """Number of changes of the lights so far."""
+        """Number of requests so far that have changed the lights."""
 
     def note(self, request: Any) -> None:
         """Record a control request of robot code; requests without LEDs are ignored."""
@@ -74,7 +74,7 @@ class CANdleLights:
 
     @property
     def shows(self) -> str:
-        """Description of the requests: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`."""
+        """Description of the active requests, for example `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`."""
         words = [_words("SolidColor", *span, color) for span, color in self._spans.items()]
         words += [_words(*animation) for _, animation in sorted(self._animations.items())]
         return ", ".join(words)
@@ -86,7 +86,7 @@ def _words(name: str, first: int, last: int, color: int) -> str:
 
 
 def _rgb(color: Any) -> int:
-    """Return an `RGBWColor` as 0xRRGGBB, with white added to each channel."""
+    """Return an `RGBWColor` as 0xRRGGBB, with white added to each channel, up to 255."""
     r, g, b = (min(255, int(part) + int(color.white)) for part in (color.red, color.green, color.blue))
     return r << 16 | g << 8 | b
 

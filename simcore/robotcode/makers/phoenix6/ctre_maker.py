@@ -95,7 +95,7 @@ class CtreDrivetrain:
         )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
-        """Connect the drivetrain's devices to the model."""
+        """Return a connection of the drivetrain's devices to the swerve model `drive`."""
         return swerve.SwerveDrivetrainSim(self._drivetrain, drive)
 
 
@@ -280,7 +280,7 @@ def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return the leader in a device's current `Follower` or `StrictFollower` request, and whether it is opposed."""
+    """Return the leader's model and address, or None without a follower request, and whether the device is opposed."""
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
@@ -292,7 +292,7 @@ def _arrangement(config: Any) -> str:
 
 
 def _usual_motor(config: Any) -> str:
-    """Return the motor in a TalonFXS configuration, or the most common motor of the controller."""
+    """Return the motor in a TalonFXS configuration (NEO if unset), or a Kraken X60 FOC for a TalonFX."""
     return MOTORS_OF_TALON_FXS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
 
 
@@ -307,7 +307,7 @@ def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
 
 
 def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
-    """Return a kS or kG gain in volts, converted if tuned in amperes."""
+    """Return a kS or kG gain in volts; a gain above 1 is taken as amperes and multiplied by the resistance."""
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance
 
 

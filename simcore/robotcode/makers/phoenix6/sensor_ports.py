@@ -73,7 +73,7 @@ def _emulator() -> Any:
 
 
 class _Mounted:
-    """Orientation of a device, an attribute of every `sim_state`."""
+    """Mounting orientation of an emulated device, and the resulting sign."""
 
     def __init__(self) -> None:
         self._sign = 1.0
@@ -304,15 +304,15 @@ class CANrangeSim:
 
 
 _MAX_DPS = 2047.0  # the simulated rate wraps at +-2048 deg/s
-_MAX_TURN_DEG = 170.0  # largest yaw step; the device takes the shorter way round, which is ambiguous at half a turn
+_MAX_TURN_DEG = 170.0  # largest yaw step; the device turns in the shorter direction, which is ambiguous at half a turn
 
 
 class Pigeon2Sim:
     """Pigeon 2 on the robot.
 
-    Like the real device, it starts at zero yaw at any robot heading. `set_yaw` and the resets of a swerve drivetrain
-    act inside the device and do not change the values written here. The device (26.3) does not simulate the
-    quaternion, `getRotation3d()`, gravity vector, accelerometer and mount pose.
+    The gyro starts at zero yaw for any robot heading. `set_yaw` and the resets of a swerve drivetrain act inside the
+    device and do not change the values written here. The simulated device (26.3) has no quaternion, `getRotation3d()`,
+    gravity vector, accelerometer or mount pose.
 
     Args:
         pigeon: Device object of robot code.

@@ -1,6 +1,6 @@
 """CTRE's unmodified `SwerveDrivetrain` on simcore's swerve model.
 
-The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, its inputs are
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, the inputs are
 rotor positions, CANcoders and the Pigeon 2, never a pose.
 """
 
@@ -49,7 +49,7 @@ _log = logging.getLogger(__name__)
 _CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
 _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
-_SHOWN = 0.25  # [s], longest wait for a reading, which takes a frame of the encoder and one of the motor: 20 ms
+_SHOWN = 0.25  # [s], longest wait for a reading, which takes an encoder frame and a motor frame: 20 ms
 _LEVEL = 1e-3  # [rotations], largest angle that counts as zero; the CANcoder rounds to 1/4096
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
@@ -63,7 +63,7 @@ def _note_constants(drivetrain: Any, args: tuple[Any, ...], settings: dict[str, 
 
 
 def _note_module(module: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    """Set a module's encoder to the wheel's angle before odometry starts.
+    """Set a module's steer encoder to zero, straight ahead, before odometry starts.
 
     A simulated encoder starts at zero plus its offset. Odometry takes its first sample within 4 ms, and would
     interpret the jump to the true angle as coupled travel of the wheel, up to 6 cm.
@@ -85,7 +85,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _azimuth(module: Any, c: Any) -> AnglePort | None:
-    """Return the steer encoder of a module, configured from the module constants, or None without one.
+    """Return the steer CANcoder or CANdi of a module, configured from the module constants, or None without one.
 
     Raises:
         ConfigError: The constants give no CANdi pin.
@@ -123,7 +123,7 @@ def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> 
 
 
 def _match_wired_encoder(module: Any, c: Any) -> None:
-    """Configure an encoder wired to the steer motor's TalonFXS, as CTRE's own simulation does."""
+    """Set the simulated orientation and offset of an encoder wired to the steer motor's TalonFXS."""
     if isinstance(module.steer_motor, TalonFXS):
         state = module.steer_motor.sim_state
         is_turned = c.steer_motor_inverted != c.encoder_inverted
@@ -198,14 +198,14 @@ def only_drivetrain() -> Any:
         return found[-1]
     if len(found) != 1:
         raise ConfigError(
-            f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
+            f"there must be one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
             + (f": {[type(d).__name__ for d in found]}" if found else "; without one, write a physics.py")
         )
     return found[0]
 
 
 def _of_same_devices(drivetrain: Any) -> list[Any]:
-    """List the drivetrains that share all motors with `drivetrain`, itself included, in build order."""
+    """List the drivetrains with the same motors as `drivetrain`, including `drivetrain`, in build order."""
     own_keys = _motor_keys(drivetrain)
     return [other for other in known_drivetrains() if _motor_keys(other) == own_keys]
 
@@ -233,7 +233,7 @@ def swerve_config(
 
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.
-        modules: Module constants in module order, if the drivetrain was built too early for `module_constants`.
+        modules: Module constants in module order; None for `module_constants`, which needs an early import.
         mass: Mass with bumpers and battery [kg].
         bumper: Length and width over the bumpers [m], for the yaw inertia.
         height: Height of the center of mass [m].
@@ -294,7 +294,7 @@ def _module(
 
 
 def _friction(constants: object, drive_motor: MotorModel) -> float:
-    """Return the drive friction of a module [V] from kS in the drive gains (V or A), or `USUAL_FRICTION` without kS."""
+    """Return a module's drive friction [V] from the kS drive gain (V or A); `USUAL_FRICTION` without a plausible kS."""
     ks = getattr(getattr(constants, "drive_motor_gains", None), "k_s", 0.0)
     if not isinstance(ks, (int, float)) or not math.isfinite(ks) or ks == 0.0:
         return USUAL_FRICTION
@@ -304,7 +304,7 @@ def _friction(constants: object, drive_motor: MotorModel) -> float:
 
 
 def arranged_motor(constants: object, name: str) -> MotorModel:
-    """Return the motor model for the motor arrangement in CTRE's module constants.
+    """Return the motor model for the motor arrangement in CTRE's module constants; the default is a Kraken X60 FOC.
 
     Args:
         constants: Constants of one module.
@@ -339,10 +339,10 @@ class SwerveDrivetrainSim(SwervePorts):
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.
         drive: Model of the drivetrain, which the caller steps with the chassis.
-        modules: Module constants, if the drivetrain was built too early for `module_constants`.
+        modules: Module constants in module order; None for `module_constants`, which needs an early import.
 
     Raises:
-        ConfigError: The number of modules differs from the model's, or two modules share a device.
+        ConfigError: The number of modules differs from the number in the model, or two modules share a device.
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -350,7 +350,7 @@ class SwerveDrivetrainSim(SwervePorts):
         if not len(constants) == len(drivetrain.modules) == len(drive.config.modules):
             raise ConfigError(
                 f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
-                f"{len(drive.config.modules)} in the model; want the same number"
+                f"{len(drive.config.modules)} in the model; the numbers must be equal"
             )
         pairs = list(zip(drivetrain.modules, constants, strict=True))
         devices = _device_keys(pairs, drivetrain.pigeon2)
@@ -375,14 +375,14 @@ class SwerveDrivetrainSim(SwervePorts):
             _stop_stepping(twin)
         if len(self._twins) > 1:
             _log.warning(
-                "the program builds %d drivetrains on the same devices (%s): on the robot, too, each commands the "
-                "motors against the others; build one, and hand it on",
+                "the program builds %d drivetrains on the same devices (%s): on the real robot, too, each would "
+                "command the motors against the others; build one, and pass it on",
                 *(len(self._twins), ", ".join(type(twin).__name__ for twin in self._twins)),
             )
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
     def on_pose_reset(self, tell: PoseReset) -> None:
-        """Call `tell` for each pose reset of the drivetrain by robot code, past and future."""
+        """Call `tell` for the latest pose resets by robot code at once, and for each later reset."""
         for twin in self._twins:
             _RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
 
@@ -402,7 +402,7 @@ class SwerveDrivetrainSim(SwervePorts):
 
 
 def _stop_stepping(drivetrain: Any) -> None:
-    """Stop the 250 Hz Notifier of Tuner X's class in simulated time, since the Notifier has no effect."""
+    """With the emulator, stop the simulation Notifier of Tuner X's class, since `update_sim_state` is empty."""
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
     if is_emulated() and hasattr(notifier, "stop"):
         notifier.stop()

@@ -51,8 +51,8 @@ def is_configured_clockwise(talon: Talon) -> bool:
 class TalonPort(MotorPort):
     """Simulated side of one Talon.
 
-    The simulated state is in the chassis frame for either inversion: sign(get_position) = inversion x orientation. An
-    orientation equal to the configured inversion cancels it, so robot code and physics agree on the positive direction.
+    `get_position` has the sign of the raw rotor position if the simulated orientation and the configured inversion are
+    equal, else the opposite sign. Robot code and physics therefore agree on the positive direction with equal settings.
 
     Args:
         talon: Device object of robot code.
@@ -100,7 +100,7 @@ class TalonPort(MotorPort):
             self._supply = wanted
 
     def volts(self) -> float:
-        """Return the motor voltage after the controller's limits [V]."""
+        """Return the motor voltage [V]: as requested with the emulator, after current limits in CTRE's simulation."""
         volts = float(self._state.motor_voltage)
         if volts != 0.0:
             self._is_open = False
@@ -129,7 +129,7 @@ class TalonPort(MotorPort):
         if is_open is not None:
             return is_open
         if abs(self._rps) > 0.05:
-            # a shorted motor carries 5 A per rotation/s, an open one none
+            # a shorted motor carries 5 A per rotation/s, an open motor carries no current
             self._is_open = abs(self._state.torque_current) < min(0.5, 0.1 * abs(self._rps))
         return self._is_open
 
@@ -140,6 +140,8 @@ class TalonPort(MotorPort):
 
     def write(self, rotations: float, rps: float) -> None:
         """Write the rotor position [rotations] and velocity [rotations/s], with the sign of `volts`.
+
+        An encoder wired to a TalonFXS is written as well. The velocity is clamped to just below 160 rotations/s.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.
@@ -179,8 +181,8 @@ class TalonFXMotorSim(MotorSim):
     By default, robot code and mechanism have the same sign: positive volts in robot code, with any configured
     inversion, push the mechanism in its positive direction, and `get_position()` rises with `mechanism.position`. This
     holds for a clockwise shooter as well as for a clockwise hood that goes up. If the signs differ (robot code counts
-    down while the arm goes up), pass `reversed=True` and negate nothing elsewhere. The motor of a TalonFXS is the one
-    in its configuration.
+    down while the arm goes up), pass `reversed=True` and negate nothing elsewhere. A TalonFXS simulates the motor in
+    its configuration.
 
     Args:
         talon: Device object of the leader in robot code.
@@ -230,7 +232,7 @@ class TalonFXMotorSim(MotorSim):
         if motor_type is not None:
             for device in (talon, *followers):
                 if not isinstance(device, TalonFX):
-                    raise ConfigError(f"{name}: motor_type is of a TalonFX; a TalonFXS has it in its configuration")
+                    raise ConfigError(f"{name}: motor_type is for a TalonFX; a TalonFXS has it in its configuration")
                 device.sim_state.set_motor_type(motor_type)
         self._encoder = encoder
         self.write()

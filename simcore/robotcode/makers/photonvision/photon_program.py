@@ -1,4 +1,4 @@
-"""Record of the photonlibpy objects that a robot program builds: cameras, their lenses and their mountings.
+"""Record of the photonlibpy objects that a robot program builds: cameras, camera models and camera mountings.
 
 Classes of photonlibpy are wrapped only when the program loads them, since most programs do not use them. Wrapped
 classes work as before, with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
@@ -70,7 +70,7 @@ class PhotonProgram:
     fed: set[str] = field(default_factory=set)
     """Names of the cameras whose results simcore publishes."""
     true_pose: Callable[[], Any] | None = None
-    """Returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
+    """Function that returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
     version: int = 0
     """Number of changes so far: objects built, and new facts about them."""
     dropped: int = 0
@@ -109,7 +109,7 @@ def photon_program() -> PhotonProgram:
     return _program
 
 
-# --- lenses and mountings of its cameras ----------------------------------------------------------------------------
+# --- models and mountings of the cameras ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,13 +118,13 @@ class FoundMount:
 
     mount: CameraMount
     source: str
-    """Where the program gives the mounting, as a phrase for messages."""
+    """Part of the program that gives the mounting, as a phrase for messages."""
     is_guess: bool = False
     """Whether camera and mounting are matched only by build order."""
 
 
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
-    """Return the mounting of each camera, by name, if the program gives one.
+    """Return the known camera mountings by camera name.
 
     A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so it is matched to
     the camera whose results it processes. Estimators without results are matched to the remaining cameras in build
@@ -150,7 +150,7 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return the lens of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program has none.
+    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program simulates no camera.
 
     Noise, latency and frame rate left at zero, photonlib's default, are taken from `PHOTON_LENS`.
     """
@@ -231,7 +231,7 @@ def _hook_vision_system(module: Any) -> None:
 
 
 def _hook_time_sync(module: Any) -> None:
-    """Disable the time server: no coprocessor clock needs it, and two programs could not share its port."""
+    """Disable the time server, which no simulated camera needs and whose port two programs could not share."""
     module.TimeSyncServer.start = lambda self: None
 
 
@@ -291,7 +291,7 @@ def _watch(
     built: Callable[[Any, Arguments, Settings], None],
     called: Mapping[str, Callable[[Any, Any, Arguments, Settings], None]],
 ) -> None:
-    """Record a class's existing and future objects, and calls of the named methods."""
+    """Call `built` for a class's existing and future objects, and `called[name]` after each call of a method."""
     record_class(cls, built)
     for name, note in called.items():
         if hasattr(cls, name):
@@ -301,7 +301,7 @@ def _watch(
 
 
 def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
-    """Replace a method with a function of the original method, the object and the arguments."""
+    """Replace a method by `call`, which receives the original method, the object and the arguments."""
     method = getattr(cls, name, None)
     if method is not None:
 
@@ -325,7 +325,7 @@ def _name_of(camera_sim: Any) -> str:
 
 
 def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings) -> None:
-    """Tag results with the name of their camera."""
+    """Store the camera's name in an attribute of each result."""
     for result in results if isinstance(results, list) else [results]:
         setattr(result, _TAG, camera.getName())
 

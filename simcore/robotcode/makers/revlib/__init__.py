@@ -1,7 +1,7 @@
 """Adapters to REV's SPARK MAX and SPARK Flex, with control loops at 1 kHz.
 
 REVLib keeps robot code's requests and readings in WPILib SimDevices. REVLib's controller model, `SparkSim.iterate`,
-adds random noise and runs one loop per tick. The 1 kHz loops in `spark_loop` replace this model; they run on the
+adds random noise and runs one loop per call. The 1 kHz loops in `spark_loop` replace this model. The loops run on the
 physics clock, in real time and in simulated time.
 
 - `built_sparks` records the controllers that a program builds, and writes by the program's own simulation.

@@ -67,12 +67,12 @@ def configuration_count(key: DeviceKey) -> int:
 
 
 def is_zero_centered(key: DeviceKey) -> bool:
-    """Return whether a SPARK's absolute encoder reads -1/2 to 1/2 turn, a setting that REVLib cannot read back."""
+    """Return whether the program has configured a SPARK's absolute encoder to read -1/2 to 1/2 turn."""
     return _centered.get(key, False)
 
 
 def spark_of_controller(controller: Any) -> DeviceKey | None:
-    """Return model and address of the SPARK behind a `SparkClosedLoopController`, or None if it is unknown."""
+    """Return model and address of the SPARK behind a `SparkClosedLoopController`; None for an unknown controller."""
     return _controllers.get(controller)
 
 
@@ -101,7 +101,7 @@ def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[st
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Check each write of a team's own simulation to SPARKs and their sensors; see `Maker.watch_simulations`."""
+    """Ask `may_write` before each write of a team's own simulation to SPARKs; see `Maker.watch_simulations`."""
     for cls in _SIMS:
         after_call(cls, "__init__", _note_simulation)
         for name in (season.own_name(cls, write) for write in _WRITES):

@@ -113,14 +113,14 @@ class _Rev(Maker):
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return a device's leader by address, since a SPARK MAX may follow a SPARK Flex, and whether it is inverted."""
+    """Return the leader's address, or None without a leader, and whether the follower is inverted."""
     accessor, is_follower = device.hardware.config_accessor, device.hardware.is_follower()
     leader = DeviceAddress(accessor.get_follower_mode_leader_id(), device.address.bus) if is_follower else None
     return leader, leader is not None and bool(accessor.get_follower_mode_inverted())
 
 
 def _gearing(config: SparkConfiguration) -> float:
-    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 if they do not give it.
+    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 if none is implied.
 
     A factor of 2 pi / 50 means a gearing of 50 in radians. The unit follows from an absolute encoder on the mechanism.
     Without one, turns, radians and degrees are tried for a gearing that is a multiple of 1/4, then for any above 1.

@@ -82,7 +82,7 @@ class SparkConfiguration:
     """SPARK settings that matter in simulation."""
 
     brakes: bool = False
-    """Whether the idle mode is brake; if not, it is coast."""
+    """Whether the idle mode is brake instead of coast."""
     current_limit: float = 80.0
     """Smart current limit, on the motor current [A]."""
     compensation: float | None = None
@@ -102,7 +102,7 @@ class SparkConfiguration:
     is_brushed: bool = False
     """Whether the motor is brushed, with the primary encoder wired to the data port instead of a rotor sensor."""
     wrap: tuple[float, float] | None = None
-    """Position range with identical ends, for position wrapping; None if disabled."""
+    """Lower and upper limit for position wrapping, in robot code's units; None if disabled."""
     soft_forward: float | None = None
     soft_reverse: float | None = None
     stops_forward: bool = False
@@ -112,7 +112,7 @@ class SparkConfiguration:
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Position and velocity conversion factors of the sensor that closes the loop."""
+        """Position and velocity conversion factors of the loop's sensor, from turns and rpm (analog: V and V/min)."""
         others = {
             Feedback.ABSOLUTE: self.absolute,
             Feedback.EXTERNAL: self.external,
@@ -143,9 +143,9 @@ class SparkLoop:
     def __init__(self, config: SparkConfiguration | None = None) -> None:
         self.config = config or SparkConfiguration()
         self.output = 0.0
-        """Requested duty cycle before limit switches and current limit [-]."""
+        """Requested duty cycle before soft limits, limit switches and current limit [-]."""
         self.integral = 0.0
-        """Sum of the errors of all loops."""
+        """Sum of the error over all loops since the last reset, in robot code's units."""
         self.profile_position = 0.0
         """Current position set-point of the motion profile, in robot code's units."""
         self.profile_velocity = 0.0
@@ -252,7 +252,7 @@ class SparkLoop:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
     def wrapped(self, error: float) -> float:
-        """Return a position error, the shorter way round if position wrapping is enabled."""
+        """Return a position error, reduced to at most half the range if position wrapping is enabled."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
@@ -266,7 +266,7 @@ class SparkLoop:
         self.profile_velocity = min(max(goal, speed - most), speed + most)
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
-        """Advance a trapezoidal profile in every MAXMotion position mode; an S-curve only differs in its corners."""
+        """Advance the MAXMotion position profile, a trapezoid even if robot code selects an S-curve."""
         if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self.wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors
@@ -290,7 +290,7 @@ def _sign(value: float) -> float:
 
 
 def _ramped(asked: float, last: float, loops: int, ramp: float) -> float:
-    """Return the duty cycle after a number of loops; `ramp` is the time from 0 to full output [s], 0 for no ramp."""
+    """Return the clamped duty cycle after a number of loops; `ramp` is the time from 0 to 1 [s], 0 for no ramp."""
     asked = min(max(asked, -1.0), 1.0)
     if ramp <= 0.0:
         return asked

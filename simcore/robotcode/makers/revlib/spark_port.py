@@ -32,7 +32,7 @@ ANALOG_SPAN = 3.3
 
 
 class _Sensor:
-    """Sensor wired to the controller, with position and velocity conversion factors.
+    """SimDevice of a sensor wired to the controller.
 
     Args:
         name: Name of the sensor's SimDevice.
@@ -52,7 +52,7 @@ class _Sensor:
 class _Encoder(_Sensor):
     """Relative encoder, whose position robot code may set."""
 
-    _shown = 0.0  # last reading written; a different one has been set by robot code
+    _shown = 0.0  # last reading written; a different value has been set by robot code
     _shift = _turns = 0.0
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
@@ -150,14 +150,14 @@ class SparkPort(MotorPort):
         return not self.loop.config.brakes
 
     def configure(self) -> None:
-        """Read the configuration again if robot code has changed it."""
+        """Read the configuration again if robot code has configured the device since the last read."""
         count = configuration_count(self.device.key)
         if count != self._seen:
             self._seen = count
             self.loop.config = read_spark_configuration(self.device.hardware)
 
     def run(self, dt: float) -> None:
-        """Run the controller's 1 kHz loop for dt [s] with constant sensor readings."""
+        """Run the controller's 1 kHz loop for dt [s] with constant sensor readings; while disabled, reset the loop."""
         self._pending_time += dt
         loops = int(self._pending_time / LOOP + 0.5)
         self._pending_time -= loops * LOOP
@@ -183,7 +183,7 @@ class SparkPort(MotorPort):
         return None if self._holds_volts else self._output.get() * self._sign
 
     def setpoint(self) -> Setpoint | None:
-        """Return the set-point of the running position or velocity loop with the mechanism's sign, or None."""
+        """Return the position or velocity set-point with the mechanism's sign; None in other modes or if disabled."""
         mode, goal, config = self._mode.get(), self._setpoint.get(), self.config
         span = ANALOG_SPAN if config.feedback is Feedback.ANALOG else 1.0
         per_turn, per_rpm = (span * factor for factor in config.factors)
@@ -201,7 +201,7 @@ class SparkPort(MotorPort):
         return self._mode.get() == ControlMode.VOLTAGE or self.config.compensation is not None
 
     def volts(self, emf: float = 0.0, resistance: float = math.inf) -> float:
-        """Return the motor voltage with the mechanism's sign [V].
+        """Return the limited motor voltage with the mechanism's sign [V], and write the duty cycle for robot code.
 
         Args:
             emf: Back-EMF of the motor with the mechanism's sign [V].
@@ -258,7 +258,7 @@ class SparkPort(MotorPort):
     def _show(self) -> None:
         (rotor, rotor_rps), (encoder, encoder_rps) = self._rotor, self._encoder
         if not math.isfinite(rotor + rotor_rps + encoder + encoder_rps):
-            raise NonFiniteError(f"{self.device}: want finite numbers, got {rotor} turns, {rotor_rps} rps")
+            raise NonFiniteError(f"{self.device}: values must be finite numbers, got {rotor} turns, {rotor_rps} rps")
         config, sign = self.config, self._sign
         if config.is_brushed:
             if self._at_start is None:
@@ -287,7 +287,7 @@ def _loop_of(controller: Any) -> SparkLoop | None:
 
 
 def _answer_from_loops() -> None:
-    """Make closed-loop controllers read their state from `SparkLoop`, because SimDevices have no values for it."""
+    """Make closed-loop controllers report at-set-point state, integral and profile set-point from `SparkLoop`."""
     cls: Any = rev.SparkClosedLoopController
     for name, read in (
         ("is_at_setpoint", lambda loop: loop.is_at_setpoint),
