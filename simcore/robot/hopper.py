@@ -135,9 +135,11 @@ class Hopper:
         self._solids, self._sides = SolidsBuilder().solids, [0, 0]
         self._resting: FloatArray | None = None  # pull, spin, turn and belt as the balls came to rest
         self._bodies = records(BODY, 2)  # box, and belt; what carries has an angular acceleration
-        for name, value in {"is_active": 1, "carries": 1, "mass": _HEAVY, "inertia": _HEAVY, "reach": _REACH}.items():
-            self._bodies[name] = value
-        self._bodies["principal"] = np.eye(3)
+        self._bodies["is_active"] = 1
+        model = self._bodies["model"]
+        for name, value in {"carries": 1, "mass": _HEAVY, "inertia": _HEAVY, "reach": _REACH}.items():
+            model[name] = value
+        model["principal"] = np.eye(3)
 
     # --- contents ---------------------------------------------------------------------------------------------------
 
@@ -277,7 +279,8 @@ class Hopper:
                 block(1, floor, (k, 1, edge + wide))
                 block(1, floor, (k, -1, edge - wide))
         self._solids = builder.solids
-        self._bodies["first_solid"], self._bodies["last_solid"] = (0, on_box), (on_box, builder.count)
+        model = self._bodies["model"]
+        model["first_solid"], model["last_solid"] = (0, on_box), (on_box, builder.count)
 
     # --- motion -----------------------------------------------------------------------------------------------------
 
