@@ -37,10 +37,10 @@ _log = logging.getLogger(__name__)
 Steps: TypeAlias = Generator[None, None, None]
 """Generator that yields once a tick."""
 Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
-"""Function of the robot that makes its steps from the first tick to the last."""
+"""Function of the scripted robot that makes the generator of its steps."""
 
-# Tolerances of a robot that is ready to shoot. Each is worth 40 to 60 mm at the target of a shot of 2.5 m and 1.2 s.
-_WHEEL_TOLERANCE = 0.01  # of the wheels' speed; the range depends on its square
+# Tolerances of a robot that is ready to shoot. Each shifts a shot of 2.5 m and 1.2 s by 40 to 60 mm at the target.
+_WHEEL_TOLERANCE = 0.01  # of the wheel speed; the range of a shot varies with the square of the speed
 _HEADING_TOLERANCE = degrees(1.0)
 _MOST_SPEED = 0.05  # over ground [m/s]
 _AT_TARGET = 0.1  # [m]; zones this near to a target count as its zones
