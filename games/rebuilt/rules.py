@@ -84,7 +84,7 @@ class RebuiltRules(Rules):
         self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
     def start_mode(self, mode: str) -> None:
-        """Clear all points at the start of an auto."""
+        """Clear all points when the autonomous period starts."""
         if mode == "auto":
             self._clear_points()
 

@@ -49,7 +49,8 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
 
         sum N_i = F,   sum N_i x_i = want_x,   sum N_i y_i = want_y
 
-    More than three wheels get the least-squares loads (equal springs under every wheel). A wheel that would need a
+    Of the solutions for more than three wheels, this is the one with the smallest sum of squared loads, as for equal
+    springs under all wheels. A wheel that would need a
     negative load lifts off instead. Lowered middle wheels carry the load alone, or together with the wheels at the end
     toward which the load leans.
 

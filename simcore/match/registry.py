@@ -137,7 +137,8 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
     """Load a game from the first of its entry points.
 
     Raises:
-        ConfigError: If the game fails to load; the message names the file and line in its package.
+        ConfigError: If several packages provide the game, its module fails to import (the message names file and
+            line), or the entry point is not a `Game` of this name.
     """
     point = points[0]
     if len(points) > 1 and _package(point) != _OWN:

@@ -269,7 +269,10 @@ class RunRecord:
     # --- events -----------------------------------------------------------------------------------------------------
 
     def after_tick(self, time: float) -> None:
-        """Record the robots' distances and the paths of shots at the end of a tick, at simulated time `time` [s]."""
+        """Record a tick that ends at simulated time `time` [s].
+
+        This adds the distance that each robot has driven, checks intakes and shooters, and extends the paths of shots.
+        """
         self.time = time
         for robot in self.robots:
             robot.after_tick(time)

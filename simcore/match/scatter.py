@@ -92,8 +92,8 @@ class Scatter:
     """Spread of the torque constant, and equally of the back-EMF constant, for each motor [-]. HIWIN guarantees +-10 %
     for torque motors ("tolerances"), taken as three standard deviations."""
     motor_resistance: float = 0.04
-    """Spread of the resistance of winding and leads, for each motor [-]. Source: HIWIN as for `motor_kt`, plus 10 K of
-    copper at 0.4 %/K."""
+    """Spread of the resistance of winding and leads, for each motor [-]. Source: HIWIN as for `motor_kt`, plus
+    10 K of temperature rise of the copper, at 0.4 %/K."""
     encoder: float = degrees(0.5)
     """Spread of the zero offset of each absolute encoder on swerve steering, hoods and turrets [rad]. Estimate: teams
     zero wheels along a straight bar, and hoods at a hard stop."""

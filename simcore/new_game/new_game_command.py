@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _year_below(years: Iterable[int]) -> int:
-    """Return a year before all other games, so that the new game does not become the default."""
+    """Return the year before that of the newest installed game, so that this game stays the default."""
     return max(years, default=int(_YEAR.least) + 1) - 1
 
 

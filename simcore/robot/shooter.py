@@ -123,7 +123,7 @@ class ShooterConfig:
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
-        """Names of the mechanisms that the shooter uses; may contain None."""
+        """Names of the mechanisms that the shooter uses; None in place of a missing hood or turret."""
         return (*self.wheels, self.hood, self.turret, *self.gate)
 
     @property

@@ -1,4 +1,4 @@
-"""Table `[drivetrain]` of `simcore.toml`: devices and dimensions of a drivetrain that the program does not contain.
+"""Table `[drivetrain]` of `simcore.toml`: a description of the drivetrain, or corrections to that of the program.
 
 The table is optional. Without motors, the values correct the drivetrain found in the program. With motors, the table
 describes the whole drivetrain, and the program is not searched.
@@ -107,13 +107,13 @@ class DrivetrainSettings:
     steer_controller: str = ""
     """Model of the steer motors' controllers; empty for the model of the drive motors' controllers."""
     drive: tuple[tuple[DeviceAddress, ...], ...] = ()
-    """Ids or channels of the motors on each wheel, or on each side of a tank drive (left first), leader first."""
+    """CAN IDs or channels of the motors on each wheel, or on each side of a tank drive (left first), leader first."""
     steer: tuple[DeviceAddress, ...] = ()
-    """Id or channel of each module's steer motor."""
+    """CAN ID or channel of each module's steer motor."""
     encoder: str = ""
     """Kind of the absolute steer encoders, one of `ENCODERS`."""
     encoders: tuple[DeviceAddress, ...] = ()
-    """Ids or channels of the absolute steer encoders."""
+    """CAN IDs or channels of the absolute steer encoders."""
     wheel_encoders: tuple[int, ...] = ()
     """First DIO channels of encoders on wheels or sides."""
     wheel_distances: tuple[float, ...] = ()
@@ -123,7 +123,7 @@ class DrivetrainSettings:
     zeros: tuple[float, ...] = ()
     """Steer angle that robot code computes for each module at an encoder reading of zero [rad]."""
     reversed_drive: tuple[int, ...] = ()
-    """Indices in `drive`, from 0, of motors that drive backward with positive output."""
+    """Indices in `drive`, from 0, of the wheels or sides whose motors drive backward with positive output."""
     reversed_steer: tuple[int, ...] = ()
     """Indices of modules whose steer motors turn clockwise with positive output."""
     reversed_encoders: tuple[int, ...] = ()

@@ -388,7 +388,7 @@ class KeyTable:
 
 
 _HEADINGS = ("heading_deg", "start", "yaw_deg", "elevation_deg")
-"""Keys of angles for which values in radians are recognized."""
+"""Keys of angles in degrees whose values are checked for having been given in radians by mistake."""
 
 
 def _as_radians(name: str, value: object) -> float | None:

@@ -69,7 +69,7 @@ class ShotPreview:
         return list(self._found.values())
 
     def work(self, seconds: float) -> None:
-        """Update the previews in turn for a wall time [s], but by at least one step."""
+        """Update the previews in turn for up to `seconds` of wall time [s], and by one step at least."""
         end = perf_counter() + seconds
         for _ in self._steps:
             if perf_counter() >= end:

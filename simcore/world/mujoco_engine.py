@@ -68,7 +68,7 @@ class MuJoCoEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """Start an empty world; arrays of moving bodies, in order, hold their state until the model is compiled."""
+        """Start an empty world; until the model is compiled, arrays with a row per moving body hold the state."""
         self._definitions: list[BodyDefinition] = []
         self._collision: list[tuple[int, int]] = []
         self._body: list[int] = []  # by row: number of the moving body, -1 for statics

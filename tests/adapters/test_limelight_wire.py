@@ -144,7 +144,7 @@ def test_arrays_have_the_lengths_that_limelight_helpers_require(told):
         assert len(values[name]) == length, name
 
 
-def test_botpose_is_the_robots_pose_in_each_origin(told):
+def test_botpose_is_the_robots_pose_relative_to_each_origin(told):
     values = told[0]["values"]
     length, width = LAYOUT.field_size
     blue, red, center = (values[f"botpose_orb{name}"] for name in ("_wpiblue", "_wpired", ""))

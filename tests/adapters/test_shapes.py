@@ -248,7 +248,7 @@ def test_again(sim):
 """
 
 
-def test_a_generated_projects_own_tests_pass_and_repeat_in_two_processes(project_of, whole):
+def test_a_generated_projects_own_tests_pass_with_the_same_digest_in_two_processes(project_of, whole):
     code, said = project("generated", project_of)(OWN_TESTS, "-rP", *(() if whole else ("-k", "autonomous or again")))
     assert code == 0 and f"{6 if whole else 3} passed" in said, said[-4000:]
     first, second = (line for line in said.splitlines() if line.startswith("DIGEST"))

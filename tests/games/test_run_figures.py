@@ -296,7 +296,7 @@ def needs_robot_packages() -> None:
 
 
 @pytest.mark.slow
-def test_the_page_of_a_failed_test_states_the_values_seen_by_the_test_and_networktables(tmp_path):
+def test_the_page_of_a_failed_test_agrees_with_the_test_networktables_log_and_chart(tmp_path):
     """Recorded ten times a second: shots begin and end between two rows, and so does the lowest battery voltage."""
     needs_robot_packages()
     project = tmp_path / "project"

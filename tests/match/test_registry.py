@@ -125,7 +125,7 @@ def test_an_installed_game_cannot_take_the_name_of_simcores_game(installed):
     assert said == ["left out: game rebuilt of the package mine-game: simcore has one of that name: rename it"]
 
 
-def test_a_sweep_has_a_title_even_if_its_game_was_uninstalled(installed):
+def test_a_sweep_has_a_title_even_if_its_game_does_not_load(installed):
     installed("raise RuntimeError\n")
     experiment = type("Experiment", (), dict(project=None, game="mine", auto="depot", red=None, blue=None))
     assert _title(type("Results", (), dict(experiment=experiment, factors={}))) == "Sweep: mine, auto depot"

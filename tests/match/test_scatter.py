@@ -203,7 +203,7 @@ def test_invalid_scatter_is_refused(make, problem):
         Scatter.parse("1,elevatoin=0.1")
 
 
-def test_a_robot_stands_at_the_missed_pose_but_estimates_the_intended_pose():
+def test_a_robot_stands_at_the_scattered_pose_but_estimates_the_intended_pose():
     start = (4.0, 3.0, 0.5)
     scatter = replace(Scatter.none(), start_position=0.05, start_heading=0.1)
     with Match.bare(start=start, scatter=scatter, seed=2) as match:

@@ -168,7 +168,7 @@ def test_init_overwrites_a_file_only_with_force(project, capsys):
     assert read_settings(project / "simcore.toml").mass == 55.0
 
 
-def test_init_finds_robot_py_in_any_project_layout(project, capsys):
+def test_init_finds_robot_py_in_a_subfolder_unless_there_are_two(project, capsys):
     (project / "robot.py").unlink()
     for place in ("src", ".venv", ".venv/lib", "tests"):
         (project / place).mkdir(parents=True)

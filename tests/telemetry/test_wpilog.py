@@ -182,7 +182,7 @@ def test_a_constant_nan_is_written_once(tmp_path: Path) -> None:
     assert values["NT:/n"] == [(0, (-(2**63)).to_bytes(8, "little", signed=True))]
 
 
-def test_a_number_that_equals_a_number_of_another_type_is_refused(tmp_path: Path) -> None:
+def test_a_key_that_changes_type_is_refused_even_if_the_value_is_equal(tmp_path: Path) -> None:
     rows = [Snapshot(time=0.0, tick=0, doubles={"x": 1.0}), Snapshot(time=0.02, tick=1, integers={"x": 1})]
     with pytest.raises(ConfigError, match="logged as double before, now as int64"):
         written(tmp_path / "run.wpilog", rows)

@@ -87,7 +87,7 @@ def test_the_pose_from_several_tags_agrees_with_opencv():
     assert half < 0.02 and most < 0.1
 
 
-def test_the_covariance_agrees_with_many_solutions_of_opencv():
+def test_the_standard_deviations_match_the_spread_of_opencv_solutions():
     """A deviation from 400 pictures is known to 3.5 %; the limit is four times 3.5 %, plus 2 % for nonlinearity."""
     rng = np.random.default_rng(5)
     compared = 0

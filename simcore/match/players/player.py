@@ -202,7 +202,7 @@ def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, s
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Return the cell numbers of all neighbors that share a side or corner, as sorted pairs in both orders.
+    """Return all pairs of cells that share a side or corner, each pair in both orders, sorted.
 
     Returns:
         First cell of each pair and second cell of each pair, shape (n,) each.

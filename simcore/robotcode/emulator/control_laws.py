@@ -45,7 +45,7 @@ _Segment = tuple[float, float, float, float, float]
 
 
 def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tuple[float, float, float]]:
-    """Return constant-jerk pieces from (v0, a0) to (v1, 0) as (duration, initial acceleration, jerk).
+    """Return the constant-jerk segments from (v0, a0) to (v1, 0), each as (duration, initial acceleration, jerk).
 
     Args:
         v0: Velocity at the start.

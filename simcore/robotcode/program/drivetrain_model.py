@@ -187,7 +187,7 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """Sensor whose reading is scaled so that the program's odometry counts the modelled distance."""
+    """Sensor whose reading is scaled so that the program's odometry measures the distance driven in the model."""
 
     way: _Way | None = None
     turned = shown = 0.0

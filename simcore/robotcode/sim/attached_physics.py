@@ -194,7 +194,12 @@ class _Stand:
 
 
 def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
-    """Return a stand for a bench test of mechanisms; raise `error` if the program is no such test."""
+    """Return a fixed base for a bench test of mechanisms.
+
+    Raises:
+        DrivetrainNotFoundError: If the program may have a drivetrain, has neither motors nor described mechanisms, or
+            has too many motors that the file does not describe; this is `error`.
+    """
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     may_drive = any(built(kind) for kind in ("drive", "kinematics", "odometry"))
     if may_drive or not (settings.mechanisms or 0 < len(motors) <= _MOST_OF_A_BENCH):

@@ -26,7 +26,7 @@ class StartupSummary:
     """Texts of the startup summary, by topic."""
 
     robot: str
-    """Measures of the robot and their sources."""
+    """Mass and dimensions of the robot, and the source of each value."""
     drivetrain: str
     """Devices of the drivetrain."""
     assumed: str = ""
@@ -108,6 +108,6 @@ class StartupSummary:
 
 
 def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the rows under one label, shortened to a count after the first rows."""
+    """Return the rows under one label; if there are too many, the last row counts those left out."""
     shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
     return [(label if k == 0 else "", text) for k, text in enumerate(shown)]
