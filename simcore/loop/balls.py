@@ -101,8 +101,6 @@ class Listed(NamedTuple):
     """Number of parts into which each ball divides the step, shape (size,)."""
     joint: IntArray
     """Number of parts that the stiff pairs of each ball need, 1 for a ball without stiff pairs; by row, shape (n,)."""
-    every: IntArray
-    """Indices of all listed balls in `queue`: 0, 1, 2 ..., shape (size,)."""
     order: IntArray
     """Indices of the balls in `queue`, sorted: whole step, own parts, parts shared with other balls, shape (size,)."""
 
@@ -119,8 +117,6 @@ class Pairs(NamedTuple):
     stiffness: npt.NDArray[np.uint8]
     """0 for pairs that can take whole steps, 1 for pairs too stiff for whole steps when deep or fast, 2 for pairs too
     stiff at any depth, shape (size,)."""
-    every: IntArray
-    """Indices of all pairs: 0, 1, 2 ..., shape (size,)."""
     stiff: IntArray
     """Indices of the pairs that are too stiff for the present step; `collide` returns their number, shape (size,)."""
 
@@ -319,7 +315,7 @@ def mark_stiff_pairs(balls, pairs, within, h):
 
 
 @inner
-def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_whole):
+def collide(balls, memory, gravity, listed, pairs, count, force, h, is_whole):
     """Add the contact forces between balls to `force`, and wake sleeping balls that are pushed or lose their support.
 
     Args:
@@ -328,8 +324,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
         gravity: Gravitational acceleration [m/s^2].
         listed: Balls from `list_contacts`; `listed.joint` is updated for stiff pairs.
         pairs: Pairs from `list_contacts`.
-        chosen: Indices of the pairs to compute.
-        count: Number of valid entries in `chosen`.
+        count: Number of pairs to compute: all of them in a whole step, else the first ones of `pairs.stiff`.
         force: Force [N] and torque [N m] on each ball, number of contacts, and largest normal force [N], shape (n, 8).
         h: Time step, or part of a step [s].
         is_whole: Whether `h` is a whole step; pairs too stiff for a whole step then give no force and are added to
@@ -344,7 +339,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
     first, second, stiffness, joint = pairs.first, pairs.second, pairs.stiffness, listed.joint
     stiff, slowing = 0, 0.4 * _STOPPING / h
     for entry in range(count):
-        p = chosen[entry]
+        p = entry if is_whole else pairs.stiff[entry]
         a, b = first[p], second[p]
         sleeper = a if sleeps(status, a) else b if sleeps(status, b) else NOBODY
         if sleeper == a and sleeps(status, b):
@@ -434,7 +429,7 @@ def collide(balls, memory, gravity, listed, pairs, chosen, count, force, h, is_w
 
 
 @inner
-def find_contacts(balls, solids, bodies, floor, listed, places, first, last, late, h):
+def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
     """Find contacts and smallest gaps of listed balls with floor, field and bodies, and store both in `listed`.
 
     Sleeping balls only get contacts with bodies.
@@ -445,9 +440,8 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
         bodies: Records of all bodies, with poses in the middle of the step.
         floor: Properties of the floor.
         listed: Balls from `list_contacts`.
-        places: Indices in `listed.queue`.
-        first: Index of the first valid entry in `places`.
-        last: Index after the last valid entry in `places`.
+        first: Index of the first ball in `listed.order`.
+        last: Index after the last ball in `listed.order`.
         late: Time since the middle of the step, for which bodies are extrapolated at constant velocity [s].
         h: Time step; gaps are exact within the travel in half a step [s].
     """
@@ -460,7 +454,7 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
     origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.com, bodies.vel, bodies.rate
     is_floor, has_bodies = floor.is_there, listed.has_bodies
     for entry in range(first, last):
-        q = places[entry]
+        q = listed.order[entry]
         i = queue[q]
         is_asleep = sleeps(status, i)
         n = 0
@@ -472,11 +466,11 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
         gap = z - radius if is_floor else 1e30
         if is_floor and z < radius and not is_asleep:
             n = _add_contact(found, which, q, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
-        frame, lx, ly, lz = NOBODY, x, y, z  # body of the previous solid; center of the ball in that body's frame
         for candidate in range(start[q], start[q + 1]):
             s = near[candidate]
             b = owner[s]
-            if b != frame and b >= 0:
+            lx, ly, lz = x, y, z
+            if b >= 0:
                 ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
                 wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
                 lx, ly, lz = to_body(
@@ -485,10 +479,9 @@ def find_contacts(balls, solids, bodies, floor, listed, places, first, last, lat
                     y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
                     z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
                 )  # fmt: skip
-            elif b != frame:
-                lx, ly, lz = x, y, z
-            frame = b
-            if (is_asleep and b < 0) or is_outside(box, s, lx, ly, lz, reach):
+            elif is_asleep:
+                continue
+            if is_outside(box, s, lx, ly, lz, reach):
                 continue
             distance, nx, ny, nz, is_face = nearest_point(s, lx, ly, lz, reach, begin, plane, corner)
             if b >= 0:
@@ -734,8 +727,8 @@ def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff
         late = (number + 0.5) * part - 0.5 * h
         on = part if number < count - 1 else ahead - late
         if stiff > 0:
-            collide(balls, memory, floor.gravity, listed, pairs, pairs.stiff, stiff, force, part, False)
-        find_contacts(balls, solids, bodies, floor, listed, order, first, last, late, 0.0)
+            collide(balls, memory, floor.gravity, listed, pairs, stiff, force, part, False)
+        find_contacts(balls, solids, bodies, floor, listed, first, last, late, 0.0)
         integrate(balls, memory, solids, bodies, floor, listed, force, first, last, late, part, on)
 
 
@@ -778,9 +771,8 @@ def list_contacts(balls, bodies, solids, with_pairs, h, step):
         queue, count, start, near, has_bodies, np.zeros(count, np.int64), np.empty((_MOST_SURFACES, count, 7)),
         np.empty((_MOST_SURFACES, count, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
         np.zeros(count, np.int64), np.ones(count, np.int64), np.ones(len(way), np.int64), np.arange(count),
-        np.arange(count),
     )  # fmt: skip
-    found = Pairs(first, second, pairs, np.zeros(pairs, np.uint8), np.arange(pairs), np.empty(pairs, np.int64))
+    found = Pairs(first, second, pairs, np.zeros(pairs, np.uint8), np.empty(pairs, np.int64))
     mark_stiff_pairs(balls, found, h, step)
     return listed, found
 
@@ -812,8 +804,8 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
         ahead: Time from the middle of the step to the middle of the next step, or to the end of the last step [s].
     """
     memory.clock[0] += 1
-    stiff = collide(balls, memory, floor.gravity, listed, pairs, pairs.every, pairs.size, force, h, True)
-    find_contacts(balls, solids, bodies, floor, listed, listed.every, 0, listed.size, 0.0, h)
+    stiff = collide(balls, memory, floor.gravity, listed, pairs, pairs.size, force, h, True)
+    find_contacts(balls, solids, bodies, floor, listed, 0, listed.size, 0.0, h)
     whole, alone = choose_parts(balls, solids, floor, listed, h)
     integrate(balls, memory, solids, bodies, floor, listed, force, 0, whole, 0.0, h, ahead)
     last = whole
