@@ -71,8 +71,9 @@ class RobotContacts:
 
     def note(self) -> None:
         """Add the contacts of the last substep."""
+        touched = {robot: self._world.touching(robot.chassis.row) for robot, _ in self._near_robots}
         for a, b in self._near_robots:
-            if b.chassis.row in self._world.touching(a.chassis.row):
+            if b.chassis.row in touched[a]:
                 self.robots |= {(a.number, b.number), (b.number, a.number)}
         for body in self.near_hanging:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}

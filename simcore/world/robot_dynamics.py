@@ -166,7 +166,7 @@ class RobotDynamics:
         self._outlines, self._hidden = records(OUTLINE, 0), np.zeros(0, np.uint8)
         self._corners, self._normals = np.zeros((0, 2)), np.zeros((0, 2))
         self._slices.clear()
-        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # robot height by part, at the last choice [m]
+        self._heights: list[float] = []  # height of each robot at the last choice of outlines [m]
 
     @property
     def robots(self) -> Records:
@@ -350,16 +350,16 @@ class RobotDynamics:
 
     def choose_outlines(self) -> None:
         """Select the field outlines that bumpers can touch, if the height of any robot has changed by over 3 mm."""
-        if self._parts.count:
-            heights = self._bodies.records["pos"][self.robots["model"]["body"], 2][self._parts.taken["model"]["robot"]]
-            if not np.abs(heights - self._heights).max() <= _LIFT:
-                self._heights = heights
-                self._slice_field()
+        heights: list[float] = self._bodies.records["pos"][self.robots["model"]["body"], 2].tolist()
+        is_same = len(heights) == len(self._heights)
+        if not (is_same and all(abs(new - old) <= _LIFT for new, old in zip(heights, self._heights, strict=True))):
+            self._heights = heights
+            self._slice_field()
 
     def report_brownouts(self) -> None:
         """Call `report` of all batteries if a brown-out or reset has begun since the last call."""
         batteries = self._batteries.taken
-        begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
+        begun = sum(batteries["brownouts"].tolist()) + sum(batteries["resets"].tolist())
         if begun != self._reported:
             self._reported = begun
             for drive in self._drives:
@@ -406,7 +406,8 @@ class RobotDynamics:
     def _slice_field(self) -> None:
         """Select the field outlines at the current heights of all parts."""
         parts = self._parts.taken
-        for number, height in enumerate(self._heights.tolist()):
+        for number, robot in enumerate(parts["model"]["robot"].tolist()):
+            height = self._heights[robot]
             low = float(parts["model"]["bottom"][number]) + height
             high = float(parts["model"]["top"][number]) + height
             parts["first_outline"][number], parts["last_outline"][number] = self._slice(
