@@ -223,7 +223,7 @@ def _velocity(body, x, y, height):
 def _mobility(body, x, y, nx, ny):
     """Return the inverse effective mass of a robot at a point along a horizontal unit vector [1/kg].
 
-    Roll and pitch do not contribute because the wheels resist them.
+    The function ignores roll and pitch, because the wheels resist both rotations.
     """
     lever = (x - body.com[0]) * ny - (y - body.com[1]) * nx
     return 1.0 / body.model.mass + lever * lever / body.model.inertia[2]

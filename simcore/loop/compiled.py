@@ -1,7 +1,7 @@
 """Compile the functions of this package, and cache the machine code for later runs.
 
-Numba recompiles a function when its own file has changed, but not when a function that it calls in another file has
-changed. The name of the cache folder therefore contains a hash of all files of this package.
+Numba recompiles a function after a change of the source file, but not after a change of a called function in another
+file. The name of the cache folder therefore contains a hash of all files of this package.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Lists of possible contacts within a few milliseconds: between balls, and between balls and solids.
 
-A list is valid for up to 5 ms. The list contains all pairs that can meet within this time at the present speeds, plus a
-margin for balls and bodies that start to move meanwhile.
+A list is valid for up to 5 ms. The list contains all pairs that can touch within this time at the present speeds, with
+a margin for balls and bodies that start to move during this time.
 """
 
 from __future__ import annotations
