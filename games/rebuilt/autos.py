@@ -32,7 +32,7 @@ SETTINGS = ScriptSettings(
 
 
 def depot(robot: ScriptedRobot) -> Steps:
-    """Shoot the preload, back into the depot with the intake deployed, and return to shoot the collected fuel."""
+    """Shoot the preload, back into the depot with the intake deployed, return, and shoot the collected fuel."""
     x, y = DEPOT_DEPTH / 2, DEPOT_Y
     yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
@@ -75,13 +75,13 @@ def tour(robot: ScriptedRobot) -> Steps:
 
 
 def _shoot(robot: ScriptedRobot) -> Steps:
-    """Aim at the hub and shoot all fuel, for as long as the driver holds the button."""
+    """Aim at the hub and shoot all fuel, again and again while the driver holds the button."""
     while True:
         yield from robot.shoot_until_empty(HUB_TARGET, timeout=10.0)
 
 
 DRIVING = DriverControls(settings=SETTINGS, actions={"shoot": _shoot})
-"""Driver controls of the game's robot."""
+"""Driver controls of the default robot: settings of the scripts, and the action `shoot`."""
 
 AUTOS: dict[str, Auto] = {
     auto.name: auto
@@ -107,4 +107,4 @@ AUTOS: dict[str, Auto] = {
         ),
     )
 }
-"""Autos by name; the first is the default."""
+"""Autos by name; the first auto is the default."""

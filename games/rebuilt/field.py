@@ -21,7 +21,7 @@ FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width of the field [m]."""
 
 HUB_TARGET = (*dim.HUB_CENTER, dim.HUB_OPENING_HEIGHT)
-"""Target for shots, the center of the blue hub's opening, field frame [m]."""
+"""Target point of shots: center of the blue hub's opening, field frame [m]."""
 
 _NET = replace(WALL, name="NET", friction=0.6, restitution=0.2)  # estimate: a loose net absorbs most of a hit
 
@@ -40,7 +40,7 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _rungs() -> tuple[Rung, ...]:
-    """Return the three rungs of each alliance's tower, including the ends beyond the uprights."""
+    """Return the three rungs of each alliance's tower, with the ends that extend beyond the uprights."""
     x, reach = dim.TOWER_UPRIGHT_X, 0.5 * dim.TOWER_RUNG_LENGTH
     rungs = []
     for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
@@ -60,7 +60,7 @@ FIELD = FieldDefinition(
     tags="2026-welded",
     rungs=_rungs(),
 )
-"""Definition of the field."""
+"""Definition of the field: size, symmetry, mesh, materials, drivable elements, tags and rungs."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
@@ -81,7 +81,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
 
 
 def _hub_opening(alliance: Alliance) -> ShotOpening:
-    """Return the hexagonal opening above an alliance's funnel."""
+    """Return the hexagonal opening above the funnel of an alliance's hub."""
     (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
     reach, height = dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT
     corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]

@@ -1,4 +1,4 @@
-"""Fouls that can be judged from geometry (game manual, section 7.4, as of team update 22)."""
+"""Fouls that follow from the geometry of a match (game manual, section 7.4, as of team update 22)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _STANDS = 0.5  # [m/s]; our choice: a faster robot passes through and does not c
 
 
 def is_outside_zone(outline: FloatArray) -> bool:
-    """Return whether a robot is fully outside its alliance zone, including the line.
+    """Return whether a robot is fully outside the robot's alliance zone; the line is part of the zone.
 
     Args:
         outline: Corners of the bumpers, flipped to the blue side [m], shape (4, 2).
@@ -56,7 +56,7 @@ def crosses_center(outline: FloatArray) -> bool:
 
 
 def is_closed(passage: tuple[float, float], robots: Iterable[tuple[float, float]]) -> bool:
-    """Return whether robots leave no gap in a passage wide enough for another robot.
+    """Return whether robots block a passage: no remaining gap is wide enough for another robot.
 
     Args:
         passage: Lower and upper y of the passage [m].
@@ -73,13 +73,13 @@ class Fouls:
 
     Args:
         match: Match to judge.
-        towers: Judge of the towers.
+        towers: Judge of the tower levels; some fouls change the levels that count.
     """
 
     def __init__(self, match: PlayedMatch, towers: TowerJudge) -> None:
         self._match, self._towers = match, towers
         self.book = FoulBook(match)
-        """Record of fouls called so far."""
+        """Record of the fouls called so far."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
         self._shots: dict[int, tuple[int, bool]] = {}  # by slot: robot that shot the fuel, and if from outside its zone
@@ -95,13 +95,19 @@ class Fouls:
         self._emerged[slot] = -1
 
     def scored(self, event: ScoreEvent) -> None:
-        """Judge G407: a robot fully outside its alliance zone has shot the fuel that scores; a volley is one foul."""
+        """Judge G407: a robot fully outside the alliance zone has shot a fuel that scores in the robot's own hub.
+
+        Several fuel of one volley give one foul.
+        """
         robot, outside = self._shots.pop(event.slot, (-1, False))
         if outside and event.alliance == self._match.alliances[robot]:
             self.book.call("G407", robot, MAJOR, "shoots into its hub from outside of its alliance zone")
 
     def left_field(self, slot: int, *, untouched: bool) -> None:
-        """Judge G405: a robot throws fuel off the field; not a foul if the fuel hit something on the way."""
+        """Judge G405: a robot throws fuel off the field; a fuel that had a contact after the shot is no foul.
+
+        The first fuel of each robot is a minor foul, and each further fuel is a major foul.
+        """
         robot, _ = self._shots.pop(slot, (-1, False))
         if robot >= 0 and untouched:
             before = self._thrown.get(robot, 0)
@@ -127,7 +133,7 @@ class Fouls:
             self._judge_passages()
 
     def _judge_emerged(self) -> None:
-        """Judge G408: a robot keeps fuel from a hub that has touched nothing else before."""
+        """Judge G408: a robot keeps a fuel that came out of a hub and touched this robot before any other object."""
         match, pieces, slots = self._match, self._match.pieces, list(self._emerged)
         if not slots:
             return
@@ -171,12 +177,15 @@ class Fouls:
                         self._towers.awarded.add(other)
 
     def _is_at_tower(self, number: int) -> bool:
-        """Return whether a robot touches its own tower."""
+        """Return whether a robot touches the tower of the robot's alliance."""
         own = f"{self._match.alliances[number]}_tower_*"
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
-        """Return pairs of robots that touch the same fuel, in both orders; empty if no robot touches its own tower."""
+        """Return pairs of robots that touch the same fuel, in both orders.
+
+        The set is empty if no robot touches the tower of the robot's alliance.
+        """
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]
         if not climbing:
@@ -188,14 +197,14 @@ class Fouls:
         return pairs
 
     def _judge_pins(self) -> None:
-        """Judge G418: a robot pins an opponent."""
+        """Judge G418: a robot pins an opponent for too long."""
         match = self._match
         places = {robot.number: robot.chassis.pose[:2] for robot in match.robots}
         for (number, other), before in self._pins.update(TICK, pins_of(match), places):
             self.book.call("G418", number, MAJOR if before else MINOR, f"pins robot {other}", other, before)
 
     def _judge_passages(self) -> None:
-        """Judge G419: robots of an alliance close off both trenches or both bumps of a side for a few seconds."""
+        """Judge G419: robots of an alliance close off both trenches or both bumps of one side for over 3 s."""
         match = self._match
         for alliance in ALLIANCES:
             slow = [

@@ -22,4 +22,4 @@ FUEL = GamePieceConfig(
     restitution=0.55,  # drop test onto a hard floor by denbot/2026-RebuiltHubSimulation
     aerodynamics=Aerodynamics(drag_coefficient=0.47),  # no measurement for the foam ball; 0.40 to 0.55 is plausible
 )
-"""Kind of game piece for fuel."""
+"""Config of the game piece fuel."""

@@ -1,4 +1,4 @@
-"""Return of fuel to play, through a hub's exit or by field staff."""
+"""Return of scored and lost fuel to the field, through a hub's exit or by field staff."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from simcore.units import TICK, degrees
 __all__ = ["HUB_EXITS", "FuelWays", "hub_exit", "own_first"]
 
 HUB_EXITS = "hub_exits"
-"""Name of the option for scored fuel to leave the hub's exit into the neutral zone, as on the real field."""
+"""Name of the option with which scored fuel leaves a hub through the exit into the neutral zone, as on a real field."""
 
 # Estimates: no figures are published for a hub's motors, and the manual says "randomly distributed".
 _DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s]; time from the throat to the exit, and its spread to either side
@@ -29,7 +29,7 @@ _CREW = (3.0, 8.0)  # [s]; range of the time until people bring back fuel that l
 
 
 def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Draw the position [m] and velocity [m/s], shape (3,) each, of a fuel that leaves a hub into the neutral zone."""
+    """Draw the position [m] and velocity [m/s] of a fuel at a hub's exit, field frame, shape (3,) each."""
     half = 0.5 * dim.HUB_EXIT_WIDTH - FUEL.bounding_radius
     low, high = dim.HUB_EXIT_BOTTOM + FUEL.bounding_radius, dim.HUB_EXIT_TOP - FUEL.bounding_radius
     fan, dip = rng.uniform(-_FAN, _FAN), _DIP + rng.uniform(-_DIP_SPREAD, _DIP_SPREAD)
@@ -44,9 +44,10 @@ def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, 
 
 
 def own_first(match: PlayedMatch) -> list[tuple[Alliance, np.random.Generator]]:
-    """Return both alliances with their random generators, starting with the first robot's alliance.
+    """Return each alliance with a random generator, first the alliance of the first robot.
 
-    A match with a red first robot is then the counterpart of the blue match under the field's symmetry.
+    Because of this order, a match with a red first robot is the image of the match with a blue first robot under the
+    symmetry of the field.
     """
     own = match.entries[0].alliance
     return list(zip((own, other_alliance(own)), match.rules_rng.spawn(2), strict=True))
@@ -56,7 +57,7 @@ class FuelWays:
     """Fuel inside the hubs and outside the field in one match.
 
     Args:
-        match: Match to play.
+        match: Match with staged pieces.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -78,7 +79,11 @@ class FuelWays:
             self._hubs[alliance].append((self._match.time + delay, slot))
 
     def leave_field(self, slot: int) -> bool:
-        """Hand a fuel outside the field to field staff for a later return; return whether field staff took the fuel."""
+        """Remove a fuel outside the field until field staff return the fuel 3 to 8 s later.
+
+        Returns:
+            Whether the fuel was removed; False for a fuel without a finite position.
+        """
         pieces = self._match.pieces
         x, y = pieces.state.pos[slot, :2].tolist()
         if not math.isfinite(x + y):
@@ -90,7 +95,7 @@ class FuelWays:
         return True
 
     def act(self) -> list[int]:
-        """Release due fuel from the hubs and return due fuel to the field.
+        """Release fuel from the hubs and return fuel to the field, when due.
 
         Returns:
             Slots of the fuel released from the hubs.

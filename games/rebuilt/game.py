@@ -1,4 +1,4 @@
-"""Definition of REBUILT, the 2026 game, and a match with its defaults."""
+"""Definition of REBUILT, the 2026 game, and a match class with the defaults of this game."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ REBUILT = Game(
     ),
     models=shipped("rebuilt", "advantagescope"),
 )
-"""Definition of the game."""
+"""Definition of the game: field, pieces, clock, staging, scoring, rules, robots and options."""
 
 
 class RebuiltSim(Match):
     """Match of REBUILT.
 
     Args:
-        staging: Amounts of staged fuel; None for the manual's 504.
+        staging: Numbers of staged fuel; None for the manual's 504.
         robots: Robots of the match; by default one blue robot with the game's default config.
         settings: Further arguments of `Match`.
     """

@@ -1,6 +1,6 @@
-"""Human players at the outposts, who open the chute for waiting robots and throw fuel at their hub.
+"""Human players at the outposts, who open the chute for waiting robots and throw fuel at the alliance's hub.
 
-A person who controls a human player can also push fuel out through the corral's opening.
+A user who controls a human player can also push fuel out through the corral's opening.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["HUMAN_PLAYERS", "HumanPlayers"]
 
 _AWAKE, _ASLEEP = int(PieceStatus.AWAKE), int(PieceStatus.ASLEEP)
 HUMAN_PLAYERS = "human_players"
-"""Name of the option for human players to play their outposts' fuel, and for field staff to return lost fuel."""
+"""Name of the option with human players, who play the outposts' fuel, and field staff, who return lost fuel."""
 
 # Estimates.
 _DUMP_PERIOD = 0.12  # [s] between two fuel through the open door: 24 in 3 s
@@ -45,7 +45,7 @@ _KEEPS = 8  # fuel kept in the chute while there are robots to feed
 
 
 class HumanPlayers:
-    """Human players of both outposts, each with half of the fuel that starts off the field.
+    """Human players at both outposts; each outpost starts with half of the fuel that is staged off the field.
 
     Args:
         match: Match with staged pieces.
@@ -94,7 +94,7 @@ class HumanPlayers:
     # --- internals --------------------------------------------------------------------------------------------------
 
     def _wants_throws(self, alliance: Alliance) -> bool:
-        """Return whether the alliance's hub counts a fuel that scores now."""
+        """Return whether fuel that enters the alliance's hub now counts."""
         zone = next(zone for zone in self._match.game.zones if zone.alliance == alliance)
         return bool(self._match.rules.worth(zone))
 
@@ -117,7 +117,7 @@ class HumanPlayers:
         )
 
     def _roll(self, x: float, z: float, speed: float, dip: float, alliance: Alliance) -> None:
-        """Release a fuel from an opening at a random lateral position.
+        """Release a fuel through an opening of an outpost at a random lateral position.
 
         Args:
             x: Distance from the alliance wall [m].

@@ -35,7 +35,10 @@ _EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touch
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of the fuel that a player may take: in the own and the neutral zone, away from hub exits."""
+    """Return whether a blue player may take fuel at each position (n, 2) [m], shape (n,).
+
+    The player takes fuel in the alliance zone and the neutral zone, away from walls, hubs, hub exits and the tower.
+    """
     x, y = places.T
     inside = (x > _MARGIN) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     near_hub = (x > _HUB_X - 1.1) & (x < _HUB_X + 1.1)
@@ -48,20 +51,23 @@ def _can_be_taken(places: FloatArray) -> BoolArray:
 
 
 def _in_auto(places: FloatArray) -> BoolArray:
-    """Return a mask of the fuel that a player may take in auto, on the blue side of the center line (G403)."""
+    """Return whether a blue player may take fuel at each position (n, 2) [m] in auto, shape (n,).
+
+    In auto, the player also stays on the blue side of the center line (G403).
+    """
     wanted: BoolArray = _can_be_taken(places) & (places[:, 0] < dim.FIELD_CENTER[0] - 0.6)
     return wanted
 
 
 def _counts(player: Player, ahead: float = 0.0) -> bool:
-    """Return whether fuel shot `ahead` [s] from now will count."""
+    """Return whether fuel that the player shoots in `ahead` [s] will count."""
     rules = player.match.rules
     assert isinstance(rules, RebuiltRules)
     return rules.is_active(player.alliance, player.time + ahead + _FLIGHT)
 
 
 def _is_time_to_shoot(player: Player) -> bool:
-    """Return whether a player should stop collecting, and go and shoot the robot's fuel now."""
+    """Return whether a player should stop collecting, drive to a shooting spot and shoot."""
     way = 1.0 + player.away(_SHOOTING_SPOTS[1]) / player.skill.speed
     last = MATCH.duration - way - 4.0
     auto_ends = player.time < MATCH.start("pause") and player.time > MATCH.start("pause") - way - 3.0
@@ -100,14 +106,17 @@ def _go_and_shoot(player: Player) -> Steps:
 
 
 def _can_shoot(player: Player) -> bool:
-    """Return whether the robot can shoot here: in the alliance zone (G407), well away from hub and other robots."""
+    """Return whether the robot can shoot at the present position.
+
+    The position must be in the alliance zone (G407), within range of the hub, and away from other robots.
+    """
     x, _, _ = player.pose
     is_alone = all(player.away(other.place) > _APART for other in player.others)
     return is_alone and x < _ZONE_EDGE and _NEAREST < player.away((_HUB_X, _HUB_Y)) < _FARTHEST
 
 
 def collector(player: Player, until: float = math.inf) -> Steps:
-    """Collect fuel and shoot the fuel into the alliance's hub while fuel counts, until a match time [s]."""
+    """Collect fuel, and shoot the fuel into the alliance's hub while fuel counts, until a match time [s]."""
     yield from _shoot_preload(player)
     while player.time < until:
         is_auto = player.time < MATCH.start("pause")
@@ -126,7 +135,7 @@ def _shoot_preload(player: Player) -> Steps:
 
 
 def shuttle(player: Player) -> Steps:
-    """Shoot the preload, then collect fuel in the neutral zone and throw it into the alliance zone for partners."""
+    """Shoot the preload, then shoot fuel from the neutral zone into the alliance zone, for partners to collect."""
     yield from _shoot_preload(player)
     while True:
         wanted = _in_auto if player.time < MATCH.start("pause") else _in_neutral_zone
@@ -144,10 +153,10 @@ def _in_neutral_zone(places: FloatArray) -> BoolArray:
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents that drive to their hub, and release each opponent before a pin becomes a foul (G418).
+    """Block opponents that drive to the opponents' hub, and release an opponent before a pin becomes a foul (G418).
 
-    In auto, the defender only shoots its preload and touches no robot across the center line (G403). In the end game,
-    the defender keeps away from the opponents' tower (G420).
+    In auto, the defender only shoots the preload, and touches no robot across the center line (G403). In the end game,
+    the defender stays away from the opponents' tower (G420).
     """
     yield from _shoot_preload(player)
     while player.time < MATCH.start("transition"):

@@ -1,4 +1,4 @@
-"""Default robot of REBUILT: swerve drive, over-the-bumper intake at the back, hopper, and shooter with two barrels.
+"""Default robot of REBUILT: swerve drive, over-the-bumper intake at the rear, hopper, and shooter with two barrels.
 
 Numbers without a source are our choice for a plausible robot.
 """
@@ -63,11 +63,11 @@ MECHANISMS: dict[str, MechanismConfig] = {
 
 
 def _slide(share: float, drop: float = 0.0) -> tuple[Joint, ...]:
-    """Return the slides of a part that follows the intake's rack.
+    """Return the slide joints of a part that moves with the intake's rack.
 
     Args:
-        share: Travel out at the back per travel of the rack [-].
-        drop: Travel down per travel of the rack [-].
+        share: Travel to the rear per travel of the rack [-].
+        drop: Travel downward per travel of the rack [-].
     """
     joint = Joint(mechanism="intake_deploy", axis=_OUTWARD, slides=True, ratio=share * _PINION)
     if not drop:
@@ -103,13 +103,19 @@ _COMPONENTS = (
     ComponentConfig(name="shooter wheel, right", joints=_turn("shooter", (0.27, -0.08, 0.50))),
     ComponentConfig(name="shooter backspin roller", joints=_turn("shooter", (0.055, 0.0, 0.40), ratio=-1.0)),
 )
-"""Components in the order of the model files. Fuel rises behind the feeder and shooter wheels and leaves at the edge of
-the hood, which turns about the shooter wheels' axle: straight up with the hood at 20 degrees, at 45 degrees with the
-hood at 65 degrees."""
+"""Components in the order of the model files.
+
+Fuel rises behind the feeder wheels and shooter wheels, and leaves at the edge of the hood. The hood turns about the
+axle of the shooter wheels. Fuel leaves straight up with the hood at 20 degrees, and at 45 degrees with the hood at 65
+degrees.
+"""
 
 
 def rebuilt_robot() -> RobotConfig:
-    """Build the config of a 55 kg robot: bumpers of 0.8 x 0.8 m, 50 fuel, and eight shots per second and barrel."""
+    """Build the config of a 55 kg robot with bumpers of 0.8 x 0.8 m.
+
+    The robot holds 50 fuel, and shoots eight fuel per second from each of two barrels.
+    """
     module = SwerveModuleConfig(
         x=0.0,
         y=0.0,
@@ -151,13 +157,16 @@ def rebuilt_robot() -> RobotConfig:
 
 
 CLIMBER = "climber"
-"""Name of the climbing robot's mechanism, a hook that rises from the center of the robot."""
+"""Name of the mechanism that raises and lowers the climbing robot's hook, at the center of the robot."""
 _HOOK_DRUM = 0.012  # [m]
 _WINCH = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=50.0, stator_current_limit=60.0)
 
 
 def climbing_robot() -> RobotConfig:
-    """Build the config of a robot with a hook for the low rung, and 0.70 m bumpers that fit between tower uprights."""
+    """Build the config of a robot that climbs with a hook on the low rung.
+
+    The robot has bumpers of 0.70 x 0.70 m, which fit between the uprights of the tower.
+    """
     robot = rebuilt_robot()
     assert isinstance(robot.drivetrain, SwerveConfig)
     hook = ElevatorConfig(

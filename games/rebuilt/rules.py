@@ -1,4 +1,4 @@
-"""Rules of a match of REBUILT: hubs, towers, fouls, game data and the score sheet."""
+"""Rules of a match of REBUILT: hubs, towers, fouls, game data and score breakdown."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _each(of: Callable[[Alliance], Any]) -> dict[str, Any]:
 
 
 class RebuiltRules(Rules):
-    """Rules of one match: counting of fuel by the hubs' sensors, tower levels, fouls and human players.
+    """Rules of one match: count of fuel in the hubs, tower levels, fouls and human players.
 
     Args:
         match: Match to judge.
@@ -65,7 +65,7 @@ class RebuiltRules(Rules):
         self._tower_points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
 
     def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
-        """Return whether fuel that reaches the sensors at a match time [s] counts; None for now."""
+        """Return whether fuel that reaches the sensors at a match time [s], or now if None, counts."""
         return self.hubs.period(alliance, self.match.timer.time if time is None else time) != UNCOUNTED
 
     def hub_light(self, alliance: Alliance) -> str:
@@ -73,13 +73,17 @@ class RebuiltRules(Rules):
         return self.hubs.light(alliance, self.match.timer.time)
 
     def levels(self, level: Callable[[int], int]) -> dict[str, str]:
-        """Return the name of each robot's tower level, by robot number from 1."""
+        """Return the name of each robot's tower level, by robot number from 1.
+
+        Args:
+            level: Function that returns the level of a robot with a given number, from 0.
+        """
         return {str(robot.number + 1): _LEVELS[level(robot.number)] for robot in self.match.robots}
 
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Create human players if their option is on, and set the callback for fuel that leaves the field."""
+        """Create the human players if the option is on, and set the callback for fuel that leaves the field."""
         self.match.pieces.out_of_field = self._left_field
         self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
@@ -96,17 +100,17 @@ class RebuiltRules(Rules):
             self.human_players.act()
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return the zone's points if fuel counts when the hub's sensors detect the fuel, else 0."""
+        """Return the points for a fuel that enters a hub now: 0 if the fuel will not count at the hub's sensors."""
         return zone.points if self.is_active(zone.alliance, self._sensed) else 0
 
     def scored(self, event: ScoreEvent) -> None:
-        """Count a scored fuel in its period, judge G407, and put the fuel into the hub."""
+        """Count a scored fuel in the period of detection, judge G407, and put the fuel into the hub."""
         self.hubs.count(event.alliance, self._sensed)
         self.fouls.scored(event)
         self.ways.enter_hub(event.alliance, event.slot)
 
     def after_tick(self) -> None:
-        """Judge fouls and towers, and add new tower points."""
+        """Judge fouls and towers, and add the change of tower points to the score."""
         self.fouls.after_tick()
         self.towers.after_tick()
         for alliance in ALLIANCES:
@@ -124,7 +128,7 @@ class RebuiltRules(Rules):
         return self.hubs.first_inactive[0].upper() if self.match.timer.time >= MATCH.start("transition") else ""
 
     def breakdown(self) -> Mapping[str, int]:
-        """Return the score sheet of both alliances, with the names of FIRST's score API."""
+        """Return the score breakdown of both alliances, with the names in FIRST's score API."""
         rows: dict[str, int] = {}
         for alliance in ALLIANCES:
             (auto, final), book = self.towers.points(alliance), self.fouls.book
@@ -154,12 +158,12 @@ class RebuiltRules(Rules):
         return self.match.timer.time + self.event.sensor_delay
 
     def _left_field(self, slot: int) -> bool:
-        """Judge a fuel that has left the field; return whether field staff keep the fuel for a later return."""
+        """Judge a fuel that has left the field, and return whether field staff will return the fuel later."""
         self.fouls.left_field(slot, untouched=bool(self.match.pieces.is_untouched[slot]))
         return self.human_players is not None and self.ways.leave_field(slot)
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return an alliance's bonus ranking points, 0 or 1 by name."""
+        """Return an alliance's bonus ranking points by name, each 0 or 1."""
         fuel, event = self.hubs.counted(alliance), self.event
         tower = math.fsum(self.towers.points(alliance))
         return {

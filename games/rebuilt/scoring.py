@@ -1,8 +1,8 @@
 """Phases of the match, and the periods in which fuel counts (game manual, MATCH PERIODS and HUB status).
 
-The manual leaves some times open; we use those of Cheesy Arena, a field management system for events (`game/hub.go`,
-`field/arena.go`). Fuel counts when detected by the sensors below a hub's opening. Fuel detected before teleop is auto
-fuel. For 3 s after a phase with an active hub, fuel still counts in that phase.
+The manual does not state all times. The other times are from Cheesy Arena, a field management system for events
+(`game/hub.go`, `field/arena.go`). Fuel counts when the sensors below a hub's opening detect the fuel. Fuel detected
+before teleop is auto fuel. For 3 s after a phase with an active hub, fuel still counts in this phase.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ ASSESSMENT = 3.0
 """Time after the match in which fuel still counts and robots must stay on the tower [s]."""
 
 UNCOUNTED = "uncounted"
-"""Name of the period for fuel in an inactive hub."""
+"""Name of the period of fuel that does not count because the hub is inactive."""
 
 _GRACE = 3.0  # [s]; time for which fuel still counts after a hub becomes inactive
 _PULSING = 3.0  # [s]; time for which the lights pulse before a hub becomes inactive, manual table 5-3
@@ -49,7 +49,7 @@ _EPS = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventSettings:
-    """Settings that differ between events; the defaults are the manual's for regional and district events."""
+    """Settings that differ between events; the defaults are the manual's values for regional and district events."""
 
     energized: int = 100
     """Fuel count for the ranking point ENERGIZED; 240 at district championships, 360 at the FIRST Championship."""
@@ -58,7 +58,8 @@ class EventSettings:
     traversal: int = 50
     """Tower points for the ranking point TRAVERSAL."""
     sensor_delay: float = 0.25
-    """Time of a fuel from a hub's throat to the sensors [s]; estimate, 0.1 to 0.5 s, as no figure is published."""
+    """Travel time of a fuel from a hub's throat to the sensors [s]. The value is an estimate (0.1 to 0.5 s), because no
+    figure is published."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -67,11 +68,11 @@ class EventSettings:
 
 
 class HubCount:
-    """Count of fuel in both hubs by the period in which the fuel counts.
+    """Counts of fuel in both hubs, by the period in which the fuel counts.
 
     Args:
         coin: Alliance whose hub is inactive first after a tie in auto.
-        practice: Whether both hubs always count.
+        practice: Whether both hubs are always active, for practice.
     """
 
     def __init__(self, coin: Alliance, *, practice: bool = False) -> None:
@@ -98,14 +99,14 @@ class HubCount:
         return time < MATCH.duration
 
     def period(self, alliance: Alliance, sensed: float) -> str:
-        """Return the period in which a fuel counts if detected by the sensors at a match time [s], or `UNCOUNTED`."""
+        """Return the period of a fuel that the sensors detect at a match time [s], `UNCOUNTED` for an inactive hub."""
         before = sensed - _GRACE + _EPS
         if before >= MATCH.start("transition") and self.is_on(alliance, before):
             return _PERIODS[MATCH.phase(before).name]
         return _PERIODS[MATCH.phase(sensed).name] if self.is_on(alliance, sensed) else UNCOUNTED
 
     def count(self, alliance: Alliance, sensed: float) -> str:
-        """Count a fuel that a hub's sensors detect at a match time [s]; return the period in which the fuel counts."""
+        """Count a fuel that a hub's sensors detect at a match time [s], and return the period of the fuel."""
         period = self.period(alliance, sensed)
         self.fuel[alliance][period] += 1
         return period
@@ -128,7 +129,7 @@ class HubCount:
         return fuel.total() - fuel[UNCOUNTED]
 
     def hub_score(self, alliance: Alliance) -> Mapping[str, int]:
-        """Return an alliance's rows of `hubScore` in FIRST's score API, with one point per counted fuel."""
+        """Return the values of `hubScore` in FIRST's score API for an alliance, with one point per counted fuel."""
         fuel = self.fuel[alliance]
         rows: dict[str, int] = {}
         teleop = self.counted(alliance) - fuel["auto"]

@@ -1,7 +1,7 @@
 """Staging of the 504 fuel at the start of a match (game manual, arena, FUEL staging).
 
-The neutral zone's box measures 206 x 72 in with a 2 in divider across, which gives 34 x 12 positions at a pitch of
-6 in. The box holds 360 fuel and the preloads of absent robots, at most 408.
+The box in the neutral zone measures 206 x 72 in, with a divider of 2 in across the box. The box therefore has 34 x 12
+positions at a pitch of 6 in. The box contains 360 fuel and the preloads of absent robots, at most 408 fuel.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ _JITTER = 0.001  # [m] to either side: scatter of placement by hand, too small f
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staging:
-    """Amounts of staged fuel; the defaults are the manual's 504."""
+    """Numbers of staged fuel; the defaults are the manual's numbers, 504 in total."""
 
     neutral: int = 360
-    """Number of fuel in the neutral zone's box, without the preloads of absent robots."""
+    """Number of fuel in the box of the neutral zone, without the preloads of absent robots."""
     depot: int = 24
     """Number of fuel in each of the two depots."""
     chute: int = 24
     """Number of fuel in each of the two outposts' chutes, off the field."""
     preload_per_robot: int = 8
-    """Number of fuel preloaded in each robot."""
+    """Default and largest number of fuel preloaded in a robot."""
     robots: int = 6
-    """Number of robots with preloads; the preloads of absent robots go to the neutral zone."""
+    """Largest number of robots; the preloads of absent robots are staged in the neutral zone."""
 
     def __post_init__(self) -> None:
         depot = Quantity("fuel", 0, 24, is_whole=True)  # capacity of a depot
         require_fields(self, neutral=COUNT, depot=depot, chute=COUNT, preload_per_robot=COUNT, robots=COUNT)
 
     def __call__(self, rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-        """Return the staged fuel for a blue first robot, with unused preloads in the neutral zone.
+        """Return the staged fuel of a match with a blue first robot; unused preloads are in the neutral zone.
 
         Raises:
             ConfigError: If there are too many robots or preloads, or more fuel than the neutral zone holds.
@@ -74,7 +74,7 @@ class Staging:
         return self.neutral + 2 * self.depot + 2 * self.chute + self.preload_per_robot * self.robots
 
     def in_neutral_zone(self, robots_present: int) -> int:
-        """Return the number of fuel staged in the neutral zone with a number of robots on the field.
+        """Return the number of fuel staged in the neutral zone for a given number of robots on the field.
 
         Raises:
             ConfigError: If the number exceeds the capacity of the box.
@@ -89,7 +89,7 @@ class Staging:
 
 
 def neutral_places(count: int, rng: np.random.Generator) -> FloatArray:
-    """Return positions of fuel in the neutral zone's box with random gaps, field frame [m], shape (count, 3)."""
+    """Return random positions of fuel on the grid of the neutral zone's box, field frame [m], shape (count, 3)."""
     x = (np.arange(_COLUMNS) - (_COLUMNS - 1) / 2) * _PITCH
     half = _DIVIDER / 2 + (np.arange(_ROWS // 2) + 0.5) * _PITCH
     y = np.concatenate((-half[::-1], half))

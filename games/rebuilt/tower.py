@@ -1,4 +1,4 @@
-"""Tower levels of robots (game manual, TOWER scoring), judged from contacts and the height of the bumpers."""
+"""Tower levels of robots (game manual, TOWER scoring), determined from contacts and the height of the bumpers."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _EPS = 1e-9
 def tower_level(alliance: Alliance, touched: Iterable[str], *, airborne: bool, lowest: float) -> int:
     """Return the tower level of a robot, or 0 if the robot is on no level.
 
-    The robot must touch a rung or an upright of its tower, and otherwise only the tower's wall and supports, fuel and
-    robots. On level 1 the robot is off the carpet and the tower base, on level 2 the bumpers are fully above the low
-    rung, and on level 3 fully above the middle rung.
+    The robot must touch a rung or an upright of the alliance's tower. The robot may also touch the wall and supports of
+    this tower, fuel and robots, but nothing else. For level 1, the robot must be off the carpet and the tower base. For
+    level 2, the bumpers must be fully above the low rung. For level 3, the bumpers must be fully above the middle rung.
 
     Args:
         alliance: Alliance of the robot.
@@ -51,8 +51,8 @@ def tower_level(alliance: Alliance, touched: Iterable[str], *, airborne: bool, l
 class TowerJudge:
     """Judge of the tower levels of all robots in one match.
 
-    Auto levels are judged when the timer reaches 0:00. Final levels are those at the end of the assessment after the
-    match, so a robot that falls before then has no level.
+    The auto level is the level when the timer of auto reaches 0:00. The final level is the level at the end of the
+    assessment after the match, so a robot that falls during the assessment loses the level.
 
     Args:
         match: Match to judge.
@@ -66,12 +66,12 @@ class TowerJudge:
         self.final: dict[int, int] = {}
         """Level at the end of the match, by robot number."""
         self.awarded: set[int] = set()
-        """Numbers of robots that get level 3 for an opponent's foul, regardless of their final position."""
+        """Numbers of the robots that get level 3 for an opponent's foul, at any final position."""
         self.carried: set[int] = set()
-        """Numbers of robots that lose their tower points because a partner has fully carried them."""
+        """Numbers of the robots without tower points, because a partner has fully carried these robots."""
 
     def after_tick(self) -> None:
-        """Record the tower levels at the end of auto and, until the assessment ends, at the end of the match."""
+        """Record the tower levels once at the end of auto, and in each tick of the assessment after the match."""
         time = self._match.timer.time
         if not self._is_auto_judged and MATCH.start("pause") - _EPS <= time < MATCH.start("transition"):
             self._is_auto_judged = True
@@ -95,9 +95,9 @@ class TowerJudge:
         return AUTO_POINTS * len(auto), int(math.fsum(TELEOP_POINTS[self.final_level(n)] for n in robots))
 
     def auto_level(self, robot: int) -> int:
-        """Return the level that counts for a robot in auto."""
+        """Return the level that counts for a robot in auto; 0 for a robot that a partner has carried."""
         return 0 if robot in self.carried else self.auto.get(robot, 0)
 
     def final_level(self, robot: int) -> int:
-        """Return the level that counts for a robot at the end of the match."""
+        """Return the level that counts for a robot at the end of the match, with the effects of fouls."""
         return 3 if robot in self.awarded else 0 if robot in self.carried else self.final.get(robot, 0)

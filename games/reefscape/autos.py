@@ -23,11 +23,11 @@ __all__ = ["AUTOS"]
 
 _PAST_LEFT_MARK = ((2.3, 6.7),)
 _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
-"""Waypoint between the right station and the reef, clear of the algae on the mark in between [m]."""
+"""Waypoint between the right station and the reef, away from the algae on the mark between both [m]."""
 
 
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive backward to a station and wait up to 1.5 s for a coral, with the intake on."""
+    """Drive to a station rear first, and wait up to 1.5 s for a coral with the intake on."""
     robot.intake(True)
     make_ready(robot)
     x, y, yaw = before_station(side)
@@ -40,7 +40,7 @@ def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] 
 
 
 def three_l4(robot: ScriptedRobot) -> Steps:
-    """Place the preload and two coral from the left station on level 4."""
+    """Place the preload, and then two coral from the left station, on level 4."""
     make_ready(robot)
     yield from place_coral(robot, 2, "right", 4)
     yield from _load(robot, "left", ((4.6, 5.9),))
@@ -70,7 +70,7 @@ def algae(robot: ScriptedRobot) -> Steps:
 
 
 def climb(robot: ScriptedRobot) -> Steps:
-    """Climb the middle cage, and hang without power."""
+    """Hang on the middle cage without power."""
     make_ready(robot)
     yield from hang(robot, dim.CAGE_YS[1])
 
@@ -104,4 +104,4 @@ AUTOS: dict[str, Auto] = {
         ),
     )
 }
-"""Autos by name; the first is the default."""
+"""Autos by name; the first auto is the default."""

@@ -1,12 +1,12 @@
 """Positions and dimensions of the 2025 field, in meters in the field frame.
 
-Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center. "Left" and
-"right" are as seen by the alliance's own drivers, so for blue, left is +y.
+All positions are for the **blue** alliance. The red positions are the blue positions rotated by 180 degrees about the
+field center. "Left" and "right" are from the view of the alliance's drivers, so left is +y for blue.
 
-Sources: "tags" is WPILib's AprilTag layout `k2025ReefscapeWelded`. "6328" is FieldConstants.java of team 6328
-(Mechanical Advantage, RobotCode2025Public), which reads the official CAD. "manual" is a figure of the 2025 game manual,
-section ARENA, as quoted by two public projects that agree. "MapleSim" is the 2025 arena of that simulation. Estimates
-are marked.
+In the sources, "tags" is WPILib's AprilTag layout `k2025ReefscapeWelded`. "6328" is FieldConstants.java of team 6328
+(Mechanical Advantage, RobotCode2025Public), with values from the official CAD. "Manual" is a figure of the 2025 game
+manual, section ARENA, as quoted by two public projects that agree. "MapleSim" is the 2025 arena of the simulation
+MapleSim. Estimates are marked.
 """
 
 from __future__ import annotations
@@ -35,42 +35,45 @@ __all__ = [
 # --- Field -----------------------------------------------------------------------------------------------------------
 
 FIELD_LENGTH: Final = 17.548
-"""Field length along x, between the alliance walls. Tags; manual prints 690.875 in."""
+"""Field length along x, between the alliance walls. Source: tags. The manual prints 690.875 in."""
 FIELD_WIDTH: Final = 8.052
-"""Field width along y, between the guardrails. Tags; manual prints 317 in = 8.0518."""
+"""Field width along y, between the guardrails. Source: tags. The manual prints 317 in = 8.0518."""
 FIELD_CENTER: Final = (FIELD_LENGTH / 2.0, FIELD_WIDTH / 2.0)
 GUARDRAIL_HEIGHT: Final = inches(20.0)  # as in 2026
 ALLIANCE_WALL_HEIGHT: Final = inches(78.8)  # as in 2026
 PERIMETER_THICKNESS: Final = 0.3  # our choice, outward, so that no ball passes through
 STARTING_LINE_X: Final = inches(299.438)
-"""x of the starting line's edge toward the barge. 6328; equals the far reef face plus 88 in plus the tape."""
+"""x of the starting line's edge toward the barge. Source: 6328. The value equals x of the far reef face plus 88 in plus
+the width of the tape."""
 STARTING_LINE_WIDTH: Final = inches(2.0)
 
 # --- Reef ------------------------------------------------------------------------------------------------------------
 
 REEF_CENTER: Final = (inches(176.746), FIELD_WIDTH / 2.0)
-"""Center of the reef. 6328; midway between tags 18 and 21."""
+"""Center of the reef, midway between tags 18 and 21. Source: 6328."""
 REEF_APOTHEM: Final = inches(65.5) / 2.0
-"""Distance from the reef's center to a face. Manual; tags 18 and 21 are twice this distance apart."""
+"""Distance from the reef's center to a face. Source: manual. Tags 18 and 21 are twice this distance apart."""
 REEF_ZONE_APOTHEM: Final = inches(93.5) / 2.0  # manual: line 12 in in front of the faces, plus its tape
 REEF_FACE_YAWS_DEG: Final = (180.0, 120.0, 60.0, 0.0, -60.0, -120.0)
-"""Outward directions of faces 0 to 5, at tags 18, 19, 20, 21, 22 and 17."""
+"""Yaw of the outward normals of faces 0 to 5 [degrees], at tags 18, 19, 20, 21, 22 and 17."""
 BRANCH_OFFSET: Final = inches(12.938) / 2.0
-"""Distance from the center of a face to each of its two branches. 6328; manual prints 13 in between the branches."""
+"""Lateral distance from the center of a face to each of the two branches. Source: 6328. The manual prints 13 in between
+the branches."""
 BRANCH_DIAMETER: Final = inches(1.66)  # 1.25 in Sch 40 steel pipe, manual
 BRANCH_TIP_RADIUS: Final = inches(30.738)
-"""Distance along the face's normal from the reef's center to the end of a branch's axis, on all levels. 6328."""
+"""Distance from the reef's center to the end of a branch's axis, along the normal of the face, on all levels. Source:
+6328."""
 BRANCH_SLOPE: Final = radians(35.0)
-"""Upward slope of the branches on levels 2 and 3. Manual."""
+"""Upward slope of the branches on levels 2 and 3 [rad]. Source: manual."""
 _HALF_END: Final = inches(0.625) * cos(BRANCH_SLOPE)  # 6328: height from the center to the upper edge of a sloping end
 BRANCH_TIP_HEIGHTS: Final = (inches(31.875) - _HALF_END, inches(47.625) - _HALF_END, inches(72.0))
-"""Heights of the ends of the branches' axes on levels 2, 3 and 4. Manual, 6328."""
+"""Heights of the ends of the branches' axes on levels 2, 3 and 4. Source: manual and 6328."""
 RISER_RADIUS: Final = BRANCH_TIP_RADIUS - 0.27
-"""Distance along the face's normal from the reef's center to the upright pipe that carries the branches. Estimate;
-algae on two branches then rest 0.91 and 1.31 m high, as teams measured."""
+"""Distance from the reef's center to the upright pipe of the branches (riser), along the normal of the face. The value
+is an estimate, with which algae on two branches rest 0.91 and 1.31 m high, as teams measured."""
 L4_STRAIGHT: Final = 0.27
-"""Length of the upright end of a level 4 branch; estimate. Below this end, the pipe runs horizontally to the riser,
-which stops a coral."""
+"""Length of the upright end of a level 4 branch. The value is an estimate. Below the upright end, a horizontal pipe
+connects the branch with the riser and stops a coral."""
 L4_BEND_HEIGHT: Final = BRANCH_TIP_HEIGHTS[2] - L4_STRAIGHT
 TROUGH_EDGE_HEIGHT: Final = inches(18.0)  # manual
 TROUGH_FLOOR_DROP: Final = 0.14  # from the edge to the lowest point of the sloping floor, estimate
@@ -80,15 +83,17 @@ TROUGH_WALL_HEIGHT: Final = TROUGH_EDGE_HEIGHT  # height of the inner wall's top
 # --- Coral stations --------------------------------------------------------------------------------------------------
 
 STATION_FACE_CENTER: Final = (inches(33.51), inches(25.80))
-"""Center of the right station's face, at tag 12; 0.7 mm farther out in 6328. The left station is mirrored in y."""
+"""x and y of the center of the right station's face, at tag 12. The face is 0.7 mm farther out in 6328. The left
+station is the mirror image in y."""
 STATION_YAW_DEG: Final = 54.0
-"""Outward direction of the right station's face. Tags; 6328 has 54.011."""
+"""Yaw of the outward normal of the right station's face [degrees]. Source: tags. 6328 has 54.011."""
 STATION_OPENING_WIDTH: Final = inches(76.0)  # manual
 STATION_OPENING_HEIGHT: Final = inches(7.0)  # manual
 STATION_OPENING_BOTTOM: Final = inches(37.5)  # manual
 CHUTE_SLOPE: Final = radians(55.0)  # manual
 CHUTE_LIP_SLOPE: Final = radians(35.0)
-"""Slope of the chute near its mouth; estimate. A floor of 55 degrees would leave no room for a coral under the roof."""
+"""Slope of the chute near the mouth [rad]. The value is an estimate. A floor of 55 degrees would leave no room for a
+coral under the roof."""
 CHUTE_LIP_LENGTH: Final = 0.10  # horizontal, estimate
 CHUTE_LENGTH: Final = 0.50  # horizontal, from the mouth; estimate
 STATION_DEPTH: Final = 1.05  # our choice: solid behind the face up to the corner of the walls
@@ -96,7 +101,7 @@ STATION_DEPTH: Final = 1.05  # our choice: solid behind the face up to the corne
 # --- Processor -------------------------------------------------------------------------------------------------------
 
 PROCESSOR_X: Final = 5.987542
-"""x of the opening's center, in the wall at y = 0. Tag 16. The red alliance's human player is behind the opening."""
+"""x of the center of the opening in the wall at y = 0. Source: tag 16. Red's human player is behind the opening."""
 PROCESSOR_OPENING_WIDTH: Final = inches(28.0)  # manual
 PROCESSOR_OPENING_HEIGHT: Final = inches(20.0)  # manual
 PROCESSOR_OPENING_BOTTOM: Final = inches(7.0)  # manual
@@ -123,7 +128,7 @@ NET_FRAME_THICKNESS: Final = 0.05  # our choice
 
 CAGE_X: Final = inches(345.428)  # 6328
 CAGE_YS: Final = (inches(286.779), inches(242.855), inches(199.947))
-"""y of blue's cages, from the guardrail inward. 6328; the manual's value for the outer cage is 23 mm less."""
+"""y of blue's cages, from the guardrail inward. Source: 6328. The manual's value for the outer cage is 23 mm less."""
 CAGE_SIZE: Final = inches(7.375)  # square, manual
 CAGE_HEIGHT: Final = inches(24.0)  # manual
 CAGE_SHALLOW_BOTTOM: Final = inches(30.125)  # manual, 6328
@@ -143,7 +148,7 @@ _NOOK: Final = sqrt(
     (ALGAE_DIAMETER / 2.0 + BRANCH_DIAMETER / 2.0) ** 2 - BRANCH_OFFSET**2
 )  # distance from a ball's center to the plane of two pipes
 REEF_ALGAE_RADIUS: Final = RISER_RADIUS + _NOOK
-"""Distance from the reef's center to algae that rest on two branches and lean against two risers."""
+"""Horizontal distance from the reef's center to the center of an algae on two branches, in contact with two risers."""
 REEF_ALGAE_HEIGHTS: Final = tuple(
     tip - (BRANCH_TIP_RADIUS - REEF_ALGAE_RADIUS) * tan(BRANCH_SLOPE) + _NOOK / cos(BRANCH_SLOPE)
     for tip in BRANCH_TIP_HEIGHTS[:2]

@@ -37,7 +37,7 @@ def _place_near(level: int) -> Callable[[ScriptedRobot], Steps]:
 
 
 def _algae_near(robot: ScriptedRobot) -> Steps:
-    """Take the algae from the nearest face, or bring a held algae to the processor."""
+    """Bring a held algae to the processor, or take the algae from the nearest face of the reef."""
     if robot.robot.placers[1].piece is not None:
         yield from process(robot)
     else:
@@ -54,4 +54,4 @@ DRIVING = DriverControls(
     actions={**{f"level {level}": _place_near(level) for level in (4, 3, 2)}, "algae": _algae_near},
     rest=_rest,
 )
-"""Driver controls: place coral on levels 4, 3 and 2 of the nearest branch, and handle algae."""
+"""Driver controls: actions that place coral on the nearest branch of level 4, 3 or 2, and an action for algae."""

@@ -38,12 +38,12 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _cage_name(alliance: Alliance, number: int) -> str:
-    """Return the name of a cage by its number, counted from 1 at the guardrail."""
+    """Return the name of the cage with a given number, counted from 1 at the guardrail."""
     return f"{alliance}_cage_{number}"
 
 
 def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
-    """Return the field with six cages; a cage is deep, or shallow if the option `<cage name>_shallow` is on."""
+    """Return a copy of the field with six cages, deep, or shallow if the option `<cage name>_shallow` is on."""
     cages, rungs, half = [], [], dim.CAGE_SIZE / 2.0
     for alliance in ALLIANCES:
         for number, y in enumerate(dim.CAGE_YS, start=1):
@@ -87,11 +87,11 @@ FIELD = arrange(
     ),
     frozenset(),
 )
-"""Definition of the field, with all cages deep."""
+"""Definition of the field: size, symmetry, mesh, materials, tags, and cages, all of them deep."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
-    """Return the scoring zones of the processors; the rules count pieces on the reef and in the nets."""
+    """Return the scoring zones of the processors; `ReefscapeRules` counts pieces on the reef and in the nets."""
     half, bottom = dim.PROCESSOR_OPENING_WIDTH / 2.0, dim.PROCESSOR_OPENING_BOTTOM
     low = (dim.PROCESSOR_X - half, -0.8, bottom)
     high = (dim.PROCESSOR_X + half, -0.05, bottom + dim.PROCESSOR_OPENING_HEIGHT)

@@ -1,4 +1,4 @@
-"""Fouls that can be judged from geometry: contacts, positions, and pieces held, taken, launched or placed."""
+"""Fouls that follow from contacts, positions, and the pieces that robots hold, take, launch or place."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Fouls:
     def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self.book = FoulBook(match)
-        """Record of fouls called so far."""
+        """Record of the fouls called so far."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
         self._owners = {body.config.name: body.config.alliance for body in match.hanging}
@@ -72,7 +72,10 @@ class Fouls:
                 self.book.call("G421", number, _MINOR, text, every=_FEW_SECONDS, later=_MAJOR)
 
     def removed(self, event: PlaceEvent) -> None:
-        """Judge G410: a robot takes or knocks a coral off the opponents' reef."""
+        """Judge G410: a robot takes or knocks a coral off the opponents' reef.
+
+        A robot has knocked the coral off if the robot touched the coral less than 1 s before the fall.
+        """
         touched, time = self._touched.get(event.slot, (-1, -math.inf))
         robot = event.holder if event.holder >= 0 else touched if self._match.time - time < _KNOCKED else -1
         if robot >= 0 and "Coral" in event.place.kinds:
@@ -107,7 +110,7 @@ class Fouls:
                 self._touched[slot] = number, match.time
 
     def _climbs(self, number: int) -> bool:
-        """Return whether a robot hangs on or touches a cage of its alliance."""
+        """Return whether a robot hangs on or touches a cage of the robot's alliance."""
         rungs = [climber.rung for climber in self._match.robots[number].climbers]
         owners = [rung.alliance for rung in rungs if rung]
         owners += [self._owners[cage] for robot, cage in self._match.contacts.hanging if robot == number]

@@ -44,4 +44,4 @@ REEFSCAPE = Game(
     options=CAGE_OPTIONS,
     arrange=arrange,
 )
-"""Definition of the game."""
+"""Definition of the game: field, pieces, clock, staging, scoring, rules, robots and options."""

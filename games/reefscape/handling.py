@@ -1,4 +1,4 @@
-"""Scripts for handling coral, algae and cages, written for a blue robot."""
+"""Scripts that handle coral, algae and cages, written for a blue robot."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the 
 
 _ELEVATOR_TOLERANCE = 0.3  # [rad] of the drum, about 2 cm
 _BEYOND = {4: 0.02, 3: -0.18, 2: -0.18}
-"""Distance from the end of a branch to the near end of the released coral, by level [m]: above level 4 the coral drops
-onto the branch; on the other levels most of it is on the branch already."""
+"""Distance from the end of a branch to the near end of the released coral, by level [m]. On level 4 the coral drops
+onto the branch. On the other levels most of the coral is already on the branch at the release."""
 _TUCKED = degrees(85.0)  # arm angle while driving
 _CARRY = elevator_turns(0.75)
 _APPROACH, _NEAR_ENOUGH = 0.35, 0.05  # [m]; run-up along a branch, and position error at which a coral is released
@@ -31,17 +31,18 @@ _ALGAE_OUT = dim.REEF_ALGAE_RADIUS + PIVOT[0] + ALGAE_REACH * math.cos(_ALGAE_AR
 _NET_ARM = degrees(40.0)  # arm angle while an algae falls into the net
 _OVER_NET = elevator_turns(2.08)
 NET_X = dim.FIELD_CENTER[0] - 0.02 - PIVOT[0] - ALGAE_REACH * math.cos(_NET_ARM)
-"""x of the robot's center at the net [m]."""
+"""x coordinate of the robot's center when the robot puts an algae into the net, blue field frame [m]."""
 _AT_STATION = 0.46  # [m]; distance from a station's face to the robot's center
 _ASIDE = {"left": -dim.BRANCH_OFFSET, "middle": 0.0, "right": dim.BRANCH_OFFSET}
 
 
 def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
-    """Compute the posture for placing on a level, with the coral in line with the branch (nearly upright on level 1).
+    """Compute robot distance, drum angle and arm angle for a coral in line with a branch, nearly upright on level 1.
 
     Args:
         level: Level, 1 to 4.
-        left: Remaining distance of the robot along the branch, for which the elevator is higher [m].
+        left: Remaining distance of the robot from the placing position [m]; the elevator is higher by the rise of the
+            branch over this distance.
 
     Returns:
         Distance of the robot's center from the reef's center [m], drum angle [rad] and arm angle [rad].
@@ -58,11 +59,11 @@ def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
 
 
 def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
-    """Return the pose of a robot in front of a face of the reef, facing the reef, blue field frame [m, m, rad].
+    """Return the pose of a robot that faces a side of the reef, blue field frame [m, m, rad].
 
     Args:
         face: Number of the face.
-        out: Distance from the reef's center [m].
+        out: Distance of the robot's center from the reef's center, along the normal of the face [m].
         aside: Lateral offset, to the left as seen from the reef's center [m].
     """
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
@@ -71,7 +72,7 @@ def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
 
 
 def before_station(side: str, aside: float = 0.0) -> Pose:
-    """Return the pose of a robot with its back at a station, blue field frame [m, m, rad].
+    """Return the pose of a robot with the rear at a station, blue field frame [m, m, rad].
 
     Args:
         side: Station, `left` or `right`.
@@ -83,12 +84,12 @@ def before_station(side: str, aside: float = 0.0) -> Pose:
 
 
 def raise_to(robot: ScriptedRobot, level: int) -> None:
-    """Move the elevator to the starting height for placing on a level."""
+    """Start to move the elevator to the starting height for placing a coral on a level."""
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
 def raised_to(robot: ScriptedRobot, level: int) -> Steps:
-    """Move the elevator to the starting height for placing on a level, and wait up to 1.5 s for the elevator."""
+    """Move the elevator to the starting height for placing a coral on a level, and wait up to 1.5 s."""
     raise_to(robot, level)
     yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
 
@@ -102,7 +103,7 @@ def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
 
 
 def before_branch(face: int, side: str, level: int) -> Pose:
-    """Return the robot's starting pose for placing on a branch, blue field frame [m, m, rad].
+    """Return the robot's starting pose for placing a coral on a branch, blue field frame [m, m, rad].
 
     Args:
         face: Number of the face.
@@ -121,9 +122,9 @@ def place_coral(
     *,
     error: float = 0.0,
 ) -> Steps:
-    """Drive to a face, place the coral on a branch or in the trough, and back off.
+    """Drive to a face of the reef, place the coral on a branch or in the trough, and back off.
 
-    The robot keeps the coral if an obstacle stops the robot more than 5 cm before the placing position.
+    The robot keeps the coral if an obstacle stops the robot more than 5 cm from the placing position.
 
     Args:
         robot: Robot with the coral.
@@ -154,7 +155,7 @@ def place_coral(
 
 
 def make_ready(robot: ScriptedRobot) -> None:
-    """Run the claw to take the preload, and move the arm to its driving position."""
+    """Run the claw to take the preload, and move the arm to the driving position."""
     robot.set_volts("claw", 8.0)
     robot.set_position("arm", _TUCKED)
 
@@ -165,7 +166,7 @@ def before_algae(face: int) -> Pose:
 
 
 def take_algae(robot: ScriptedRobot, face: int) -> Steps:
-    """Drive to a face, take its algae off the reef, and back off."""
+    """Drive to a face of the reef, take the algae off this face, and back off."""
     height = reef_algae_places()[face][2]
     robot.set_position("elevator", elevator_turns(height - ALGAE_REACH * math.sin(_ALGAE_ARM)))
     robot.set_volts("algae_wheel", 8.0)
@@ -189,28 +190,28 @@ def _let_algae_go(robot: ScriptedRobot) -> Steps:
 
 
 def lower_claw(robot: ScriptedRobot) -> None:
-    """Lower the claw in front of the front bumper and run the claw, to take coral off the carpet."""
+    """Lower the claw in front of the front bumper, and run the claw to take coral off the carpet."""
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", elevator_turns(FLOOR_PIVOT_HEIGHT))
     robot.set_position("arm", degrees(-60.0))
 
 
 def lower_wheel(robot: ScriptedRobot, height: float) -> None:
-    """Extend the algae wheel to the height of a loose algae's center [m], and run the wheel."""
+    """Lower the algae wheel to the height of a loose algae's center [m], and run the wheel to take the algae."""
     robot.set_volts("algae_wheel", 8.0)
     robot.set_position("elevator", 0.0)
     robot.set_position("arm", math.asin((height - PIVOT[2]) / ALGAE_REACH))
 
 
 def tuck(robot: ScriptedRobot) -> None:
-    """Move the arm and the elevator to their driving positions, and stop the algae wheel."""
+    """Move the arm and the elevator to the driving positions, and stop the algae wheel."""
     robot.set_volts("algae_wheel", 0.0)
     robot.set_position("elevator", _CARRY)
     robot.set_position("arm", _TUCKED)
 
 
 def process(robot: ScriptedRobot) -> Steps:
-    """Bring an algae to the processor and release the algae there."""
+    """Drive to the processor, and release the algae into the processor."""
     robot.set_position("elevator", 0.0)
     x, y = dim.PROCESSOR_X, 0.46
     yield from robot.drive_to(x, y + 0.8, -math.pi / 2, speed=3.5, tolerance=0.10)
@@ -222,12 +223,12 @@ def process(robot: ScriptedRobot) -> Steps:
 
 
 def raise_to_net(robot: ScriptedRobot) -> None:
-    """Move the elevator to the height at which an algae clears the rim of the net."""
+    """Start to move the elevator to the height at which an algae clears the rim of the net."""
     robot.set_position("elevator", _OVER_NET)
 
 
 def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], ...] = ()) -> Steps:
-    """Drive to the net, put an algae into the net, and lower the elevator.
+    """Drive to the net, put the algae into the net, and lower the elevator.
 
     Args:
         robot: Robot with the algae.
@@ -246,10 +247,10 @@ def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], .
 
 
 def hang(robot: ScriptedRobot, y: float) -> Steps:
-    """Drive a cage into the robot's bay under the hook, climb by pulling the hook down, and hang without power.
+    """Drive until a cage is in the robot's bay under the hook, pull the hook down to climb, and hang without power.
 
     Args:
-        robot: Robot to hang.
+        robot: Robot that climbs.
         y: y coordinate of the cage, blue field frame [m].
     """
     robot.set_volts("climber", 12.0)

@@ -1,4 +1,4 @@
-"""Human players, who drop coral into the stations' chutes and throw algae from the processor into their net."""
+"""Human players, who drop coral into the stations' chutes and throw algae from the processor at the alliance's net."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _THROW_ERROR = 0.03  # standard deviation of the direction [rad], and relative t
 
 
 def station_faces(alliance: Alliance) -> dict[str, tuple[float, float, float]]:
-    """Return the center and outward direction of the faces of an alliance's stations, by side [m, m, rad]."""
+    """Return the center and outward yaw of the face of each station of an alliance, by side [m, m, rad]."""
     (x, y), yaw = dim.STATION_FACE_CENTER, _STATION_YAW
     faces = {"right": (x, y, yaw), "left": (x, dim.FIELD_WIDTH - y, -yaw)}
     if alliance == "blue":
@@ -91,7 +91,7 @@ class HumanPlayers:
             modes=("teleop",),
         )
         self.actions = (*self._stations.values(), self._net)
-        """Actions of human players."""
+        """Actions of human players: feed at each station, and throw an algae."""
 
     @property
     def stock(self) -> Mapping[Alliance, int]:
@@ -100,7 +100,7 @@ class HumanPlayers:
 
     @property
     def waiting_algae(self) -> Mapping[Alliance, int]:
-        """Number of algae held by each alliance's human player at the processor."""
+        """Number of algae that each alliance's human player at a processor has."""
         return {alliance: feeder.stock for alliance, feeder in self._algae.items()}
 
     def take_algae(self, scored_by: Alliance, slot: int) -> None:
@@ -108,7 +108,10 @@ class HumanPlayers:
         self._algae[other_alliance(scored_by)].keep(slot)
 
     def act(self) -> None:
-        """Drop coral for waiting robots and throw algae when due, unless a person is in control; call once a tick."""
+        """Drop coral for waiting robots and throw algae, when due; call this method once a tick.
+
+        The method does not act for human players that a user controls.
+        """
         timer = self._match.timer
         for alliance in ALLIANCES:
             if alliance in self._match.persons:
@@ -134,7 +137,7 @@ class HumanPlayers:
         return None
 
     def _drop(self, side: str, alliance: Alliance) -> None:
-        """Drop a coral in front of the robot that waits at a station, or at the station's center."""
+        """Drop a coral in front of a robot that waits at a station, or at the station's center if no robot waits."""
         feeder = self._coral[alliance]
         aside = (self._waits_at(alliance, side) or 0.0) + _DROP_SPREAD * float(feeder.errors(1)[0])
         feeder.put(*_in_chute(*self._faces[alliance][side], min(max(aside, -_HALF_DROP), _HALF_DROP)))
@@ -151,12 +154,12 @@ class HumanPlayers:
 
 
 def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:
-    """Return the position and attitude of a coral that lies across a chute, ready to roll down.
+    """Return the position and attitude of a coral that lies across a chute and will roll down.
 
     Args:
         x: x of the center of the station's face [m].
         y: y of the center of the station's face [m].
-        yaw: Outward direction of the face [rad].
+        yaw: Yaw of the outward normal of the face [rad].
         aside: Lateral offset from the center, to the left as seen from the station [m].
     """
     lip = dim.STATION_OPENING_BOTTOM + dim.CHUTE_LIP_LENGTH * math.tan(dim.CHUTE_LIP_SLOPE)

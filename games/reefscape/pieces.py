@@ -23,7 +23,7 @@ CORAL = GamePieceConfig(
     rolling=0.0023,  # estimate: a coral on its side slows down by 0.4 m/s^2
     stiffness=1e5,  # pipe with a stiffness of 46 psi (ASTM F891) between plates: 95 kN/m at this length
 )
-"""Kind of game piece for coral."""
+"""Config of the game piece coral."""
 
 ALGAE = GamePieceConfig(
     name="Algae",
@@ -36,4 +36,4 @@ ALGAE = GamePieceConfig(
     stiffness=8e3,  # estimate: stiffness 2 pi r p of a playground ball at 7 kPa
     aerodynamics=Aerodynamics(drag_coefficient=0.47),  # value of a smooth ball
 )
-"""Kind of game piece for algae."""
+"""Config of the game piece algae."""

@@ -1,4 +1,4 @@
-"""Resting places of coral and algae: the reefs' branches and troughs, and the nets."""
+"""Resting places of coral and algae: branches and troughs of the reefs, and nets."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from simcore.world.zones import BoxZone, CapsuleZone
 __all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
 
 BRANCH_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}
-"""The Blue Alliance's name for the row of branches on each level."""
+"""Name of the row of branches on each level, by level, as in the API of The Blue Alliance."""
 _LABELS = {row: f"L{level}" for level, row in BRANCH_ROWS.items()} | {"trough": "L1", "net": "Net"}
 _BORE_SPARE = 0.04
-"""Largest distance from a branch's axis to the center of a coral on the branch [m]. The coral's bore has a clearance of
-30 mm; the center of a coral next to the branch is 78 mm away."""
+"""Largest distance from a branch's axis to the center of a coral on the branch [m]. The bore of a coral has a clearance
+of 30 mm. The center of a coral next to the branch has a distance of 78 mm."""
 _TROUGH_SPARE = 0.15  # [m] around the line along a trough's floor, enough for a coral that stands upright
 
 
 @cache
 def level_of(alliance: Alliance, row: str) -> str:
-    """Return the name of the level for an alliance's row of places, e.g. `BlueL4`."""
+    """Return the name of the level of an alliance's row of places, for example `BlueL4`."""
     return f"{alliance.capitalize()}{_LABELS[row]}"
 
 
 def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return both ends of the last straight part of a blue branch, the tip second [m].
+    """Return both ends of the last straight part of a blue branch, first the inner end, then the tip [m].
 
     Args:
         number: Number of the branch, 0 to 11 for A to L of the manual, counter-clockwise from the face toward the

@@ -43,9 +43,9 @@ from simcore.world.symmetry import Pose
 __all__ = ["ROLES"]
 
 Branch: TypeAlias = tuple[int, str, int]
-"""Face of the reef, side of the face, and level."""
+"""Number of a reef face, side of the face (`left`, `middle` or `right`), and level."""
 Spot: TypeAlias = tuple[str, float]
-"""Station, and lateral offset from the station's center [m]."""
+"""Station (`left` or `right`), and lateral offset from the station's center [m]."""
 _T = TypeVar("_T")
 
 _ROWS = {1: "trough", **BRANCH_ROWS}
@@ -69,12 +69,12 @@ _NEAR_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 1.5  # [m] f
 
 @dataclass(slots=True)
 class _Memory:
-    """Failures that a player remembers, so that the player tries other places first."""
+    """Failures of a player; the player tries places without failures first."""
 
     failed: Counter[Branch | Spot | int] = field(default_factory=Counter)
     """Number of failures at a branch, a station or a face's algae."""
     lying_until: float = -math.inf
-    """Match time until which the player ignores coral on the carpet [s]."""
+    """Match time before which the player ignores coral on the carpet [s]."""
 
 
 def _holds(player: Player, kind: str) -> bool:
@@ -83,12 +83,12 @@ def _holds(player: Player, kind: str) -> bool:
 
 
 def _is_free(player: Player, place: Place) -> bool:
-    """Return whether no other robot is within 0.95 m of a position."""
+    """Return whether the centers of all other robots are at least 0.95 m from a position."""
     return all(math.dist(other.place, place) > _ROOM for other in player.others)
 
 
 def _travel_time(player: Player, place: Place) -> float:
-    """Estimate the travel time to a position, with a detour if the reef is in between [s]."""
+    """Estimate the travel time to a position, with a detour if the reef is in the way [s]."""
     (x, y), reef = player.pose[:2], dim.REEF_CENTER
     along = (reef[0] - x) * (place[0] - x) + (reef[1] - y) * (place[1] - y)
     share = along / (player.away(place) ** 2 + 1e-9)
@@ -100,7 +100,7 @@ def _travel_time(player: Player, place: Place) -> float:
 def _drive_to_best(
     player: Player, available: Callable[[], dict[_T, float]], pose: Callable[[_T], Pose], *, timeout: float = 8.0
 ) -> Generator[None, None, _T | None]:
-    """Drive to the best of several places, or to the next best if the place becomes unavailable.
+    """Drive to the place with the highest value, or to the next best place if this place becomes unavailable.
 
     Args:
         player: Player that drives.
@@ -109,7 +109,7 @@ def _drive_to_best(
         timeout: Time limit [s].
 
     Returns:
-        Place that the robot has reached, or None if the robot has reached no place.
+        Place that the robot has reached; None if the robot has reached no place within the time limit.
     """
     chosen: _T | None = None
 
@@ -129,9 +129,10 @@ def _drive_to_best(
 
 
 def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
-    """Return the free branches and troughs without a robot in front, with the points per second of each.
+    """Return the value of each free branch and trough without a robot or coral in front of the place.
 
-    A planning player adds a bonus for levels that a ranking point still needs.
+    The value is the number of points per second, reduced after failures. A planning player adds a bonus to the points
+    on levels that a ranking point still needs.
     """
     counts, worth = player.match.pieces.places.counts(), {}
     highest = min(4, 2 + SKILLS.index(player.skill))
@@ -152,7 +153,7 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
 
 
 def _score(player: Player, memory: _Memory) -> Steps:
-    """Place the coral on the best branch or in the best trough."""
+    """Drive to the best branch or trough, and place the coral there; record a failure."""
 
     def pose(branch: Branch) -> Pose:
         place = before_branch(*branch)
@@ -173,14 +174,17 @@ def _score(player: Player, memory: _Memory) -> Steps:
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
-    """Return a mask of the positions where a player may take pieces: on the blue side, and away from walls."""
+    """Return whether a blue player may take pieces at each position (n, 2) [m], shape (n,).
+
+    The player takes pieces on the blue side of the field, away from walls.
+    """
     x, y = places.T
     inside: BoolArray = (x > _MARGIN) & (x < _OWN_SIDE) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
     return inside
 
 
 def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
-    """Return the free spots at the stations, with a value that decreases with distance and failures."""
+    """Return the value of each free spot at the stations; the value decreases with travel time and failures."""
     return {
         spot: 0.5 ** memory.failed[spot] / (_LOADING + _travel_time(player, place))
         for spot in _SPOTS
@@ -190,7 +194,7 @@ def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
 
 
 def _fetch(player: Player, memory: _Memory) -> Steps:
-    """Take a coral off the carpet if the coral is nearer than the stations; otherwise wait for one at a station."""
+    """Fetch a coral: off the carpet if a coral there is nearer than the stations, otherwise from a station."""
     make_ready(player)
     lying = player.seen_pieces["Coral"][:, :2]
     lying = lying[_can_be_taken(lying)]
@@ -240,7 +244,10 @@ def _algae_at(places: FloatArray, place: FloatArray) -> bool:
 
 
 def _faces(player: Player, memory: _Memory) -> dict[int, float]:
-    """Return the faces with an algae and without a robot, with a value that decreases with distance and failures."""
+    """Return the value of each face of the reef with an algae and without a robot in front.
+
+    The value decreases with travel time and failures.
+    """
     places = player.piece_positions("Algae")
     return {
         face: 0.3 ** memory.failed[face] / (1.0 + _travel_time(player, before_algae(face)[:2]))
@@ -250,14 +257,14 @@ def _faces(player: Player, memory: _Memory) -> dict[int, float]:
 
 
 def _lying_algae(player: Player) -> list[tuple[float, float, float]]:
-    """Return the positions of loose algae on the carpet and on the marks' coral, nearest first [m]."""
+    """Return the positions of algae on the carpet and on the coral at the marks, nearest first, field frame [m]."""
     places = player.piece_positions("Algae")
     low = places[(places[:, 2] < 0.6) & _can_be_taken(places[:, :2])]
     return sorted(((x, y, z) for x, y, z in low.tolist()), key=lambda place: player.away(place[:2]))
 
 
 def _take_lying(player: Player) -> Steps:
-    """Drive to the nearest loose algae, and take the algae with the wheel."""
+    """Drive to the nearest loose algae, and take the algae with the algae wheel."""
 
     def goal() -> Pose | None:
         places = _lying_algae(player)
@@ -274,7 +281,11 @@ def _take_lying(player: Player) -> Steps:
 
 
 def _bring_algae(player: Player) -> Steps:
-    """Bring an algae to the processor until the coopertition criterion is met, afterwards to the net."""
+    """Bring the algae to the processor, or to the net.
+
+    A player with foresight uses the net after the alliance has met the coopertition criterion. A player without
+    foresight always uses the processor.
+    """
 
     def before_net(y: float) -> Pose:
         if player.away((NET_X, y)) < 1.8:
@@ -300,7 +311,7 @@ def _bring_algae(player: Player) -> Steps:
 
 
 def algae(player: Player) -> Steps:
-    """Bring algae from the reef and the carpet to the processor and the net; score coral when no algae are left."""
+    """Bring algae from the reef and the carpet to the processor and the net, and score coral when no algae are left."""
     memory = _Memory()
     make_ready(player)
     yield
@@ -363,7 +374,10 @@ def climber(player: Player) -> Steps:
 
 
 def _spares_opponent(player: Player, place: Place) -> bool:
-    """Return whether a defender avoids an opponent: near the opponents' reef (G427), or between reef and midfield."""
+    """Return whether a defender stays away from an opponent at a position.
+
+    The defender avoids opponents near the opponents' reef (G427), and opponents between this reef and midfield.
+    """
     ahead = 0.8 * player.skill.reaction
     return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
@@ -372,9 +386,10 @@ _DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_spares_oppon
 
 
 def defender(player: Player) -> Steps:
-    """Block opponents that drive to their reef, without fouls G403, G425 and G427.
+    """Block opponents that drive to the opponents' reef, without fouls G403, G425 and G427.
 
-    In auto, the defender scores its preload on its own side; then the robot crosses the field between its own cages.
+    In auto, the defender scores the preload on the blue side. In teleop, the defender crosses midfield between two blue
+    cages.
     """
     memory = _Memory()
     make_ready(player)

@@ -38,20 +38,20 @@ _HOOK_DRUM = 0.012  # [m]; drum radius of the climber's winch
 BUMPER = 0.80
 """Length and width over the bumpers [m]."""
 PIVOT = (0.12, 0.0, 0.45)
-"""Position of the arm's pivot with the elevator down, robot frame [m]."""
+"""Position of the arm's pivot with the elevator at the bottom, robot frame [m]."""
 CORAL_REACH = 0.46
-"""Distance from the arm's pivot to the center of the coral [m]."""
+"""Distance from the arm's pivot to the center of a coral in the claw [m]."""
 CORAL_TILT = degrees(35.0)
-"""Tilt of the coral in the claw toward the robot, from a line across the arm: the coral is upright while the arm points
-down by this angle."""
+"""Tilt of a coral in the claw toward the robot, relative to the perpendicular to the arm [rad]. The coral is upright
+while the arm points down by this angle."""
 FLOOR_PIVOT_HEIGHT = 0.62
 """Height of the arm's pivot while the claw takes coral off the carpet [m]."""
 ALGAE_REACH = 0.73
-"""Distance from the arm's pivot to the center of the algae, which is farther out than the coral [m]."""
+"""Distance from the arm's pivot to the center of an algae at the algae wheel [m]."""
 
 
 def elevator_turns(pivot_height: float) -> float:
-    """Compute the angle of the elevator's drum [rad] for a height of the arm's pivot [m]."""
+    """Compute the angle of the elevator's drum [rad] at which the arm's pivot has a given height [m]."""
     return (pivot_height - PIVOT[2]) / _DRUM
 
 
@@ -89,25 +89,25 @@ _HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.30)
 
 
 _BEFORE_BUMPER = IntakeZone(x_min=0.24, x_max=0.50, y_min=-0.25, y_max=0.25, z_min=-0.62, z_max=-0.42)
-"""Zone in which the claw takes coral off the carpet, relative to the arm's pivot."""
+"""Zone in which the claw takes coral off the carpet, in a frame at the arm's pivot with robot axes."""
 
 
 def _roller(name: str, x: float, z: float) -> Joint:
-    """Return the hinge of a roller whose axle lies across the robot at x and z in the frame of the carrier [m]."""
+    """Return the hinge joint of a roller with an axle along y, at x and z in the frame of the carrying part [m]."""
     return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
 
 
 def _around(reach: float, spare: float) -> IntakeZone:
-    """Return a cubic zone of half width `spare` around a point on the arm, `reach` from the pivot [m]."""
+    """Return a cubic zone with the half width `spare` [m] around a point on the arm at a distance `reach` [m]."""
     return IntakeZone(x_min=reach - spare, x_max=reach + spare, y_min=-spare, y_max=spare, z_min=-spare, z_max=spare)
 
 
 def reefscape_robot() -> RobotConfig:
     """Build the config of a 52 kg robot with an elevator that lifts up to 11 kg.
 
-    The robot takes coral from a station at its back, or off the carpet with the lowered arm in front. The arm places
-    coral at the front and holds algae farther out. To climb, the robot drives a cage into the bay at its back until the
-    hook is above or in the cage, so that the robot hangs level.
+    The robot takes coral from a station at the rear, or off the carpet with the lowered arm at the front. The arm
+    places coral at the front. The algae wheel holds algae farther out on the arm. To climb, the robot drives backward
+    until a cage is in the bay at the rear and the hook is above or in the cage. The robot then hangs level.
     """
     module = SwerveModuleConfig(
         x=0.0,

@@ -40,15 +40,15 @@ _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
 CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points at events before the championships
 COOP_ALGAE = 2
-"""Number of algae that both alliances must score in their processors for coopertition."""
+"""Number of algae that each alliance must score in a processor for the coopertition criterion."""
 ASSESSMENT = 3.0  # [s]; time after auto and after the match for pieces to come to rest
 
 
 class ReefscapeRules(Rules):
-    """Rules of one match, which count pieces in their places continuously: a coral that falls off loses its points.
+    """Rules of one match.
 
-    Auto points stay with the branches that held a coral at the end of auto, and with as many coral in the trough as at
-    the end of auto.
+    The rules count the pieces that are in place now, so the points of a coral that falls off are lost. Auto points stay
+    with the branches that held a coral at the end of auto, and with as many coral in the trough as at the end of auto.
     """
 
     channels = (
@@ -76,21 +76,21 @@ class ReefscapeRules(Rules):
         self._points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
         self._processed: Counter[Alliance] = Counter()
         self.fouls = Fouls(self.match)
-        """Judge of fouls."""
+        """Judge of the fouls since the last reset of points."""
 
     # --- hooks ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Create the human players, with coral at their stations."""
+        """Create the human players, with coral at the stations."""
         self.human_players = HumanPlayers(self.match)
 
     def start_mode(self, mode: str) -> None:
-        """Clear all points at the start of an auto."""
+        """Clear all points when the autonomous period starts."""
         if mode == "auto":
             self._clear_points()
 
     def before_tick(self) -> None:
-        """Perform the human players' actions that are due."""
+        """Perform the human players' actions when due."""
         self.human_players.act()
 
     def human_actions(self) -> Sequence[HumanAction]:
@@ -113,14 +113,17 @@ class ReefscapeRules(Rules):
         self._judge()
 
     def removed(self, event: PlaceEvent) -> None:
-        """Stop counting a piece that has fallen off or that a robot has taken."""
+        """Stop counting a piece that has fallen off or that a robot has taken, and judge the foul G410."""
         self._where.pop(event.slot, None)
         self._count = Counter(place.level for place in self._where.values())
         self.fouls.removed(event)
         self._judge()
 
     def after_tick(self) -> None:
-        """Judge fouls, robots that have left at the end of auto, and robots that park or hang after the match."""
+        """Judge fouls, robots that have left the starting line at the end of auto, and robots that park or hang.
+
+        The method judges parked and hanging robots during the assessment after the match.
+        """
         self.fouls.after_tick()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
@@ -130,15 +133,15 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang at the end of the match; `after_tick` repeats the judgment for 3 s."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
-        """Return the number of algae that an alliance has scored in its processor."""
+        """Return the number of algae that an alliance has scored in the processor."""
         return self._processed[alliance]
 
     def breakdown(self) -> Mapping[str, int]:
-        """Return the score breakdown of both alliances, with The Blue Alliance's names."""
+        """Return the score breakdown of both alliances, with the names in the API of The Blue Alliance."""
         rows: dict[str, int] = {}
         now, auto = self._count, self._auto_count
         for alliance in ALLIANCES:
@@ -173,7 +176,7 @@ class ReefscapeRules(Rules):
 
     @property
     def ends(self) -> dict[str, str]:
-        """End-game result of each robot (`None`, `Parked`, `ShallowCage` or `DeepCage`), by robot number from 1."""
+        """End-game result of each robot, `None`, `Parked`, `ShallowCage` or `DeepCage`, by robot number from 1."""
         return {str(robot.number + 1): self._ends.get(robot.number, "None") for robot in self.match.robots}
 
     # --- scoring ------------------------------------------------------------------------------------------------------
@@ -196,11 +199,11 @@ class ReefscapeRules(Rules):
 
     @property
     def _is_assessed(self) -> bool:
-        """Whether the assessment after the match is over and nothing counts any more; always False in practice."""
+        """Whether the assessment after the match is over, so that nothing counts any more; always False in practice."""
         return self.match.timer.time > MATCH.duration + ASSESSMENT + 1e-9 and not self.match.practice
 
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
-        """Return the points of an alliance's coral that has auto values, and of coral that has teleop values."""
+        """Return the points of an alliance's coral with auto value, and the points of coral with teleop value."""
         now, trough = self._count, level_of(alliance, "trough")
         first = min(now[trough], self._auto_count[trough])
         early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
@@ -212,7 +215,7 @@ class ReefscapeRules(Rules):
         return early, late
 
     def _worth_of(self, alliance: Alliance) -> int:
-        """Return an alliance's points, without algae in the processor and fouls."""
+        """Return an alliance's points without points for algae in the processor and for fouls."""
         early, late = self._coral(alliance)
         net = _NET_POINTS * self._count[level_of(alliance, "net")]
         return early + late + net + self._mobility(alliance) + self._barge(alliance)
@@ -239,7 +242,10 @@ class ReefscapeRules(Rules):
         return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
-        """Return an alliance's bonus ranking points, 0 or 1 by name; some fouls of the other alliance grant one."""
+        """Return an alliance's bonus ranking points by name, each 0 or 1.
+
+        Some fouls of the other alliance also give a bonus ranking point.
+        """
         robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
         have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
         is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)

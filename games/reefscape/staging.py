@@ -19,7 +19,7 @@ __all__ = ["ALGAE_COUNT", "CORAL_COUNT", "ROBOTS", "STATION_STOCK", "mark_places
 
 ROBOTS = 6
 STATION_STOCK = 60
-"""Number of coral at an alliance's two stations, including preloads."""
+"""Number of coral for the two stations of an alliance, including the preloads of robots."""
 CORAL_COUNT = 2 * (STATION_STOCK + len(dim.MARK_YS))
 ALGAE_COUNT = 2 * (6 + len(dim.MARK_YS))
 _ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # [m] from coral end to algae center
@@ -33,7 +33,7 @@ def mark_places() -> FloatArray:
 
 
 def reef_algae_places() -> FloatArray:
-    """Return the centers of the six algae on blue's reef [m], shape (6, 3): one per face, alternately high and low."""
+    """Return the centers of the six algae on blue's reef, one per face, alternately high and low [m], shape (6, 3)."""
     low, high = dim.REEF_ALGAE_HEIGHTS
     (cx, cy), r = dim.REEF_CENTER, dim.REEF_ALGAE_RADIUS
     places = []
@@ -45,7 +45,7 @@ def reef_algae_places() -> FloatArray:
 
 
 def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
-    """Return the staged pieces for a blue first robot, with unused preloads at the stations.
+    """Return the staged pieces of a match with a blue first robot; unused preloads are at the stations.
 
     Raises:
         ConfigError: If a robot's preload is more than one coral.

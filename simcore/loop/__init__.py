@@ -1,1 +1,1 @@
-"""Inner loop of the simulation with at least 1000 steps per second: plain loops over arrays, compiled by Numba."""
+"""Inner loop of the simulation, at least 1000 steps per simulated second: plain loops that Numba compiles."""

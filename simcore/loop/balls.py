@@ -1,15 +1,15 @@
 """Motion of balls in steps of at most 1 ms: flight, rolling, bounces, piles, and balls pinned by robots.
 
-`list_contacts` lists the pairs of balls, and the pairs of a ball and a solid, that may touch within a few milliseconds.
-`advance_balls` takes one step: the contact forces in the middle of the step change the velocities, and all balls drift
-to the middle of the next step (leapfrog).
+`list_contacts` lists the ball-ball pairs and the ball-solid pairs that may touch within a few milliseconds.
+`advance_balls` advances the balls by one step: the contact forces in the middle of the step change the velocities, and
+the positions drift to the middle of the next step (leapfrog).
 
-Most balls take the whole step. A fast ball, or a ball with a contact on a solid that is too stiff for the step, divides
-the step into parts. Balls whose contacts with each other are too stiff for the step divide the step into equal parts
-together; the forces of their other pairs are constant during the step.
+Most balls advance by whole steps. The loop divides the step into parts (substeps) for a fast ball, and for a ball whose
+contact with a solid is too stiff for the whole step. Balls whose contacts with each other are too stiff advance
+together in equal parts. The forces of all other pairs of balls are constant during the step.
 
-A ball changes the velocity of a robot, or of a body that carries robots, at once. Other bodies move at constant
-velocity during the call, and the engine gets the balls' impulses afterwards.
+A contact with a ball changes the velocity of a robot, or of a body that carries robots, in the same step. Other bodies
+move at constant velocity during the call, and the engine applies the balls' impulses to these bodies after the call.
 
 A sleeping ball does not move and takes almost no time. The ball wakes when a nearby ball moves, or when the force of a
 ball or body differs from the force at which the ball fell asleep. The force that wakes a ball also accelerates the
@@ -63,7 +63,7 @@ _QUIET_SPEED = 0.03  # speed below which a ball is still [m/s]
 _GAINS = 0.004  # increase of a still ball's speed that restarts the time `still` [m/s]
 _WAKING_SPEED = 0.05  # speed above which a ball wakes a sleeping ball that it touches or almost touches [m/s]
 _BESIDE = 0.003  # gap up to which a moving ball wakes a sleeping ball that may lean on the moving ball [m]
-_LIFTED = 2.5  # increase of another ball's force that wakes a sleeping ball, over the ball's weight [-]
+_LIFTED = 2.5  # increase of another ball's force that wakes a sleeping ball, over the sleeping ball's weight [-]
 _TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # change of the bodies' force that wakes a ball: [N] plus a fraction [-]
 _RISES = 0.5  # speed at which an initial overlap decays [m/s]
 _STOPPING = 0.1  # largest fraction of a pair's relative spin that rolling resistance removes in a step [-]
@@ -78,31 +78,34 @@ class Listed(NamedTuple):
     size: int
     """Number of listed balls."""
     start: IntArray
-    """Index in `near` of each ball's first entry, and the number of entries, shape (size + 1,)."""
+    """Index of each ball's first entry in `near`; the last element is the number of entries, shape (size + 1,)."""
     near: IntArray
-    """Rows of the solids that each ball may touch while the list is valid."""
+    """Rows of the solids that the balls may touch while the list is valid, ball by ball."""
     has_bodies: npt.NDArray[np.uint8]
-    """1 for balls that may touch a solid of a body, shape (size,)."""
+    """1 for balls that may touch a solid of a body, else 0, shape (size,)."""
     number: IntArray
     """Number of present contacts of each ball with floor and solids, shape (size,)."""
     found: FloatArray
-    """Unit normal [-], depth [m], and contact point relative to the ball's center [m], shape (12, size, 7)."""
+    """Unit normal towards the ball [-], depth [m], and contact point relative to the ball's center [m] of each contact,
+    deepest contact first, field axes, shape (12, size, 7)."""
     which: IntArray
-    """Row of the solid of each contact, or -2 for the floor, and 1 for a contact with a face, shape (12, size, 2)."""
+    """Row of the touched solid (-2 for the floor) and 1 for a contact with a face (0 for an edge or corner) of each
+    contact, shape (12, size, 2)."""
     is_leaving: npt.NDArray[np.uint8]
-    """1 for balls that still overlap the body by which they were launched, shape (size,)."""
+    """1 for balls that still overlap the body that launched the ball, else 0, shape (size,)."""
     reach: FloatArray
     """Distance from each ball's center within which `gap` is exact [m], shape (size,)."""
     gap: FloatArray
-    """Smallest gap of each ball to floor or solid within `reach`, negative for a contact [m], shape (size,)."""
+    """Smallest gap between each ball and the floor or a solid, negative for an overlap [m], shape (size,)."""
     nearest: IntArray
-    """Row of the solid with the smallest gap, or -2 for the floor, shape (size,)."""
+    """Row of the solid with the smallest gap, -2 for the floor and for balls without a near solid, shape (size,)."""
     parts: IntArray
-    """Number of parts into which each ball divides the step, shape (size,)."""
+    """Number of parts of the step for each ball, shape (size,)."""
     joint: IntArray
-    """Number of parts that the stiff pairs of each ball need, 1 for a ball without stiff pairs; by row, shape (n,)."""
+    """Number of parts that the stiff pairs of each ball need, 1 without stiff pairs, indexed by row, shape (n,)."""
     order: IntArray
-    """Indices of the balls in `queue`, sorted: whole step, own parts, parts shared with other balls, shape (size,)."""
+    """Indices into `queue`: first balls that take a whole step, then balls that take parts of the step alone, then
+    balls with stiff pairs, shape (size,)."""
 
 
 class Pairs(NamedTuple):
@@ -115,15 +118,19 @@ class Pairs(NamedTuple):
     size: int
     """Number of pairs."""
     stiffness: npt.NDArray[np.uint8]
-    """0 for pairs that can take whole steps, 1 for pairs too stiff for whole steps when deep or fast, 2 for pairs too
-    stiff at any depth, shape (size,)."""
+    """0 for pairs that can take whole steps, 1 for pairs that are too stiff for a whole step at a large depth or
+    closing speed, 2 for pairs that are too stiff at any depth, shape (size,)."""
     stiff: IntArray
-    """Indices of the pairs that are too stiff for the present step; `collide` returns their number, shape (size,)."""
+    """Indices of the pairs that are too stiff for the present step; `collide` returns the number of valid entries,
+    shape (size,)."""
 
 
 @inner
 def _slot(key, stamp, i, touched):
-    """Return the index of a contact in the memory of ball i; a new contact replaces the oldest contact."""
+    """Return the index of the contact with the key `touched` in the memory of ball i.
+
+    A contact that is not in the memory replaces the contact with the oldest stamp.
+    """
     oldest = 0
     for s in range(REMEMBERED):
         if key[i, s] == touched:
@@ -137,10 +144,10 @@ def _slot(key, stamp, i, touched):
 
 @inlined
 def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
-    """Return the compression of a ball [m]: the overlap `depth` [m] minus the remaining initial overlap.
+    """Update the initial overlap of a contact, and return the compression: `depth` minus the initial overlap [m].
 
-    Only a contact of a ball that has just been placed has an initial overlap: the part of the depth that the closing
-    speed [m/s] does not explain within a step of h [s]. The initial overlap decays with time.
+    Only a new contact of a ball that a user has just placed has an initial overlap: the part of the depth [m] that the
+    closing speed [m/s] does not explain within a step of h [s]. The initial overlap decays with time.
     """
     if is_new:
         spring[i, s, 3] = max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0
@@ -151,7 +158,7 @@ def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
 
 @inlined
 def _push(spring, i, s, is_new, depth, closing, k1, k3, hard_from, hard, restitution, h):
-    """Return the normal force of a contact with hysteresis [N], and update the contact's memory and energy.
+    """Return the normal force of a contact with hysteresis [N], and update the memory and energy of the foam.
 
     The memory of a new contact begins at 2 v h / d, at most 1, for a closing speed v and an overlap d; a contact
     without overlap begins at 1.
@@ -168,7 +175,7 @@ def _push(spring, i, s, is_new, depth, closing, k1, k3, hard_from, hard, restitu
 
 @inlined
 def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, h):
-    """Return the x, y and z components of the friction force on a ball [N], and update the contact's friction spring.
+    """Return the friction force on a ball, field axes [N], and update the friction spring of the contact.
 
     Args:
         spring: State of the contacts of all balls, `Memory.spring`.
@@ -212,20 +219,22 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
 
 @inner
 def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is_face):
-    """Insert a contact into the list of a ball, which is sorted by depth, deepest first.
+    """Insert a contact into the contact list of a ball, sorted by decreasing depth.
+
+    If the list already has 12 contacts, the function drops the shallowest contact.
 
     Args:
         found: Array `Listed.found`.
         which: Array `Listed.which`.
         q: Index of the ball in `Listed.queue`.
-        count: Number of contacts so far; of more than 12 contacts the shallowest is dropped.
+        count: Number of contacts in the list.
         solid: Row of the solid, or -2 for the floor.
         distance: Distance of the ball's center from the solid, negative inside [m].
         radius: Radius of the ball [m].
         nx: x component of the unit normal towards the ball.
         ny: y component of the unit normal.
         nz: z component of the unit normal.
-        is_face: Whether the ball touches a face, instead of an edge or corner.
+        is_face: Whether the ball touches a face, and not an edge or corner.
 
     Returns:
         New number of contacts.
@@ -246,9 +255,9 @@ def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is
 
 @inner
 def _without_edges(found, which, q, count):
-    """Remove contacts that are in or behind the plane of a deeper contact with a face; return the remaining number.
+    """Remove the contacts in or behind the face plane of a deeper contact, and return the number of remaining contacts.
 
-    A ball that rolls across the seam of two coplanar plates therefore does not hit the edges at the seam.
+    A ball that rolls across the seam between two coplanar plates therefore does not hit the edges at the seam.
     """
     kept = 0
     for k in range(count):
@@ -275,7 +284,7 @@ def _without_edges(found, which, q, count):
 
 @inlined
 def _wake(status, still, hold, i):
-    """Wake a sleeping ball, and clear the ball's time at rest and the force that frees a lodged ball."""
+    """Wake a sleeping ball, and set the ball's time at rest and the force that frees a lodged ball to 0."""
     status[i] = AWAKE
     still[i] = 0.0
     hold[i] = 0.0
@@ -283,9 +292,9 @@ def _wake(status, still, hold, i):
 
 @inlined
 def _pair_foam(foam, a, b):
-    """Return the foam parameters of a pair of balls as two springs in series: linear, cubic, hard_from and hard.
+    """Return the parameters k1, k3, d0 and k2 of `foam_force` for a pair of balls, modeled as two springs in series.
 
-    The linear term is exact. The other terms assume that each ball takes half of the overlap.
+    The linear term is exact. The other terms assume that the overlap compresses both balls equally.
     """
     linear, cubic = foam[a, 0] * foam[b, 0] / (foam[a, 0] + foam[b, 0]), 0.0625 * (foam[a, 1] + foam[b, 1])
     return linear, cubic, foam[a, 2] + foam[b, 2], 0.125 * (foam[a, 3] + foam[b, 3])
@@ -302,7 +311,7 @@ def _parts_of_pair(foam, surface, masses, a, b, depth, way, h):
 
 @inner
 def mark_stiff_pairs(balls, pairs, within, h):
-    """Set `Pairs.stiffness`: mark the pairs that may become too stiff for a step of h [s] within a time [s]."""
+    """Set `Pairs.stiffness`: mark the pairs that may become too stiff for a step of h [s] in the next `within` [s]."""
     pos, vel, radii, foam, surface, masses = balls.pos, balls.vel, balls.radius, balls.foam, balls.surface, balls.mass
     for p in range(pairs.size):
         a, b = pairs.first[p], pairs.second[p]
@@ -316,19 +325,19 @@ def mark_stiff_pairs(balls, pairs, within, h):
 
 @inner
 def collide(balls, memory, gravity, listed, pairs, count, force, h, is_whole):
-    """Add the contact forces between balls to `force`, and wake sleeping balls that are pushed or lose their support.
+    """Add the contact forces between balls to `force`, and wake sleeping balls that are pushed or lose support.
 
     Args:
         balls: All balls.
         memory: Contact memory of the balls.
         gravity: Gravitational acceleration [m/s^2].
-        listed: Balls from `list_contacts`; `listed.joint` is updated for stiff pairs.
+        listed: Balls from `list_contacts`; the function updates `listed.joint` for stiff pairs.
         pairs: Pairs from `list_contacts`.
-        count: Number of pairs to compute: all of them in a whole step, else the first ones of `pairs.stiff`.
+        count: Number of pairs to compute: all pairs in a whole step, else the first entries of `pairs.stiff`.
         force: Force [N] and torque [N m] on each ball, number of contacts, and largest normal force [N], shape (n, 8).
         h: Time step, or part of a step [s].
-        is_whole: Whether `h` is a whole step; pairs too stiff for a whole step then give no force and are added to
-            `pairs.stiff`.
+        is_whole: Whether `h` is a whole step. If so, pairs that are too stiff for a whole step give no force, and the
+            function adds these pairs to `pairs.stiff`.
 
     Returns:
         Number of entries in `pairs.stiff`; 0 unless `is_whole`.
@@ -430,9 +439,9 @@ def collide(balls, memory, gravity, listed, pairs, count, force, h, is_whole):
 
 @inner
 def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
-    """Find contacts and smallest gaps of listed balls with floor, field and bodies, and store both in `listed`.
+    """Find the contacts and smallest gaps of listed balls with floor, field and bodies, and update `listed`.
 
-    Sleeping balls only get contacts with bodies.
+    For sleeping balls the function finds only contacts with bodies.
 
     Args:
         balls: All balls.
@@ -443,7 +452,7 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
         first: Index of the first ball in `listed.order`.
         last: Index after the last ball in `listed.order`.
         late: Time since the middle of the step, for which bodies are extrapolated at constant velocity [s].
-        h: Time step; gaps are exact within the travel in half a step [s].
+        h: Time step [s]; gaps are exact up to the displacement of the ball in half a step.
     """
     queue, start, near, found, which = listed.queue, listed.start, listed.near, listed.found, listed.which
     number, is_leaving, reaches, gaps, nearest = (
@@ -501,11 +510,11 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
 
 @inner
 def choose_parts(balls, solids, floor, listed, h):
-    """Choose the number of parts into which each listed ball divides a step, and sort `listed.order`.
+    """Choose the number of parts of a step for each listed ball, and sort `listed.order`.
 
     The number follows from the ball's speed, the stiffest contact and the ball's stiff pairs. The order is: balls that
-    take a whole step, balls with parts of their own in order of the number of parts, and balls with stiff pairs. All
-    entries of `listed.joint` are reset to 1.
+    take a whole step, balls that take parts of the step alone (by increasing number of parts), and balls with stiff
+    pairs. The function resets `listed.joint` to 1 for all listed balls.
 
     Args:
         balls: All balls.
@@ -564,7 +573,8 @@ def choose_parts(balls, solids, floor, listed, h):
 def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass, radius, h):
     """Return the velocity and spin of a ball after h [s] of an acceleration [m/s^2] and a torque [N m].
 
-    Rolling resistance `rolling` [N m] and air drag with the decay `fading` [-] reduce the spin, at most to zero.
+    The torque of rolling resistance `rolling` [N m] and the decay of spin in air `fading` [-] reduce the spin, at most
+    to zero.
     """
     turnability = 2.5 / (mass * radius * radius)
     vx, vy, vz = vx + h * ax, vy + h * ay, vz + h * az
@@ -578,10 +588,11 @@ def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass,
 
 @inner
 def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, late, h, on):
-    """Advance the velocities and positions of balls by contact forces, gravity and air; apply the reaction to bodies.
+    """Advance the velocities and positions of balls under contact forces, gravity and air forces.
 
-    A sleeping ball also acts on bodies. The ball wakes if the bodies' force on the ball differs from the force at which
-    the ball fell asleep.
+    The function also applies the reaction forces to bodies. A sleeping ball does not move, but pushes on bodies. The
+    ball wakes if the normal force from bodies differs by more than a threshold from the force at which the ball fell
+    asleep.
 
     Args:
         balls: All balls; the positions of awake balls are in the middle of the step or part.
@@ -590,12 +601,12 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
         bodies: Records of all bodies, with poses in the middle of the step.
         floor: Properties of the floor, and gravity.
         listed: Balls from `list_contacts`, with contacts from `find_contacts`.
-        force: Forces of the balls on each other, as in `collide`; set to 0, shape (n, 8).
+        force: Forces of the balls on each other, as in `collide`, shape (n, 8); the function sets the used rows to 0.
         first: Index of the first ball in `listed.order`.
         last: Index after the last ball in `listed.order`.
-        late: Time of the ball positions since the middle of the step [s].
+        late: Time from the middle of the step to the time of the ball positions [s].
         h: Time step, or part of a step [s].
-        on: Time by which positions advance, to the middle of the next step or part [s].
+        on: Time by which the positions advance, usually to the middle of the next step or part [s].
     """
     queue, number, found, which, order = listed.queue, listed.number, listed.found, listed.which, listed.order
     has_bodies, is_leaving = listed.has_bodies, listed.is_leaving
@@ -689,7 +700,7 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
 
 @compiled
 def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff, force, first, last, h, ahead):
-    """Advance some balls by one step, divided into equal parts; the ball that needs the most parts sets the number.
+    """Advance some balls by one step in equal parts: the largest number of parts that one of these balls needs.
 
     Args:
         balls: All balls, with positions in the middle of the step.
@@ -700,7 +711,8 @@ def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff
         listed: Balls from `list_contacts`.
         pairs: Pairs from `list_contacts`.
         stiff: Number of stiff pairs among the balls to advance.
-        force: Forces of the other pairs, constant during the step, as in `collide`; set to 0, shape (n, 8).
+        force: Forces of the other pairs, as in `collide`, constant during the step, shape (n, 8); the function sets the
+            used rows to 0.
         first: Index of the first ball in `listed.order`.
         last: Index after the last ball in `listed.order`.
         h: Time step [s].
@@ -734,7 +746,7 @@ def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff
 
 @compiled
 def list_contacts(balls, bodies, solids, with_pairs, h, step):
-    """List the balls that may move or wake within h [s], and their possible contacts.
+    """List the balls that may move or wake within h [s], and the possible contacts of these balls.
 
     Args:
         balls: All balls.
@@ -779,7 +791,7 @@ def list_contacts(balls, bodies, solids, with_pairs, h, step):
 
 @inner
 def drift_balls(balls, listed, h):
-    """Advance the positions of all listed balls that do not sleep by h [s] at constant velocity."""
+    """Advance the positions over h [s] at constant velocity for all listed balls that do not sleep."""
     for q in range(listed.size):
         i = listed.queue[q]
         if not sleeps(balls.status, i):
@@ -822,9 +834,9 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
 
 @inner
 def end_balls(balls, listed, h):
-    """Rotate all listed balls that do not sleep over h [s], and update the time for which each ball has been still.
+    """Update the attitude and the time at rest, `Balls.still`, of all listed balls that do not sleep after h [s].
 
-    A ball is still while it has a contact and is slow. The time restarts when the ball gains speed.
+    A ball is still while the ball is slow and has a contact. The time restarts when the ball gains speed.
     """
     queue, spin, radius, still, vel = listed.queue, balls.spin, balls.radius, balls.still, balls.vel
     for q in range(listed.size):
@@ -840,7 +852,7 @@ def end_balls(balls, listed, h):
 
 @inner
 def _turn(quat, spin, i, h):
-    """Rotate the attitude of ball i by the ball's spin over h [s]."""
+    """Integrate the attitude of ball i over h [s] at the present spin."""
     x, y, z, s = quat[i, 0], quat[i, 1], quat[i, 2], quat[i, 3]
     a, b, c = 0.5 * h * spin[i, 0], 0.5 * h * spin[i, 1], 0.5 * h * spin[i, 2]
     nx, ny, nz = x + a * s + b * z - c * y, y + b * s + c * x - a * z, z + c * s + a * y - b * x
@@ -851,7 +863,7 @@ def _turn(quat, spin, i, h):
 
 @inner
 def any_moves(balls, bodies):
-    """Return whether any ball is awake or in flight, or any body that balls can touch moves."""
+    """Return whether any ball is awake or in flight, or whether any body that balls can touch is moving."""
     for i in range(len(balls.status)):
         if balls.is_ball[i] and (balls.status[i] == AWAKE or balls.status[i] == IN_FLIGHT):
             return True
@@ -866,7 +878,7 @@ def any_moves(balls, bodies):
 
 @compiled
 def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
-    """Return the largest overlap of a ball at a position [m] with the solids of the field [m]; 0 without overlap."""
+    """Return the largest overlap of a ball at a given position with a solid of the field [m], 0 without overlap."""
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     x0, x1 = cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
     y0, y1 = cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)

@@ -13,7 +13,7 @@ __all__ = ["begin_battery", "bus_voltage", "draw", "open_voltage", "watch_browno
 
 @compiled
 def open_voltage(batteries: Records, i: int) -> float:
-    """Return the terminal voltage without a load: the voltage behind the series resistance [V]."""
+    """Return the open-circuit voltage at the present charge, minus the slow voltage drop, at least 0 [V]."""
     b = batteries[i]
     voltage: float = b.model.empty + (b.model.full - b.model.empty) * b.charge - b.slow_drop
     return max(0.0, voltage)
@@ -21,7 +21,10 @@ def open_voltage(batteries: Records, i: int) -> float:
 
 @compiled
 def begin_battery(batteries: Records, i: int) -> None:
-    """Swap in a rested battery with the present `charge`; `min_voltage` and the event counts continue."""
+    """Swap in a rested battery with the present `charge`, and start the roboRIO and the motor controllers.
+
+    `off_time`, the lowest voltage and the numbers of brown-outs and resets continue from the last battery.
+    """
     b = batteries[i]
     b.slow_drop = 0.0
     b.drawn = 0.0
@@ -40,7 +43,7 @@ def begin_battery(batteries: Records, i: int) -> None:
 
 @inner
 def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float) -> bool:
-    """Draw a current from a battery for one step.
+    """Draw a current from a battery for one step, and update voltage, charge, energy and brown-out state.
 
     Args:
         batteries: Records of all batteries.
@@ -51,7 +54,7 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
             voltage. A load that would pull the terminals below `at_voltage` draws in proportion to the voltage.
 
     Returns:
-        Whether a brown-out or a reset began in this step.
+        Whether a brown-out or a reset began in this step; always False if the model has no brown-outs.
     """
     b = batteries[i]
     if current > 0.0 and at_voltage > 0.0:
@@ -73,7 +76,9 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
 
 @inner
 def watch_brownout(batteries: Records, i: int, h: float) -> bool:
-    """Update the states of the roboRIO and of the motor controllers for a step of h [s].
+    """Update the power states of the roboRIO and of the motor controllers after a step of h [s].
+
+    The motor controllers change state only at heartbeats: off during a brown-out or a reboot, otherwise on.
 
     Returns:
         Whether a brown-out or a reset began in this step.
@@ -115,8 +120,9 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
 def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
     """Return the bus voltage in balance with the motors' current: V = V_open - R (I_other + I_motors(V)) [V].
 
-    Four stalled motors in parallel have less resistance than the battery: with the current of the last step the voltage
-    would ring between 0 and 13 V. Newton's method starts from the last voltage and takes one iteration in steady state.
+    Four stalled motors in parallel have less resistance than the battery. An explicit solution, with the current of the
+    last step, would therefore ring between 0 and 13 V. Newton's method starts from the last bus voltage and needs one
+    iteration in steady state.
 
     Args:
         batteries: Records of all batteries.

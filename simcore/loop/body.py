@@ -1,13 +1,13 @@
 """Rigid bodies: rotation, motion, applied forces, and contacts of robots with the field and with other robots.
 
-A robot is one rigid body. Each wheel is a soft ball around the axle, and its compression gives the wheel load. Corners
-and sides of bumpers and frame are small soft balls. Edges of field elements that enter the box of bumpers or frame push
-the box away through the nearest face. Load transfer, tipping, ramps, falls, a robot on its back and a robot on top of
-another robot follow from these contact forces.
+A robot is one rigid body. Each wheel is a soft ball around the axle, and the compression of the ball gives the wheel
+load. Small soft balls also represent the corners and sides of bumpers and frame. An edge of a field element inside the
+box of bumpers or frame pushes the box away along the normal of the nearest face. These contact forces produce load
+transfer, tipping, driving on ramps, falls, a robot on its back, and a robot on top of another robot.
 
-A new contact can be deeper than its closing speed explains, for example when a user puts a robot into another robot, or
-when a robot tips beyond the angle at which bumpers collide in plan view. The excess of the depth (`put_in`, the initial
-overlap) gives no force; the loop separates the bodies by position, without a change of velocity.
+A new contact can be deeper than the closing speed explains, for example when a user places a robot inside another
+robot, or when a robot tips beyond the angle at which bumpers collide in plan view. The excess depth (`put_in`, the
+initial overlap) gives no force. The loop shifts the robots apart without a change of velocity.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def drift(body, h):
 
 @compiled
 def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
-    """Add a velocity [m/s, rad/s] to a body, and the displacement from this velocity over the last step of h [s]."""
+    """Add a velocity [m/s, rad/s] to a body, and advance the body's pose over h [s] at the added velocity alone."""
     body = bodies[b]
     kept = (body.vel[0], body.vel[1], body.vel[2], body.rate[0], body.rate[1], body.rate[2])
     update_axes(body)
@@ -142,7 +142,7 @@ def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
 
 @inner
 def turned_rate(body, tx, ty, tz, h):
-    """Return the angular velocity after a torque [N m] has acted for h [s], both in body axes [rad/s]."""
+    """Return a body's angular velocity [rad/s] after a torque [N m] has acted for h [s], both in body axes."""
     wx, wy, wz = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
     inertia = body.model.inertia
     ix = inertia[0]
@@ -157,7 +157,10 @@ def turned_rate(body, tx, ty, tz, h):
 
 @inner
 def change_velocity(body, jx, jy, jz, ax, ay, az):
-    """Change a body's velocity by an impulse [N s] and an angular impulse about the center of mass or pivot [N m s]."""
+    """Change a body's velocity by an impulse [N s] and an angular impulse about the center of mass or pivot [N m s].
+
+    Impulse and angular impulse are in field axes. The impulse does not change the velocity of a body on a pivot.
+    """
     model = body.model
     if not model.swings:
         body.vel[0] += jx / model.mass
@@ -178,7 +181,8 @@ def change_velocity(body, jx, jy, jz, ax, ay, az):
 def apply_impulse(body, jx, jy, jz, ax, ay, az):
     """Apply an impulse [N s] to a body at an offset from the center of mass or pivot [m].
 
-    Robots and bodies that carry robots change velocity at once; other bodies do so after the call, in the engine.
+    The function adds the impulse and angular impulse to `body.impulse`. The velocity of a robot, or of a body that
+    carries robots, changes at once. The engine changes the velocity of other bodies after the call.
     """
     mx = ay * jz - az * jy
     my = az * jx - ax * jz
@@ -195,7 +199,7 @@ def apply_impulse(body, jx, jy, jz, ax, ay, az):
 
 @inner
 def apply_force(robot, ax, ay, az, fx, fy, fz):
-    """Add a contact force on a robot [N] in this step, at an offset from the robot's center of mass [m]."""
+    """Add a contact force [N], at an offset from the center of mass [m], to a robot's force and torque in this step."""
     robot.press[0] += fx
     robot.press[1] += fy
     robot.press[2] += fz
@@ -206,7 +210,7 @@ def apply_force(robot, ax, ay, az, fx, fy, fz):
 
 @inner
 def add_touch(robot, row):
-    """Add the row of a body or field element to the list of a robot's contacts."""
+    """Add the row of a body or field element to a robot's list of contacts, if the row is new and the list not full."""
     for k in range(robot.touched):
         if robot.touches[k] == row:
             return
@@ -219,7 +223,7 @@ def add_touch(robot, row):
 def find_spring(springs, r, key, stamp):
     """Return the index of a contact in the records of robot r, and whether the contact is new; update the stamp.
 
-    A new contact replaces the record with the oldest stamp, and starts without stretch and initial overlap.
+    A new contact replaces the record with the oldest stamp, and starts with zero stretch and zero initial overlap.
     """
     oldest = 0
     for k in range(SPRINGS):
@@ -241,19 +245,22 @@ def find_spring(springs, r, key, stamp):
 
 @inner
 def unexplained(depth, closing, h):
-    """Return the part of a new contact's depth [m] that the closing speed [m/s] over h [s] does not explain [m]."""
+    """Return the initial overlap of a new contact: the depth minus `closing` times h and minus a tolerance [m]."""
     return max(0.0, depth - max(0.0, closing) * h - _SLACK)
 
 
 @inner
 def way_out(put_in, h):
-    """Return the displacement that reduces an initial overlap in a step of h [s], without a change of velocity [m]."""
+    """Return the displacement that reduces an initial overlap in a step of h [s], at most the whole overlap [m]."""
     return min(put_in, (put_in / _OUT_TIME + _OUT_SPEED) * h) if put_in > 0.0 else 0.0
 
 
 @inner
 def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, friction, h):
-    """Compute the force of a soft contact with a friction spring, field axes, and update the contact's record.
+    """Compute the force of a soft contact with a friction spring, and update the record of the contact.
+
+    For walls and other steep surfaces, the function also adds the displacement out of an initial overlap to
+    `robot.shift`.
 
     Args:
         robot: Record of the robot.
@@ -277,7 +284,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
         h: Time step [s].
 
     Returns:
-        Normal force [N], and x, y and z components of the total force [N].
+        Normal force [N], and total force in field axes [N]; all 0 for a contact that would pull.
     """
     out = ux * nx + uy * ny + uz * nz
     slot, is_new = find_spring(springs, r, key, stamp)
@@ -333,7 +340,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
 
 @compiled
 def _velocity(body, ax, ay, az):
-    """Return the velocity of a body at an offset from the center of mass [m/s]."""
+    """Return the velocity of a body at an offset from the center of mass or pivot, field axes [m/s]."""
     vel = body.vel
     rate = body.rate
     return (
@@ -353,17 +360,17 @@ def _mobility(body, ax, ay, az, nx, ny, nz):
 
 @inner
 def _limited_damping(damping, mobility, count, h):
-    """Return the limited damping of one of `count` simultaneous contacts [N s/m].
+    """Return the damping of one of `count` simultaneous contacts, limited for stability [N s/m].
 
-    In a step of h [s] each damper removes at most the fraction `_MOST_DAMPING / count` of the speed at the contact, so
-    that all dampers together never reverse a motion, wherever the contacts are.
+    In a step of h [s] each damper removes at most the fraction `_MOST_DAMPING / count` of the speed at the contact. All
+    dampers together therefore never reverse the velocity, at any position of the contacts.
     """
     return min(damping, _MOST_DAMPING / (mobility * count * h))
 
 
 @inner
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
-    """Add the load [N] of a contact to a point, and update normal and arm, which are means weighted by load."""
+    """Add the load [N] of a contact to a point, and update the load-weighted means of normal and arm."""
     share = load / (point.load + load)
     point.normal[0] += share * (nx - point.normal[0])
     point.normal[1] += share * (ny - point.normal[1])
@@ -376,7 +383,11 @@ def _add_load(point, load, nx, ny, nz, ax, ay, az):
 
 @inner
 def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
-    """Store a contact: point, touched object, depth, unit normal, and offset of the point from the center of mass."""
+    """Store a contact in row n of `hits`.
+
+    The row contains the index of the point, the index of the touched object, the depth [m], the unit normal, and the
+    offset of the point from the center of mass [m].
+    """
     hit = hits[n]
     hit[0] = i
     hit[1] = what
@@ -391,7 +402,10 @@ def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
 
 @inner
 def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, h):
-    """Apply the contact force of the field on one wheel or point of a robot; `count` points are in contact at once."""
+    """Apply the contact force of the field on one wheel or other contact point of a robot.
+
+    `count` is the number of simultaneous contacts of points other than wheels.
+    """
     robot = fleet.robots[r]
     point = fleet.points[i]
     model = point.model
@@ -418,7 +432,10 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
 
 @compiled
 def _clip(ax, ay, az, bx, by, bz, half, ends, n):
-    """Clip an edge to a box around the origin, append the clipped ends to `ends`, and return the number of ends."""
+    """Clip an edge to a box around the origin, append both clipped ends to `ends`, and return the number of ends.
+
+    An edge outside the box adds no ends.
+    """
     t0 = 0.0
     t1 = 1.0
     for axis in range(3):
@@ -447,7 +464,10 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
 
 @inner
 def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
-    """Apply the contact forces of a field solid's edges on a box of a robot, along the normal of the nearest face."""
+    """Apply the forces of a field solid's edges on the box of bumpers or frame.
+
+    The forces act along the normal of the face with the smallest displacement that moves the box off all edges.
+    """
     robot = fleet.robots[r]
     part = fleet.parts[p].model
     middle = 0.5 * (part.bottom + part.top)
@@ -523,13 +543,14 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
 def touch_field(fleet, r, bodies, solids, has_floor, h):
     """Apply the contact forces of floor and field on the wheels, bumpers and frame of a robot.
 
-    The function also sets gap, load, normal and arm of the robot's contact points.
+    The function also updates the robot's contact points and adds touched field elements to the robot's list of
+    contacts.
 
     Args:
         fleet: All robots.
         r: Index of the robot.
         bodies: Records of all bodies.
-        solids: Solids of the field.
+        solids: Solids of the field and of bodies.
         has_floor: Whether there is a floor at z = 0.
         h: Time step [s].
     """
@@ -631,7 +652,10 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
 
 @inner
 def touch_plates(fleet, r, bodies, solids, h):
-    """Apply the contact forces between a robot and the movable bodies that carry robots."""
+    """Apply the contact forces between a robot and the movable bodies that carry robots.
+
+    The function also updates the robot's contact points and list of contacts. `touch_field` must run first.
+    """
     robot = fleet.robots[r]
     body = bodies[robot.model.body]
     center = body.model.center
@@ -701,9 +725,9 @@ def touch_plates(fleet, r, bodies, solids, h):
 
 @inner
 def _box_gap(part, x, y, z):
-    """Return the distance of a point from a part of a robot, negative inside [m], and the outward unit normal.
+    """Return the distance of a point from a box of bumpers or frame [m], and the outward unit normal.
 
-    Point and normal are in the robot frame.
+    The distance is negative inside the box. Point and normal are in the frame of the robot with this box.
     """
     model = part.model
     middle = 0.5 * (model.bottom + model.top)
@@ -728,7 +752,7 @@ def _box_gap(part, x, y, z):
 
 @compiled
 def _press_into(fleet, r, q, body, other, h):
-    """Apply the contact forces between wheels and points of robot r and bumpers and frame of robot q."""
+    """Apply the contact forces between the contact points of robot r and the bumpers and frame of robot q."""
     robot = fleet.robots[r]
     beneath = fleet.robots[q]
     center = body.model.center

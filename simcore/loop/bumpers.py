@@ -1,7 +1,7 @@
 """Contacts of upright robots' bumpers with walls and with each other: spring, damper and Coulomb friction.
 
-Two convex outlines touch along overlapping sides, with up to two contacts, one at each end of the overlap, so that the
-distributed pressure resists rotation. In each contact a spring and a damper give the normal force
+Two convex outlines touch along overlapping sides. The model has up to two contacts, one at each end of the overlap, and
+therefore resists rotation as a distributed pressure does. In each contact a spring and a damper give the normal force
 
     N = k d - c v_n >= 0,   k = stiffness x half of the overlap's length,   c = 2 zeta sqrt(k m)
 
@@ -23,25 +23,27 @@ from simcore.loop.compiled import compiled, inner
 __all__ = ["DAMPING_RATIOS", "place_parts", "touch_outlines", "touch_robots"]
 
 _BESIDE = 0.003
-"""Smallest length along two sides in which the sides overlap and collide [m]."""
+"""Smallest length of the overlap of two sides that collide [m]; half of the shorter side, if that is smaller."""
 _COMMON = 1e-3
-"""Smallest common height of two robots' parts that collide [m]; a frame begins at the top of the bumpers."""
+"""Smallest vertical overlap at which parts of two robots collide [m]. Without this limit a frame, which begins at the
+top of the bumpers, could collide with bumpers of the same height."""
 _EQUAL = 1e-6
 """Difference of separation below which the first outline's side is the reference side [m]."""
 _MOST_RESTITUTION = 0.25
-"""Largest restitution of a pair [-], above that of bumpers; no hit, however oblique, gains energy in steps of 1 ms."""
+"""Largest coefficient of restitution of a pair [-], above the restitution of bumpers. Within this limit no hit at any
+angle gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
 """Largest fraction of the speed that a damper removes in a step [-]; above 1 the speed would reverse."""
 _LEAST_SIDE = 0.1
-"""Length over which a corner compresses a bumper [m]."""
+"""Smallest length for the stiffness of a contact [m]: the length over which a corner compresses a bumper."""
 _NONE = np.zeros(4, np.uint8)
-"""Flags of a rectangle without hidden sides."""
+"""Values of `is_hidden` for a rectangle without hidden sides."""
 
 
 def _restitution(ratio: float) -> float:
-    """Return the coefficient of restitution of a spring and damper that never pull, for a damping ratio.
+    """Return the coefficient of restitution of a spring-damper contact with a given damping ratio [-].
 
-    The contact ends at zero force.
+    The contact ends when the force reaches zero, so the contact never pulls.
 
     Source: T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9
     (2007), eq. 21 and 22.
@@ -55,7 +57,8 @@ def _restitution(ratio: float) -> float:
 
 _TRIED = np.linspace(3.0, 0.0, 3001)
 DAMPING_RATIOS = np.interp(np.linspace(0.0, 1.0, 101), [_restitution(ratio) for ratio in _TRIED], _TRIED)
-"""Damping ratio of a spring and damper that never pull [-], indexed by 100 times the restitution, shape (101,)."""
+"""Damping ratio of a spring-damper contact that never pulls [-], indexed by 100 times the coefficient of restitution,
+shape (101,)."""
 
 
 @inner
@@ -102,7 +105,10 @@ def place_parts(fleet, r, body):
 
 @inner
 def _widest(corners, normals, first, last, is_hidden, others, other_first, other_last):
-    """Return the largest separation of a visible side from another outline [m], and the index of the side."""
+    """Return the largest separation of a visible side from another outline [m], and the index of this side.
+
+    A negative separation is the depth of an overlap.
+    """
     best = -math.inf
     side = first
     for i in range(first, last):
@@ -125,17 +131,18 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
     """Find up to two contacts of outlines a and b, with unit normals from a to b.
 
     Args:
-        a: Corners of an array of outlines that contains a [m].
+        a: Array of corners that contains outline a [m].
         a_normals: Outward unit normal of the side after each corner in `a`.
         a_first: Index of the first corner of outline a.
         a_last: Index after the last corner of outline a.
         a_hidden: Whether another outline covers the side after each corner in `a`.
-        b: Corners of an array of outlines that contains b [m].
+        b: Array of corners that contains outline b [m].
         b_normals: Outward unit normal of the side after each corner in `b`.
         b_first: Index of the first corner of outline b.
         b_last: Index after the last corner of outline b.
         b_hidden: Whether another outline covers the side after each corner in `b`.
-        found: Filled with x, y, nx, ny, depth, length and index of the overlap's end per contact, shape (2, 7).
+        found: Filled with one row per contact, shape (2, 7): x, y, nx, ny, depth, length of the overlap, and index of
+            the end of the overlap (0 or 1).
 
     Returns:
         Number of contacts.
@@ -153,7 +160,11 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
 
 @inner
 def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, sign, found):
-    """Find the contacts at both ends of the overlap of a side of a and the opposite side of b; return their number."""
+    """Find the contacts of a side of a and the opposite side of b at both ends of the overlap.
+
+    Returns:
+        Number of contacts.
+    """
     nx = a_normals[side, 0]
     ny = a_normals[side, 1]
     sx = a[side, 0]
@@ -198,7 +209,7 @@ def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, si
 
 @inner
 def _velocity(body, x, y, height):
-    """Return the horizontal velocity of a body at a point x, y and a height, field frame [m/s, m/s]."""
+    """Return the horizontal velocity of a body at a point (x, y, height) [m], field frame [m/s, m/s]."""
     ax = x - body.com[0]
     ay = y - body.com[1]
     az = height - body.com[2]
@@ -212,7 +223,7 @@ def _velocity(body, x, y, height):
 def _mobility(body, x, y, nx, ny):
     """Return the inverse effective mass of a robot at a point along a horizontal unit vector [1/kg].
 
-    Roll and pitch do not contribute because the wheels resist them.
+    The function ignores roll and pitch, because the wheels resist both rotations.
     """
     lever = (x - body.com[0]) * ny - (y - body.com[1]) * nx
     return 1.0 / body.model.mass + lever * lever / body.model.inertia[2]
@@ -220,13 +231,15 @@ def _mobility(body, x, y, nx, ny):
 
 @compiled
 def _ratio(restitution):
-    """Return the damping ratio for a pair's restitution [-]."""
+    """Return the damping ratio for a pair's coefficient of restitution, limited to `_MOST_RESTITUTION` [-]."""
     return DAMPING_RATIOS[int(100.0 * min(restitution, _MOST_RESTITUTION) + 0.5)]
 
 
 @inner
 def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key, stamp, is_put, h):
-    """Compute the force of a bumper contact from opening speed v_n and sliding speed v_t, to the left of n [m/s].
+    """Compute the force of a bumper contact, and update the record of the contact.
+
+    v_n is the opening speed, and v_t is the sliding speed to the left of the unit normal [m/s].
 
     Returns:
         Normal force [N], tangential force [N], and the displacement that reduces the initial overlap [m].
@@ -253,10 +266,12 @@ def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key
 
 @inner
 def touch_outlines(fleet, r, body, h, found):
-    """Apply the contact forces of the field's outlines on the bumpers of a robot.
+    """Apply the contact forces of the field's outlines on the bumpers and frame of a robot.
+
+    The function also adds the displacement out of initial overlaps to `robot.shift`, and updates the list of contacts.
 
     Args:
-        fleet: All robots; `place_parts` has placed the parts of robot r.
+        fleet: All robots; call `place_parts` for robot r first.
         r: Index of the robot.
         body: Record of the robot's body.
         h: Time step [s].
@@ -307,10 +322,13 @@ def touch_outlines(fleet, r, body, h, found):
 
 @inner
 def touch_robots(fleet, a, b, bodies, h, found):
-    """Apply the contact forces between the bumpers of two robots.
+    """Apply the contact forces between the bumpers and frames of two robots.
+
+    The function also adds the displacement out of initial overlaps to the robots' `shift`, and updates the robots'
+    lists of contacts.
 
     Args:
-        fleet: All robots; `place_parts` has placed the parts of both robots.
+        fleet: All robots; call `place_parts` for both robots first.
         a: Index of one robot.
         b: Index of the other robot.
         bodies: Records of all bodies.

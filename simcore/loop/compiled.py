@@ -1,7 +1,7 @@
 """Compile the functions of this package, and cache the machine code for later runs.
 
-Numba recompiles a function when its own file has changed, but not when a function that it calls in another file has
-changed. The name of the cache folder therefore contains a hash of all files of this package.
+Numba recompiles a function after a change of the source file, but not after a change of a called function in another
+file. The name of the cache folder therefore contains a hash of all files of this package.
 """
 
 from __future__ import annotations
@@ -52,7 +52,10 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _temporary_folder() -> Path | None:
-    """Return a temporary folder private to this user, as code is loaded from it; None if no folder is private."""
+    """Return a temporary folder that only this user can access; None if no such folder is available.
+
+    The folder must be private because Python loads machine code from the folder.
+    """
     if sys.platform == "win32":  # every user has a private folder of temporary files
         return Path(tempfile.gettempdir()) / "simcore"
     folder = Path(tempfile.gettempdir()) / f"simcore-{os.getuid()}"
@@ -67,8 +70,9 @@ def _temporary_folder() -> Path | None:
 def _choose_folder() -> Path | None:
     """Return the cache folder for compiled functions; None if no folder is writable.
 
-    The candidates are next to the sources, in the user's cache and among temporary files. A folder that already has the
-    compiled functions comes first, even if read-only (installed by an administrator); then the first writable folder.
+    The candidates are next to the source files, in the user's cache folder and in the folder of temporary files. The
+    function prefers a folder that already has the compiled functions, even a read-only folder (installed by an
+    administrator), and otherwise returns the first writable folder.
     """
     contents = b"".join(path.read_bytes() for path in sorted(_HERE.glob("*.py")))
     name = f"simcore-{hashlib.sha256(contents).hexdigest()[:16]}"
@@ -81,7 +85,7 @@ def _choose_folder() -> Path | None:
 
 
 def _files(folder: Path, name: str) -> list[Path]:
-    """Return the Numba index files of a function (`module.function`) for this version of Python."""
+    """Return the Numba index files of a function (`module.function`) in a folder, for this version of Python."""
     version = f"py{sys.version_info[0]}{sys.version_info[1]}"
     with contextlib.suppress(OSError):
         return list(folder.rglob(f"{name}-*.{version}*.nbi"))
@@ -94,7 +98,7 @@ cache_folder = None if _config.DISABLE_JIT else _choose_folder()
 
 
 def is_prepared(names: Sequence[str] = _PREPARED) -> bool:
-    """Return whether functions (`module.function`) run without being compiled first on this computer."""
+    """Return whether all functions (`module.function`) are in the cache, or Numba's JIT is disabled."""
     return bool(_config.DISABLE_JIT) or (cache_folder is not None and all(_files(cache_folder, name) for name in names))
 
 
@@ -119,7 +123,10 @@ class _Cache(caching.FunctionCache):
     _impl_class = _Files
 
     def load_overload(self, sig: object, target_context: object) -> object:
-        """Return the cached function for a signature; None if no intact function is cached."""
+        """Return the cached function for a signature; None if the cache has no intact function.
+
+        If the cached data is damaged, print a message and delete the index file.
+        """
         try:
             return super().load_overload(sig, target_context)
         except Exception as error:  # pickle can raise any exception on damaged bytes
@@ -130,7 +137,7 @@ class _Cache(caching.FunctionCache):
             return None
 
     def save_overload(self, sig: object, data: object) -> None:
-        """Cache the function for a signature; set `not_kept` if the files cannot be written."""
+        """Cache the function for a signature; if this fails, set `not_kept` and stop caching the function."""
         global not_kept
         try:
             super().save_overload(sig, data)
@@ -144,21 +151,25 @@ not_kept = "" if cache_folder else "no folder for it is writable"
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile a function on the first call; results equal those of plain Python to the last bit."""
+    """Compile a function with Numba on the first call.
+
+    The compiled function returns the same values as plain Python, to the last bit.
+    """
     return _kept(function)
 
 
 def inner(function: _Function) -> _Function:
-    """Compile a function that allocates no array and is called by compiled functions only.
+    """Compile an inner function of the loop on the first call.
 
-    Reference counting of array arguments is off: the counts are atomic operations, and without them a tick of six
-    robots among balls takes 2.8 ms, not 3.1 ms.
+    The function must not allocate arrays, and only compiled functions may call the function. Numba does not count
+    references to the array arguments. The counts are atomic operations. Without the counts, a tick of six robots among
+    balls takes 2.8 ms, not 3.1 ms.
     """
     return _kept(function, _nrt=False)
 
 
 def _kept(function: _Function, **options: Any) -> _Function:
-    """Return a function that compiles itself on the first call and keeps the result in `cache_folder`."""
+    """Return a dispatcher that compiles the function on the first call and stores the result in `cache_folder`."""
     dispatcher: Any = numba.njit(error_model="numpy", **options)(function)
     if cache_folder is not None:
         before = _config.CACHE_DIR
@@ -171,7 +182,10 @@ def _kept(function: _Function, **options: Any) -> _Function:
 
 
 def inlined(function: _Function) -> _Function:
-    """Compile a function inlined at each call site: passing thirty arrays takes as long as computing a contact."""
+    """Compile a function that Numba inlines at each call site.
+
+    Inlining saves time because passing thirty arrays takes as long as computing a contact.
+    """
     return cast(_Function, numba.njit(inline="always", error_model="numpy")(function))
 
 
@@ -179,7 +193,7 @@ _said: set[str] = set()
 
 
 def _say(text: str) -> None:
-    """Print a line on standard error, once per process."""
+    """Print a line to standard error, unless this process has printed the line before."""
     if text not in _said:
         _said.add(text)
         print(text, file=sys.stderr, flush=True)
@@ -189,7 +203,8 @@ def _say(text: str) -> None:
 def preparing(name: str) -> Iterator[None]:
     """Wrap the first call of a function (`module.function`) that takes long to compile.
 
-    Print the reason for the wait before the call and the duration after it. One process compiles while others wait.
+    If the function is not in the cache, print the reason for the wait before the call and the duration after the call.
+    One process compiles while other processes wait.
     """
     if is_prepared([name]):
         yield
@@ -208,7 +223,11 @@ def preparing(name: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _lock() -> Iterator[None]:
-    """Lock the cache folder against other processes that compile; the lock ends with the process at the latest."""
+    """Lock the cache folder against other processes that compile.
+
+    The operating system releases the lock when the process ends. If the folder cannot be locked, continue without a
+    lock.
+    """
     file = None
     with contextlib.suppress(OSError):
         if cache_folder is not None:
@@ -222,7 +241,10 @@ def _lock() -> Iterator[None]:
 
 
 def _take(file: BinaryIO) -> None:
-    """Lock a file; wait while another process has the lock, on Windows for at most five minutes."""
+    """Lock a file; wait while another process has the lock.
+
+    On Windows, give up after five minutes and return without a lock.
+    """
     if sys.platform == "win32":
         for _ in range(_MOST_WAITS):
             with contextlib.suppress(OSError):  # raised after ten seconds of waiting

@@ -3,9 +3,9 @@
 A ball is a soft sphere (P. A. Cundall, O. D. L. Strack, "A discrete numerical model for granular assemblies", 1979): at
 an overlap d the foam gives the normal force F(d) (1 + c s). The memory s of a contact goes to 1 during loading, to -1
 during unloading, and to 0 at rest. Foam loses energy by this hysteresis. The loss depends neither on speed, nor on
-mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring, attached where the contact
-began, which slips at mu N. The laws hold from a light touch to the force of a robot. All functions take and return
-plain numbers; `simcore.loop.balls` finds the contacts.
+mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring from the first
+point of contact, and the contact slips at the force mu N. The laws hold for forces from a light touch up to the push of
+a robot. All functions take and return plain numbers. `simcore.loop.balls` finds the contacts.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ STIFFEST = 0.05
 _THINNEST = 0.003  # smallest band w of the memory [-]; restitution is then at least 0.04
 _FORGETS = 0.15
 """Decay time of the memory of foam at rest [s]: at constant overlap the memory decays with the time constant
-band * _FORGETS / 2, where `foam_loss` computes the band. Long compared with a bounce, short compared with a pin.
-Estimate; no recovery times of balls are published."""
+band * _FORGETS / 2, where `foam_loss` computes the band. The time is long compared with a bounce and short compared
+with the time for which a robot pins a ball. The value is an estimate; no recovery times of balls are published."""
 _TANGENTIAL = 0.8  # tangential over normal stiffness [-]: Mindlin's 2 (1 - nu) / (2 - nu), nu = 0.33
 _TANGENTIAL_MASS = 2.0 / 7.0  # effective tangential mass at the surface of a solid ball over its mass [-]
 _TANGENTIAL_STIFFEST = 0.5  # largest k h^2 / m of the friction spring in one step [-]
@@ -43,7 +43,7 @@ _TANGENTIAL_STIFFEST = 0.5  # largest k h^2 / m of the friction spring in one st
 
 @compiled
 def foam_force(depth, linear, cubic, hard_from, hard):
-    """Return the normal force of foam without hysteresis [N]: k1 d + k3 d^3, plus k2 (d - d0)^2 where d > d0.
+    """Return the normal force of foam without hysteresis [N]: k1 d + k3 d^3, plus k2 (d - d0)^2 for d > d0.
 
     Args:
         depth: Overlap d [m].
@@ -85,7 +85,7 @@ def foam_loss(restitution):
 
     Loading takes the work (1 + c) U. Unloading returns (1 - c) U, plus 2 c j U while the memory changes sign over an
     interval w of ln U, with j = 1 - (1 - exp(-w)) / w for any F(d). So e^2 = (1 - c + 2 c j) / (1 + c), which
-    c = 1 - e^2 and j = e^2 / 2 satisfy. With c = 1 and j = e^2 there would be no force left during unloading.
+    c = 1 - e^2 and j = e^2 / 2 satisfy. With c = 1 and j = e^2 the foam would give no force during unloading.
 
     Args:
         restitution: Coefficient of restitution e of the pair, 0 to 1 [-].
@@ -97,7 +97,9 @@ def foam_loss(restitution):
 
 @inner
 def foam_memory(memory, energy, last, band, h):
-    """Return the new memory of a contact, -1 to 1 [-]: change by 2 d(ln U) / w, and decay towards 0.
+    """Return the new memory of a contact, -1 to 1 [-].
+
+    In a step the memory changes by 2 d(ln U) / w and decays towards 0.
 
     Args:
         memory: Memory after the last step, -1 to 1 [-].
@@ -144,6 +146,7 @@ def rolling_resistance(push, spin, depth, radius, restitution):
     """Return the torque of rolling resistance from foam hysteresis, divided by the relative spin [N m s].
 
     The torque is b N, with the lever b = 3/16 (1 - e^2) a and the radius a = sqrt(R d) of the contact patch.
+
     Source: K. L. Johnson, "Contact Mechanics", 1985, section 9.4.
 
     Args:
@@ -158,12 +161,12 @@ def rolling_resistance(push, spin, depth, radius, restitution):
 
 @inner
 def steps_for(stiffness, mass, h):
-    """Return the number of equal parts of a step of h [s] that keep k h^2 / m of a contact at most `STIFFEST`.
+    """Return the smallest number of equal parts of a step that keeps k h^2 / m of a contact at or below `STIFFEST`.
 
     Args:
         stiffness: Stiffness k of the contact, from `hardened` [N/m].
         mass: Effective mass m [kg].
-        h: Time step [s].
+        h: Whole time step [s].
     """
     stiff, most = stiffness * h * h, STIFFEST * mass
     return 1 if stiff <= most else math.ceil(math.sqrt(stiff / most))
@@ -171,9 +174,9 @@ def steps_for(stiffness, mass, h):
 
 @inner
 def air_acceleration(vx, vy, vz, wx, wy, wz, drag, lift, saturation):
-    """Return the acceleration from drag, -k |v| v, plus the acceleration from spin lift, along omega x v [m/s^2].
+    """Return the acceleration of a ball from drag, -k |v| v, and from spin lift, along omega x v [m/s^2].
 
-    Lift saturates with the spin ratio; `simcore.pieces.aerodynamics` gives the formula and the source.
+    Lift saturates with the spin ratio. `simcore.pieces.aerodynamics` gives the formula and the source.
 
     Args:
         vx: x component of the velocity [m/s].

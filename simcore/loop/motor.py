@@ -6,8 +6,8 @@ and step. Backward Euler for the shaft speed w is
 
     k w = a + T(w)          k = J/h + (tire stiffness),   a = J/h w_old + (tire force)
 
-The torque T of motor, limits, gear loss and dry friction never increases with w. For any inertia and any step there is
-exactly one solution, which a few comparisons find without iteration.
+The torque T from motor, limits, gear loss and dry friction never increases with w. The equation therefore has exactly
+one solution for any inertia and any step. `solve_shaft` finds the solution with a few comparisons and no iteration.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LOCKED = 1e12
 
 @compiled
 def within(value, limit):
-    """Clamp `value` to -limit..limit: a voltage to the bus voltage, a current to the stator limit."""
+    """Return `value` clamped to the range from -limit to limit."""
     if value > limit:
         return limit
     if value < -limit:
@@ -43,10 +43,10 @@ def within(value, limit):
 
 @inner
 def end_weight(h, rate):
-    """Return the weight of the final speed in the mean speed that makes a step of w' = -rate w exact [-].
+    """Return the weight of the final speed in the mean speed [-] that makes a step of w' = -rate w exact.
 
-    This is exponential fitting. The weight is 1/2 (trapezoidal rule, second order) for a slow shaft, rate h << 1, and
-    tends to 1 (backward Euler, which does not ring) for a fast shaft.
+    The method is exponential fitting. The weight is 1/2 (trapezoidal rule, second order) for a slow shaft, rate h << 1,
+    and tends to 1 (backward Euler, which does not ring) for a fast shaft.
 
     Args:
         h: Time step [s].
@@ -60,10 +60,10 @@ def end_weight(h, rate):
 
 @inner
 def line_in_force(volts, bus, emf, limit, resistance, winding):
-    """Return the current line of a motor whose controller compensates for the resistance in series with the winding.
+    """Return the line I = (V - e) / R of a motor at the present back-EMF.
 
-    The controller compensates while the duty cycle is below 1: the current is the smallest of (V - e) / R_winding,
-    (V_bus - e) / R and the stator limit.
+    The controller compensates for the resistance in series with the winding while the duty cycle is below 1. The
+    current is therefore the smallest of (V - e) / R_winding, (V_bus - e) / R and the stator limit.
 
     Args:
         volts: Requested voltage V [V].
@@ -74,7 +74,7 @@ def line_in_force(volts, bus, emf, limit, resistance, winding):
         winding: Resistance of the winding [ohm].
 
     Returns:
-        Voltage [V] and resistance [ohm] of the line I = (V - e) / R.
+        Voltage V [V] and resistance R [ohm] of the line; the caller applies the stator limit.
     """
     volts = within(volts, bus)
     if winding == resistance:
@@ -137,8 +137,8 @@ def supply_line(emf, slope, w, resistance, power, current, drawn):
 
     While the motor draws power, the limit is the curve (e + I R) I = P. This curve is convex in e: the tangent at the
     present e stays below the curve, so the limit also holds at the end of the step. While the motor regenerates, the
-    controller reduces the torque until the regenerated power is within the limit. This current falls with e, so the
-    limit also holds for any smaller e.
+    controller reduces the torque until the regenerated power is within the limit. The current decreases as |e|
+    increases, so the limit also holds for any smaller |e|.
 
     Args:
         emf: Back-EMF e at shaft speed `w` [V].
@@ -182,7 +182,8 @@ def solve_limited(k, a, i0, i1, limit, emf, resistance, driving, driven, frictio
         power: Supply limit times bus voltage [W].
 
     Returns:
-        Shaft speed [rad/s], current [A], voltage at the motor [V], and the torque line: t0 [N m], t1 [N m s].
+        Shaft speed [rad/s], current [A], voltage at the motor [V], and the torque line T = t0 - t1 w at this speed:
+            t0 [N m], t1 [N m s].
     """
     end, i, t0, t1 = solve_shaft(k, a, i0, i1, limit, driving, driven, friction)
     drawn = (emf_offset + emf * end + i * resistance) * i
@@ -220,7 +221,8 @@ def torque_line(is_open, volts, bus, emf_offset, w, limit, power, emf, resistanc
         friction: Dry friction torque [N m].
 
     Returns:
-        `i0, i1` of the current I = i0 - i1 w without limits; `t0, t1` of the torque T = t0 - t1 w within the limits.
+        `i0` [A] and `i1` [A s/rad] of the current I = i0 - i1 w without limits, and `t0` [N m] and `t1` [N m s] of the
+            torque T = t0 - t1 w with limits and friction.
     """
     i0 = 0.0
     i1 = 0.0

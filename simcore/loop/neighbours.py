@@ -1,7 +1,7 @@
 """Lists of possible contacts within a few milliseconds: between balls, and between balls and solids.
 
-A list is valid for up to 5 ms. The list contains all pairs that can meet within this time at the present speeds, plus a
-margin for balls and bodies that start to move meanwhile.
+A list is valid for up to 5 ms. The list contains all pairs that can touch within this time at the present speeds, with
+a margin for balls and bodies that start to move during this time.
 """
 
 from __future__ import annotations
@@ -34,8 +34,9 @@ def grid_of(balls):
     """Sort the balls on the field into square cells.
 
     Returns:
-        First ball of each cell, ball after each ball in the same cell, lowest x and y of the grid [m], edge of a cell
-        [m], number of cells along x and y, and largest radius of a ball [m].
+        Row of the first ball in each cell, and row of the next ball in the cell for each ball, both -1 for none; lowest
+            x and lowest y of the grid [m], edge length of a cell [m], numbers of cells along x and y, and largest
+            radius of a ball [m].
     """
     is_ball, states, pos, radius = balls.is_ball, balls.status, balls.pos, balls.radius
     n = pos.shape[0]
@@ -60,17 +61,17 @@ def grid_of(balls):
 
 @inlined
 def cell_range(low, high, origin, edge, count):
-    """Return the indices of the first and last cell, within the grid, of an interval along an axis [m]."""
+    """Return the indices of the first and last grid cell that an interval along an axis [m] overlaps."""
     return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
 
 
 @compiled
 def listed_balls(balls, bodies, grid, way, h):
-    """List the awake balls, fast balls first, and the sleeping balls that a body may touch within h [s].
+    """List the moving balls, fast balls first, and the sleeping balls that a body may touch within h [s].
 
     Returns:
-        Rows of the listed balls, with capacity for all balls, shape (n,); 0 for listed balls and -1 for other balls,
-        by row, shape (n,); number of listed balls.
+        Rows of the listed balls, with capacity for all balls, shape (n,); for each row, 0 for a listed ball and -1 for
+            any other ball, shape (n,); number of listed balls.
     """
     head, after, low_x, low_y, edge, nx, ny, _ = grid
     is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
@@ -101,12 +102,12 @@ def listed_balls(balls, bodies, grid, way, h):
 def near_pairs(balls, grid, way, queue, depth, count, first, second):
     """Find the pairs of balls that may touch, and append the sleeping balls of these pairs to the list.
 
-    The search starts from each ball in the order of the list, so a pair of a fast and a slow ball is found from the
-    fast ball. A fast ball searches up to the largest distance from which another ball can reach it.
+    The function searches around each ball in the order of the list, and therefore finds a pair of a fast and a slow
+    ball in the search around the fast ball. The search radius of a fast ball is the largest distance from which another
+    ball can reach the fast ball.
 
     Returns:
-        Number of pairs, whose rows are in `first` and `second`, or -1 if these arrays are too short; number of listed
-        balls.
+        Number of pairs in `first` and `second`, -1 if these arrays are too short; number of listed balls.
     """
     status, pos, radius = balls.status, balls.pos, balls.radius
     head, after, low_x, low_y, edge, nx, ny, largest = grid
@@ -143,7 +144,7 @@ def near_pairs(balls, grid, way, queue, depth, count, first, second):
 
 @inlined
 def is_outside(box, s, x, y, z, reach):
-    """Return whether a ball of radius `reach` [m] is outside the bounding box of a solid."""
+    """Return whether a ball of radius `reach` [m] is outside the bounding box of a solid, both in the same frame."""
     return (
         x + reach < box[s, 0] or x - reach > box[s, 3] or y + reach < box[s, 1] or y - reach > box[s, 4]
         or z + reach < box[s, 2] or z - reach > box[s, 5]
@@ -152,7 +153,7 @@ def is_outside(box, s, x, y, z, reach):
 
 @compiled
 def _grown(near):
-    """Return an array of twice the length that begins with the values of `near`."""
+    """Return a copy of `near` with twice the length; the values of the second half are undefined."""
     return np.concatenate((near, np.empty_like(near)))
 
 
@@ -161,8 +162,8 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
     """Find the solids that each listed ball may touch within h [s].
 
     Returns:
-        Index of the first entry of each ball, and the number of entries, shape (count + 1,); rows of the solids of all
-        balls in sequence, with spare capacity.
+        Index of each ball's first entry, with the number of entries as the last element, shape (count + 1,); entries:
+            rows of the solids, ball by ball, with spare capacity.
     """
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low

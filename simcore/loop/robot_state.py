@@ -1,7 +1,7 @@
-"""State of robots as arrays of records; each record keeps model, request and state apart.
+"""Records of robots and bodies, with separate fields for model (constants), request and state.
 
-A robot is a body with shafts, wheels and bumpers. An object that the engine moves (tube, cage) is only a body. Shafts
-and wheels are numbered within their robot.
+A robot is a body with shafts, wheels and bumpers. An object that the engine moves (tube, cage) is only a body. Indices
+of shafts and wheels in a model count from the robot's first shaft or wheel.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ SPRINGS = 96
 # Kinds of shafts; AZIMUTH is a steer shaft.
 WHEELS, AZIMUTH, MECHANISM, PISTON, SERVO = 0, 1, 2, 3, 4
 
-# Modes of motor requests.
 NEUTRAL, VOLTS, DUTY, CURRENT, TARGET = 0, 1, 2, 3, 4
-"""Brake or coast as configured; voltage; duty cycle; current; wheel speed, steer angle or servo angle."""
+"""Modes of motor requests: brake or coast as configured, voltage, duty cycle, current, and target of the closed loop
+(wheel speed, steer angle or servo angle)."""
 
 _f, _i, _b = np.float64, np.int64, np.uint8
 
@@ -163,7 +163,7 @@ SHAFT = np.dtype(
     ],
     align=True,
 )
-"""Shaft with motors, gear and load: wheels, a swerve module's steering or a mechanism."""
+"""Record of a shaft with motors, gears and load: wheels, the steering of a swerve module, or a mechanism."""
 
 _WHEEL_MODEL = np.dtype(
     [
@@ -194,7 +194,7 @@ WHEEL = np.dtype(
     ],
     align=True,
 )
-"""Wheel on the carpet."""
+"""Record of a wheel: constant parameters, normal load, slip and tire force."""
 
 _BATTERY_MODEL = np.dtype(
     [
@@ -241,7 +241,7 @@ BATTERY = np.dtype(
     ],
     align=True,
 )
-"""Battery, and power state of the roboRIO."""
+"""Record of a robot's battery, and of the power state of the roboRIO."""
 
 _BODY_MODEL = np.dtype(
     [
@@ -279,7 +279,7 @@ BODY = np.dtype(
     ],
     align=True,
 )
-"""Rigid body."""
+"""Record of a rigid body: constant parameters, pose, velocity, and contact impulse in the last call."""
 
 _ROBOT_MODEL = np.dtype(
     [
@@ -331,7 +331,7 @@ ROBOT = np.dtype(
     ],
     align=True,
 )
-"""Robot."""
+"""Record of a robot: indices of the robot's parts, external forces, and contact forces in the present step."""
 
 _POINT_MODEL = np.dtype(
     [
@@ -358,7 +358,7 @@ POINT = np.dtype(
     ],
     align=True,
 )
-"""Contact point of a robot: a wheel, or a point of bumpers, frame or underside."""
+"""Record of a contact point of a robot: a wheel, or a point on bumpers, frame or underside."""
 
 _PART_MODEL = np.dtype(
     [
@@ -391,7 +391,7 @@ PART = np.dtype(
     ],
     align=True,
 )
-"""Rectangle of a robot's outline: the bumpers, or the frame above the bumpers."""
+"""Record of a rectangular box of a robot: the bumpers, or the frame above the bumpers."""
 
 OUTLINE = np.dtype(
     [
@@ -409,21 +409,21 @@ OUTLINE = np.dtype(
     ],
     align=True,
 )
-"""Convex plan-view outline of a part of the field, between two heights; all fields are constant."""
+"""Record of a convex plan-view outline of a part of the field, between two heights; all values are constant."""
 
 SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f, (3,)), ("put_in", _f)], align=True)
-"""Contact of a robot: key, number of the last step with the contact, stretch of the friction spring, field frame [m],
-and remaining initial overlap [m]."""
+"""Record of a contact of a robot: key, number of the last step with the contact, stretch of the friction spring, field
+frame [m], and remaining initial overlap [m]."""
 
 
 class Fleet(NamedTuple):
-    """Robots of a world, and the field outlines with which bumpers can collide."""
+    """Robots of a world, and the outlines of the field with which bumpers can collide."""
 
     robots: Records
     shafts: Records
     wheels: Records
     batteries: Records
-    """Battery of each robot."""
+    """Record of each robot's battery, shape (robots,)."""
     parts: Records
     points: Records
     springs: Records
@@ -432,7 +432,7 @@ class Fleet(NamedTuple):
     corners: FloatArray
     """Corners of all outlines [m], shape (n, 2)."""
     normals: FloatArray
-    """Outward unit normals of the sides after these corners, shape (n, 2)."""
+    """Outward unit normal of the side after each corner, shape (n, 2)."""
     hidden: npt.NDArray[np.uint8]
     """Whether another outline covers the side after each corner, shape (n,)."""
     clock: IntArray
@@ -440,7 +440,7 @@ class Fleet(NamedTuple):
 
 
 def no_robots() -> Fleet:
-    """Make a fleet without robots."""
+    """Return a fleet without robots and without field outlines."""
     return Fleet(
         records(ROBOT, 0), records(SHAFT, 0), records(WHEEL, 0), records(BATTERY, 0), records(PART, 0),
         records(POINT, 0), records(SPRING, 0).reshape(0, SPRINGS), records(OUTLINE, 0), np.zeros((0, 2)),
@@ -455,6 +455,6 @@ def records(dtype: np.dtype[Any], count: int = 1) -> Records:
 
 
 def join(some: Sequence[Records]) -> Records:
-    """Concatenate arrays of records."""
+    """Return the concatenation of arrays of records of one type."""
     made = np.concatenate(some)
     return made.view(np.recarray) if numba.config.DISABLE_JIT else made  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Robots in small time steps: motors, shafts, wheels, batteries, tires and bumpers of all robots together.
+"""One time step of all robots: motors, shafts, wheels, batteries, tires and bumpers.
 
 `advance_robots` applies the forces of one step to the velocities of all robots. `simcore.loop.step` then advances the
 poses and applies the impulses of balls.
@@ -39,7 +39,7 @@ _HELD_BACK = 0.99  # fraction of the velocity that a settling robot keeps after 
 
 @inner
 def begin_robots(fleet: Fleet, bodies: Records) -> int:
-    """Clear the sums of the last call, and check that poses and velocities are finite.
+    """Check that the positions and velocities of robots are finite, and clear the sums of the last call.
 
     Returns:
         Index of a robot with a position or velocity that is not finite, -1 if all are finite.
@@ -79,7 +79,9 @@ def end_robots(fleet: Fleet, h: float) -> None:
 def advance_robots(
     fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float, part: float
 ):
-    """Apply the forces of one step to the velocities of all robots; `simcore.loop.step` advances the poses.
+    """Advance the velocities, motors, shafts and batteries of all robots by one step.
+
+    `simcore.loop.step` advances the poses.
 
     Args:
         fleet: All robots.
@@ -122,10 +124,10 @@ def advance_robots(
 
 @inner
 def _pull_plates(bodies, h):
-    """Accelerate plates that carry robots by the angular acceleration from hinge and engine in the engine's last step.
+    """Apply the angular acceleration of the engine's last step to the bodies (plates) that carry robots.
 
-    Without this, the wheel loads would turn a plate at rest in each step, and robots on the plate would creep:
-    0.3 mm/s at 5 cm above the hinge.
+    Without this acceleration, the wheel loads would turn a plate at rest in each step. Robots on the plate would then
+    creep at 0.3 mm/s, 5 cm above the hinge.
     """
     for b in range(len(bodies)):
         if bodies[b].model.carries:
@@ -135,7 +137,7 @@ def _pull_plates(bodies, h):
 
 @inner
 def _are_near(robot, other, body, met):
-    """Return whether two robots are near enough to touch, by bounding circles around the centers of mass."""
+    """Return whether the bounding circles of two robots around the centers of mass overlap in plan view."""
     dx = body.com[0] - met.com[0]
     dy = body.com[1] - met.com[1]
     far = robot.model.reach + other.model.reach
@@ -158,7 +160,12 @@ def _meet_in_plan(fleet, robot, other):
 
 @inner
 def _control(robot, shafts, battery):
-    """Compute the outputs of all motor controllers of a robot for a step; all are off while disabled or browned out."""
+    """Compute the outputs of all motor controllers of a robot for a step.
+
+    While the robot is disabled, drive and steer motors brake or coast as configured, and mechanisms are switched off.
+    While the controllers are browned out, the circuits of drive and steer motors are open, and mechanisms are switched
+    off.
+    """
     for i in range(robot.model.first_shaft, robot.model.last_shaft):
         s = shafts[i]
         model = s.model
@@ -187,7 +194,7 @@ def _control(robot, shafts, battery):
 
 @inner
 def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
-    """Optimize a swerve module state: reverse the wheel if that keeps the steer error within a quarter turn.
+    """Optimize a swerve module state: reverse the wheel if the steer error is more than a quarter turn.
 
     Args:
         speed: Requested wheel speed [m/s].
@@ -211,7 +218,10 @@ def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
 
 @inner
 def _follow_target(shafts, i, first_shaft):
-    """Compute the voltage of the closed loop of a drive motor (wheel speed) or steer motor (angle)."""
+    """Compute the voltage of the closed loop of a drive motor (wheel speed) or steer motor (angle), into `wanted`.
+
+    If the voltage of a drive motor is zero and the motor is configured to coast, the function opens the circuit.
+    """
     s = shafts[i]
     model = s.model
     if model.kind == AZIMUTH:
@@ -237,12 +247,12 @@ def _follow_target(shafts, i, first_shaft):
 
 @inner
 def scrub(azimuth, wheel, least):
-    """Return the dry friction [N m] and viscous drag [N m s/rad] that carpet exerts on a turning contact patch.
+    """Return the dry friction [N m] and viscous drag [N m s/rad] of the carpet on a contact patch that is steered.
 
-    A wheel at rest has dry friction mu N r and no drag. Coulomb friction acts along the slip. If the patch already
-    slips by s because the wheel rolls, and steering at omega adds r omega < s, only the fraction r omega / s of the
-    friction resists the steering. A rolling wheel therefore needs little steer torque, and scrub does not hold the
-    steer angle, as in a moving car.
+    The steering of a wheel at rest meets dry friction mu N r and no drag. Coulomb friction acts along the slip. If a
+    rolling wheel already slips at a speed s, and steering at omega adds a speed r omega < s, only the fraction
+    r omega / s of the friction resists the steering. As in a moving car, the steering of a rolling wheel therefore
+    needs little torque, and scrub does not hold the steer angle.
 
     Args:
         azimuth: Record of the steer shaft.
@@ -259,7 +269,11 @@ def scrub(azimuth, wheel, least):
 
 @inner
 def _steer(robot, shafts, wheels, h, bus):
-    """Advance the steer shafts and the mechanisms of a robot by one step of h [s]."""
+    """Advance the steer shafts and the mechanisms of a robot by one step of h [s].
+
+    The function also sets the wheel direction, and the back-EMF and torque from the coupling of the steer shaft, for
+    each wheel shaft of a swerve module.
+    """
     for i in range(robot.model.first_shaft + robot.model.drive_shafts, robot.model.last_shaft):
         s = shafts[i]
         model = s.model
@@ -280,7 +294,8 @@ def _steer(robot, shafts, wheels, h, bus):
 def _kick(fleet, r, bodies, gravity, h, part):
     """Apply the forces of a step of h [s] to the velocity of one robot, and advance motors, shafts and battery.
 
-    All other forces act first. Tires react to the velocity at the end of the step, with forces at the wheel contacts.
+    The function applies all other forces before the tire forces. The tire forces depend on the velocity at the end of
+    the step, and act at the contact points of the wheels.
     """
     robot = fleet.robots[r]
     model = robot.model
@@ -330,9 +345,10 @@ def _kick(fleet, r, bodies, gravity, h, part):
 
 @inner
 def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
-    """Apply the tire forces to a robot, and return the new angular velocity, robot axes [rad/s].
+    """Apply the tire forces to a robot's velocity, and return the new angular velocity, robot axes [rad/s].
 
-    The effective mass at the contacts is less than the robot's mass, because a force there also tips the robot.
+    The function also applies the reaction to the bodies under the wheels. The effective mass at the contacts is less
+    than the robot's mass, because a tire force also tips the robot.
     """
     body = bodies[robot.model.body]
     quat = body.quat
@@ -437,7 +453,7 @@ def _ground_velocity(fleet, robot, bodies):
 
 @compiled
 def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
-    """Let a robot sink vertically onto the ground for 3 s of simulated time, and then stop the robot.
+    """Simulate for 3 s how a robot sinks vertically onto the ground, and then stop the robot.
 
     Args:
         fleet: All robots.

@@ -1,4 +1,4 @@
-"""Motor shaft in one step: output of the motor controller, and motion of the shaft."""
+"""One time step of a motor shaft: output of the motor controller, and motion of the shaft."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from simcore.loop.robot_state import CURRENT, DUTY, NEUTRAL, PISTON, SERVO, STEP
 __all__ = ["accumulate", "begin_motor", "control", "open_circuit", "set_step", "turn", "turn_alone"]
 
 _REST = 1e-9
-"""Speed below which a shaft is at rest [rad/s], one turn in 200 years; the speed of an undriven shaft would otherwise
-never reach zero."""
+"""Speed below which a shaft stops [rad/s], one turn in 200 years. Without this limit the speed of an undriven shaft
+would never reach zero."""
 
 
 @inner
@@ -25,7 +25,11 @@ def begin_motor(shafts, i):
 
 @inner
 def open_circuit(shafts, i):
-    """Switch a shaft off: a motor coasts until the next request, a valve goes to `idle`, and a servo stops at once."""
+    """Switch off the power of a shaft's motors or valve.
+
+    A motor coasts until the next request. The valve of a piston gets the voltage `idle`, or keeps the last voltage if
+    `idle` is 0. A servo stops at once.
+    """
     s = shafts[i]
     model = s.model
     if model.kind == PISTON:
@@ -43,7 +47,7 @@ def open_circuit(shafts, i):
 
 @inner
 def control(shafts, i, bus, emf):
-    """Compute a motor controller's output for a step: voltage or open circuit, and the stator limit in force.
+    """Compute the output of a motor controller for a step: voltage or open circuit, and stator limit in force.
 
     Args:
         shafts: Records of all shafts.
@@ -83,9 +87,10 @@ def set_step(shafts, i, h):
 
 @inner
 def turn(shafts, i, h, bus, friction, drag, torque):
-    """Advance a shaft without wheels by one step; `control` has set the controller's output.
+    """Advance a shaft without wheels by one step with the controller output from `control`.
 
-    Final speed, mean speed and mean current are exact for a motor at constant voltage.
+    Final speed, mean speed and mean current are exact for a motor at constant voltage. The shaft stops at the hard
+    stops `lower` and `upper`.
 
     Args:
         shafts: Records of all shafts.
@@ -175,7 +180,7 @@ def turn(shafts, i, h, bus, friction, drag, torque):
 
 @inner
 def accumulate(shafts, i, h, bus):
-    """Add the motors' currents and energy in a step of h [s] to the shaft's sums."""
+    """Compute the supply current of a step of h [s], and add the motors' currents and energy to the shaft's sums."""
     s = shafts[i]
     model = s.model
     power = s.volts * s.current * model.count

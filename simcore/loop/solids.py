@@ -1,7 +1,8 @@
-"""Convex solids: arrays, distance from a ball, ray casts, and overlap with a box.
+"""Convex solids: arrays, distance from a point, ray casts, and overlap with a box.
 
-Balls collide with the floor, with other balls and with convex solids. Field elements are solids in the field frame;
-parts of robots and of other bodies are solids in the body frame. Triangles and their planes represent a solid.
+Balls collide with the floor, with other balls and with convex solids. Field elements are solids in the field frame.
+Parts of robots and of other bodies are solids in the body frame. The arrays contain the triangles of each solid and the
+planes of the triangles.
 """
 
 from __future__ import annotations
@@ -39,19 +40,20 @@ class Solids(NamedTuple):
     is_in_plan: npt.NDArray[np.uint8]
     """Whether bumpers collide with the plan-view outline of each solid, shape (n,)."""
     first: IntArray
-    """First triangle of each solid, and the number of triangles, shape (n + 1,)."""
+    """Index of each solid's first triangle; the last element is the number of triangles, shape (n + 1,)."""
     plane: FloatArray
-    """Outward unit normal and offset [m] of each triangle's plane, shape (t, 4)."""
+    """Outward unit normal [-] and distance from the origin [m] of each triangle's plane, shape (t, 4)."""
     corner: FloatArray
     """Corners of each triangle, counter-clockwise seen from outside [m], shape (t, 9)."""
     cell_first: IntArray
-    """First entry of each grid cell in `cell_solid`, and the number of entries, shape (nx * ny + 1,)."""
+    """Index of each grid cell's first entry in `cell_solid`; the last element is the number of entries,
+    shape (nx * ny + 1,)."""
     cell_solid: IntArray
-    """Solids of the field, sorted by grid cell, shape (entries,)."""
+    """Rows of the field's solids in each grid cell, cell by cell, shape (entries,)."""
     cell_count: IntArray
     """Number of grid cells along x and y, shape (2,)."""
     cell_low: FloatArray
-    """Lowest x and y of the grid, and edge of a cell [m], shape (3,)."""
+    """Lowest x and y of the grid, and edge length of a cell [m], shape (3,)."""
 
 
 NO_SOLIDS = Solids(
@@ -105,7 +107,7 @@ def _closest_on_triangle(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz):
 
 @inlined
 def nearest_point(solid, x, y, z, reach, first, plane, corner):
-    """Return the distance of a point from a convex solid, and the unit normal towards the point.
+    """Return the distance of a point from a convex solid, the unit normal towards the point, and the kind of contact.
 
     Args:
         solid: Row of the solid.
@@ -155,7 +157,7 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
 
 @inner
 def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
-    """Return the fraction of a ray's length at which the ray enters a solid, or `nearest` if that is smaller."""
+    """Return the fraction of a ray's length at which the ray enters a solid, at most `nearest`."""
     corner, plane = solids.corner, solids.plane
     for t in range(solids.first[s], solids.first[s + 1]):
         slope = plane[t, 0] * dx + plane[t, 1] * dy + plane[t, 2] * dz
@@ -202,7 +204,10 @@ def first_hits(
     solids: Solids, bodies: Records, has_floor: bool, start: FloatArray, end: FloatArray, with_robots: bool,
     ignored: int, drivable: bool, fraction: FloatArray, row: IntArray,
 ) -> None:  # fmt: skip
-    """Find the first hit of line segments; a solid that contains the start of a segment is no hit.
+    """Find the first hit of each line segment on the floor, the field, robots, and drivable bodies.
+
+    Segments hit bodies that are not robots only if `drivable` is set. A solid that contains the start of a segment does
+    not count as a hit.
 
     Args:
         solids: Solids of the field and of bodies.
@@ -212,7 +217,7 @@ def first_hits(
         end: Ends of the segments, field frame [m], shape (n, 3).
         with_robots: Whether segments hit robots; ignored if `drivable`.
         ignored: Row of a robot that segments do not hit, -1 to hit all robots.
-        drivable: Whether segments hit only surfaces that robots drive on, on the field and on bodies.
+        drivable: Whether segments hit only the floor and solids of field and bodies that robots can drive on.
         fraction: Filled with the fraction of each segment before the hit, 1 without a hit, shape (n,).
         row: Filled with the row of the body or field element that is hit, -1 without a hit, shape (n,).
     """

@@ -1,4 +1,4 @@
-"""State of balls as structs of arrays."""
+"""State of balls, memory of ball contacts, and floor properties, as structs of arrays."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Balls(NamedTuple):
     """Balls of a world, one row per ball."""
 
     is_ball: npt.NDArray[np.uint8]
-    """Whether the row is a ball, shape (n,); the loop skips other rows."""
+    """Whether each row is a ball, shape (n,); the loop skips rows that are not balls."""
     status: npt.NDArray[np.uint8]
     """`PieceStatus` of each ball, shape (n,)."""
     pos: FloatArray
@@ -66,7 +66,7 @@ class Balls(NamedTuple):
     still: FloatArray
     """Time for which each ball has been supported and slow [s], shape (n,)."""
     calm: FloatArray
-    """Speed of each ball at the start of `still` [m/s], shape (n,)."""
+    """Speed of each ball at the start of the time `still` [m/s], shape (n,)."""
     load: FloatArray
     """Sum of the normal forces of bodies on each ball in the ball's last step awake [N], shape (n,)."""
     press: FloatArray
@@ -76,13 +76,14 @@ class Balls(NamedTuple):
     is_put: npt.NDArray[np.uint8]
     """`JUST_PUT` before the ball's first step, then 1 until the initial overlaps are gone, then 0, shape (n,)."""
     leaves: IntArray
-    """Body that launched the ball, without contact until the ball is outside the body; -1 for none, shape (n,)."""
+    """Index of the body that launched each ball, -1 for none, shape (n,); the ball does not collide with this body
+    until the ball has left the body."""
     contacts: IntArray
     """Number of contacts in the last step, shape (n,)."""
     is_touched: npt.NDArray[np.uint8]
     """Whether the ball has had a contact since the flag was last cleared, shape (n,)."""
     bodies: IntArray
-    """Marks of the bodies that the ball has touched since the marks were last cleared, shape (n,)."""
+    """Bit mask of the bodies that the ball has touched since the mask was last cleared, shape (n,)."""
 
     def only(self, rows: slice | npt.NDArray[np.bool_]) -> Balls:
         """Return the selected balls: views of the arrays for a slice, copies for a mask."""
@@ -91,12 +92,12 @@ class Balls(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Memory of the contacts of balls, one row per ball and 16 contacts per row."""
+    """Memory of ball contacts between steps, one row per ball and up to 16 contacts per row."""
 
     key: IntArray
-    """Key of the floor, solid or other ball in contact, shape (n, 16)."""
+    """Key of the floor, solid or other ball in each contact, shape (n, 16)."""
     stamp: IntArray
-    """Number of the last step with this contact, shape (n, 16)."""
+    """Number of the last step with each contact, shape (n, 16)."""
     spring: FloatArray
     """Stretch x, y, z of the friction spring, field frame [m]; remaining initial overlap [m]; memory of the foam [-];
     energy of the foam in the last step [J], shape (n, 16, 6)."""
@@ -104,12 +105,12 @@ class Memory(NamedTuple):
     """Number of the present step, shape (1,)."""
 
     def only(self, rows: npt.NDArray[np.bool_]) -> Memory:
-        """Return copies of the selected rows, with the same `clock` array."""
+        """Return a memory with copies of the selected rows and the same `clock` array."""
         return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
 
 
 class Floor(NamedTuple):
-    """Properties of the floor, gravity, and contact between balls."""
+    """Properties of the floor, gravity, and whether balls collide with each other."""
 
     gravity: float
     """Gravitational acceleration, downward [m/s^2]."""
@@ -147,19 +148,19 @@ def make_memory(count: int) -> Memory:
 
 @inlined
 def speed(v, i):
-    """Return the length of row i of an array of vectors."""
+    """Return the magnitude of the vector in row i of an array, shape (n, 3)."""
     return math.sqrt(v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2])
 
 
 @inlined
 def sleeps(status, i):
-    """Return whether ball i is on the field and frozen at rest: asleep or placed."""
+    """Return whether ball i is on the field and does not move: asleep or placed."""
     return status[i] == ASLEEP or status[i] == PLACED
 
 
 @inlined
 def to_body(axes, b, x, y, z):
-    """Transform a vector from the field frame to a body's frame."""
+    """Transform a vector from field axes to the axes of body b."""
     return (
         axes[b, 0, 0] * x + axes[b, 1, 0] * y + axes[b, 2, 0] * z,
         axes[b, 0, 1] * x + axes[b, 1, 1] * y + axes[b, 2, 1] * z,
@@ -169,7 +170,7 @@ def to_body(axes, b, x, y, z):
 
 @inlined
 def to_field(axes, b, x, y, z):
-    """Transform a vector from a body's frame to the field frame."""
+    """Transform a vector from the axes of body b to field axes."""
     return (
         axes[b, 0, 0] * x + axes[b, 0, 1] * y + axes[b, 0, 2] * z,
         axes[b, 1, 0] * x + axes[b, 1, 1] * y + axes[b, 1, 2] * z,

@@ -1,8 +1,7 @@
 """Main loop: advance the robots and balls of a world in steps of 1 ms.
 
 In each step `advance_robots` applies forces to the velocities of all robots, and the robots drift at these velocities.
-In the middle of the step `advance_balls` applies contact impulses to balls and robots, action and reaction in the same
-step.
+In the middle of the step `advance_balls` applies contact impulses to balls, and the opposite impulses to robots.
 """
 
 from __future__ import annotations
@@ -27,19 +26,20 @@ _LISTED = 0.005  # longest use of one list of neighbors [s]
 
 @compiled
 def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids: Solids, floor: Floor, h: float) -> int:
-    """Advance all robots and balls by h [s].
+    """Advance all robots and balls by h [s]; other bodies drift at constant velocity.
 
     Args:
         fleet: All robots.
         bodies: Bodies of robots, and bodies of the engine, which drift at constant velocity.
-        balls: All balls; those on the field move.
+        balls: All balls; only balls on the field move.
         memory: Contact memory of the balls.
         solids: Solids of the field and of bodies.
         floor: Floor and gravity.
         h: Duration [s].
 
     Returns:
-        Index of a robot with a pose or velocity that is not finite (nothing moves then), or -1 if all are finite.
+        Index of the first robot with a position or velocity that is not finite, in which case nothing moves; -1 if all
+            positions and velocities are finite.
     """
     lost = begin_robots(fleet, bodies)
     if lost >= 0:
@@ -58,7 +58,7 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
 
 @compiled
 def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
-    """Advance robots and balls by h [s] of a call of `call` [s], with one list of possible contacts."""
+    """Advance robots and balls by h [s] with one list of possible contacts; the whole call lasts `call` [s]."""
     steps = math.ceil(h / STEP - 1e-9)
     dt = h / steps
     has_balls = any_moves(balls, bodies)
@@ -81,7 +81,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
 
 @inner
 def _part_robots(fleet, bodies):
-    """Shift robots out of the initial overlaps with other objects, without a change of velocity."""
+    """Shift robots out of initial overlaps with walls and other robots, without a change of velocity."""
     for r in range(len(fleet.robots)):
         body = bodies[fleet.robots[r].model.body]
         for k in range(3):
@@ -91,7 +91,10 @@ def _part_robots(fleet, bodies):
 
 @inner
 def _drift_bodies(bodies, h, call):
-    """Advance the poses of all bodies by h [s] of a call of `call` [s], at constant velocity."""
+    """Advance the poses of robots and active bodies by h [s] at constant velocity.
+
+    The function also updates the robots' mean velocities over the call, which lasts `call` [s].
+    """
     part = h / call
     for b in range(len(bodies)):
         body = bodies[b]
@@ -105,7 +108,7 @@ def _drift_bodies(bodies, h, call):
 
 @cache
 def prepare() -> None:
-    """Compile the loop, or load it from the cache, so that no tick waits for the compiler."""
+    """Compile the loop, or load the machine code from the cache, so that no tick waits for the compiler."""
     fleet, bodies, start = no_robots()._replace(robots=records(ROBOT)), records(BODY), np.zeros((1, 3))
     for name in ("mass", "inertia"):
         bodies["model"][name] = 1.0

@@ -1,4 +1,4 @@
-"""Chassis, wheels and motors in one implicit step.
+"""Tire forces: motion of chassis, wheels and drive motors in one implicit step.
 
 The unknowns are the chassis velocity u = (vx, vy, omega) and the speed w of every drive shaft. For each wheel, with
 unit vectors along (l) and across (t) the wheel and the contact velocity v_l = a_l u, v_t = a_t u:
@@ -15,10 +15,10 @@ model uses the mean speed of the shaft (`end_weight`).
 A tread with a grain q (mu across over mu along) has a friction ellipse. The equations also hold for an ellipse with
 q s_t as the slip across and F_t / q as the force across: F = (c s_l, q c q s_t).
 
-For a given c the shafts are linear in u. They are eliminated by hand, and a symmetric 3 x 3 system remains. The first c
-is from the slip of the last step. Up to `ROUNDS` corrections follow: the force only has to fall to mu N, so the slip
-grows by the wheel's own compliance times |F| - mu N. Finally every force is limited to the friction circle, and the
-same forces move chassis and shafts: no force without a reaction, no wheel beyond mu N.
+For a given c the shaft speeds are linear in u. Elimination of the shaft speeds leaves a symmetric 3 x 3 system. The
+first c is from the slip of the last step. Up to `ROUNDS` corrections follow. The force only has to fall to mu N, so the
+slip grows by the wheel's own compliance times |F| - mu N. Finally `step_tires` limits every force to the friction
+circle. The same limited forces move the chassis and the shafts, so every force has a reaction and is at most mu N.
 """
 
 from __future__ import annotations
@@ -45,14 +45,13 @@ _SAME_PLACE = 1e-6
 
 @compiled
 def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: float, want_y: float) -> None:
-    """Distribute a vertical force and the moments about the center of mass over the wheels, into `wheels.load`.
+    """Distribute a vertical force and the moments about the center of mass over the wheels, and set `wheels.load`.
 
         sum N_i = F,   sum N_i x_i = want_x,   sum N_i y_i = want_y
 
-    Of the solutions for more than three wheels, this is the one with the smallest sum of squared loads, as for equal
-    springs under all wheels. A wheel that would need a
-    negative load lifts off instead. Lowered middle wheels carry the load alone, or together with the wheels at the end
-    toward which the load leans.
+    For more than three wheels, the function finds the solution with the smallest sum of squared loads, as for identical
+    springs under all wheels. A wheel that would need a negative load lifts off instead. Lowered middle wheels carry the
+    load alone, or together with the wheels at the end toward which the load leans.
 
     Args:
         wheels: Records of all wheels.
@@ -149,9 +148,10 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
 
 @inner
 def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
-    """Advance the drive shafts by a step, and compute the tire forces, into `wheels.force_x` and `wheels.force_y`.
+    """Advance the drive shafts by a step, and set the tire forces `wheels.force_x` and `wheels.force_y`.
 
-    Velocities are before the tire forces but after all other forces, in the robot axes at the END of the step.
+    The given velocities include all forces of the step except the tire forces, and are in the robot axes at the END of
+    the step.
 
     Args:
         robot: Record of the robot.
@@ -256,7 +256,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
 
 @inner
 def _begin_shaft(shafts, g, h, bus):
-    """Prepare motor and inertia of a drive shaft for a step of h [s]."""
+    """Compute the current line, the torque line and the torque of inertia of a drive shaft for a step of h [s]."""
     s = shafts[g]
     model = s.model
     set_step(shafts, g, h)
@@ -282,7 +282,10 @@ def _begin_shaft(shafts, g, h, bus):
 
 @inner
 def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
-    """Prepare the wheels of a drive shaft for a step; rolling drag is linearized, constant force over speed."""
+    """Compute grip, slip and rolling drag of the wheels on a drive shaft for a step.
+
+    The rolling drag of a constant force is linearized: the force divided by the speed.
+    """
     s = shafts[g]
     model = s.model
     s.s0 = abs(s.before * model.radius) * model.slip_ratio + model.slip_speed
@@ -304,7 +307,7 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
 
 @inner
 def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega):
-    """Return the chassis velocity [m/s, m/s, rad/s] for the present slips, with the shafts eliminated.
+    """Return the chassis velocity [m/s, m/s, rad/s] for the present slips, and set the stiffness of the shafts.
 
     The matrix is M/h + sum A^T c A minus the compliance of the shafts. The part of c that is equal along and across a
     wheel is isotropic (independent of the steer angle). The rest has a direction: the compliance of the shaft and, for
@@ -368,7 +371,7 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
 
 @inner
 def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
-    """Solve a shaft for a known chassis velocity; update the tire forces and the slips of sliding tires.
+    """Solve a shaft for a given chassis velocity, and update the tire forces and the slips of sliding tires.
 
     Returns:
         Whether slips and torque line have converged, and whether a tire slides.

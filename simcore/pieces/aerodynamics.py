@@ -22,8 +22,8 @@ __all__ = [
 _SPIN_TORQUE = 0.044
 """Torque coefficient of a sphere spinning in still air, torque / (rho omega^2 r^5 / 2) [-].
 
-The value is 6.45 / sqrt(Re) + 32.1 / Re at 60 rad/s and r = 0.075 m (O. Sawatzki, Acta Mechanica 9, 159, 1970). A ball
-loses 1 % of its spin per second.
+The value is 6.45 / sqrt(Re) + 32.1 / Re at 60 rad/s and r = 0.075 m (O. Sawatzki, Acta Mechanica 9, 159, 1970). The
+spin of a ball then decreases by 1 % per second.
 """
 
 
@@ -31,24 +31,25 @@ loses 1 % of its spin per second.
 class Aerodynamics:
     """Aerodynamic coefficients of a piece, and air density.
 
-    The lift coefficient grows with the spin ratio S = r omega / v (omega perpendicular to the flight) and saturates:
-    Cl = slope S / (1 + slope S / limit).
+    The lift coefficient increases with the spin ratio S = r omega / v (omega perpendicular to the velocity) and
+    saturates: Cl = slope S / (1 + slope S / limit).
 
-    Source: a baseball has slope 1.92 and limit 0.48, from Cl = 1.120 S / (0.583 + 2.333 S) in A. Nathan's trajectory
-    calculator (as printed at coryfront.in/sports/alans-physical-model); Cl depends on S and hardly on the speed:
-    Nathan, Am. J. Phys. 76, 119 (2008). No values are published for smooth foam balls, not even the sign: a smooth ball
-    may curve the other way (reverse Magnus effect). Lift is therefore off by default; teams with measurements can set
-    `lift_slope`. Size of the possible error: with a slope of 1 (Cl 0.32 at a spin ratio of 1), a ball of 0.15 m and
-    0.215 kg that rolls off a hood at 10.5 m/s lands 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at 45
-    degrees.
+    Lift is off by default, because no values are published for smooth foam balls. Even the sign is unknown: a smooth
+    ball may curve in the opposite direction (reverse Magnus effect). Teams with measurements can set `lift_slope`. An
+    example shows the possible error. With a slope of 1 (Cl 0.32 at a spin ratio of 1), a ball of 0.15 m and 0.215 kg
+    that rolls off a hood at 10.5 m/s lands 8 % shorter at 68 degrees (0.48 m of 6 m), and 6 % farther at 45 degrees.
+
+    Source: A baseball has slope 1.92 and limit 0.48, from Cl = 1.120 S / (0.583 + 2.333 S) in A. Nathan's trajectory
+    calculator (as printed at coryfront.in/sports/alans-physical-model). Cl depends on S and hardly on the speed:
+    Nathan, Am. J. Phys. 76, 119 (2008).
     """
 
     drag_coefficient: float = 0.47
-    """Drag coefficient [-]; the default is for a smooth sphere at 5-15 m/s, foam balls may have 0.40-0.55."""
+    """Drag coefficient [-]; the default is for a smooth sphere at 5-15 m/s. Foam balls may have 0.40-0.55."""
     lift_slope: float = 0.0
-    """Lift coefficient per spin ratio at slow spin [-]; 0 for no lift."""
+    """Lift coefficient divided by spin ratio, in the limit of slow spin [-]; 0 for no lift."""
     lift_limit: float = 0.48
-    """Limit of the lift coefficient at fast spin [-]."""
+    """Lift coefficient in the limit of fast spin [-]."""
     air_density: float = 1.2
     """Air density [kg/m^3]; the default is for 20 degrees Celsius at sea level."""
 
@@ -63,7 +64,7 @@ class Aerodynamics:
 
 
 class AirFactors(NamedTuple):
-    """Factors of the aerodynamic accelerations of a kind of piece, or of n pieces, shape (n,)."""
+    """Factors for the aerodynamic accelerations of one piece, or of n pieces with arrays of shape (n,)."""
 
     drag: float | FloatArray = 0.0
     """Drag factor k = rho Cd A / (2 m), deceleration divided by speed squared [1/m]."""
@@ -101,7 +102,7 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
 
 
 def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatArray:
-    """Compute the acceleration by quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
+    """Compute the acceleration from quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
 
     Args:
         velocity: Velocities relative to the air [m/s], shape (n, 3).

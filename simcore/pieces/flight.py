@@ -1,7 +1,7 @@
-"""Flights of many balls at once, computed by the loop that moves the balls of a match (`simcore.loop.balls`).
+"""Simulated flights of many balls at once, with the same loop as in a match (`simcore.loop.balls`).
 
-Balls collide with field elements, but not with other balls or moving objects. `fly_shots` follows shots until they have
-scored or missed. `muzzle_obstacle` checks whether the muzzle of a launch in a match is free.
+Balls collide with field elements, but not with other balls or moving objects. `fly_shots` simulates shots until all
+shots have scored or missed. `muzzle_obstacle` finds an obstacle at the muzzle of a launch in a match.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ __all__ = [
 ]
 
 FLIGHT_STEP = 0.005
-"""Sampling interval of flights [s]; the loop takes shorter steps."""
+"""Time step between samples of a flight [s]; the loop divides this step into shorter steps."""
 PER_TICK = 4
-"""Number of flight steps per tick; scoring is evaluated at the end of a tick."""
+"""Number of flight steps per tick; `fly_shots` checks for scores at the end of each tick."""
 LONGEST = 1200
-"""Number of flight steps after which a shot counts as a miss: 6 s, the time of a flight up to 40 m."""
+"""Number of flight steps after which a shot counts as a miss; 6 s, the time of a flight up to a height of 40 m."""
 SQUEEZE = 0.9
-"""Fraction of a piece's radius that must be free at the muzzle; foam can yield by the rest."""
+"""Fraction of a piece's radius that must be free at the muzzle [-]; the foam can be compressed by the rest."""
 _LEFT = 0.75  # fraction of balls still in flight below which the arrays are compacted
 
 
@@ -46,9 +46,10 @@ def flying_balls(
     kind: GamePieceConfig, pos: FloatArray, vel: FloatArray, spin: FloatArray, *, mass: float | FloatArray = 1.0,
     diameter: float | FloatArray = 1.0, drag: float | FloatArray = 1.0,
 ) -> Balls:  # fmt: skip
-    """Create balls of a kind at launch; a shape other than a ball is replaced by the largest sphere inside the shape.
+    """Create the balls of n launches of a kind.
 
-    As in a match, the diameter changes the aerodynamics of a ball, but not the collision radius.
+    For a shape other than a ball, the function uses the largest sphere inside the shape. As in a match, the diameter
+    changes the aerodynamics of a ball, but not the collision radius.
 
     Args:
         kind: Kind of all balls.
@@ -70,7 +71,10 @@ def flying_balls(
 
 
 def cannot_rise(balls: Balls, height: float, gravity: float) -> BoolArray:
-    """Return whether each ball has no contact and too little energy to reach a height [m], shape (n,)."""
+    """Return whether each ball has no contact and too little energy to reach a height [m], shape (n,).
+
+    The energy includes the rotation of a solid ball.
+    """
     vel, rim = balls.vel, balls.radius[:, None] * balls.spin
     energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + 0.2 * np.einsum("ij,ij->i", rim, rim)  # of a solid ball
     spent: BoolArray = (energy + gravity * (balls.pos[:, 2] - height) < 0.0) & (balls.contacts == 0)
@@ -79,34 +83,34 @@ def cannot_rise(balls: Balls, height: float, gravity: float) -> BoolArray:
 
 @dataclass(slots=True, kw_only=True)
 class ShotOutcomes:
-    """Outcomes of n shots, one row each."""
+    """Outcomes of n shots, one array element or row per shot."""
 
     goes_in: BoolArray
     """Whether each shot scored."""
     by_board: BoolArray
-    """Whether each shot touched something behind and above the opening before passing through the opening."""
+    """Whether each shot touched an object behind and above the opening before the passage through the opening."""
     by_rim: BoolArray
-    """Whether each shot touched anything else, such as the rim, before passing through the opening."""
+    """Whether each shot touched another object, such as the rim, before the passage through the opening."""
     time: FloatArray
     """Time from the muzzle to the first passage through the opening [s]; NaN without a passage."""
     place: FloatArray
-    """Position at the first passage through the plane of the opening [m], shape (n, 3); NaN without a passage."""
+    """Position at the first passage through the opening, field frame [m], shape (n, 3); NaN without a passage."""
     vel: FloatArray
-    """Velocity at the first passage through the opening [m/s], shape (n, 3); NaN without a passage."""
+    """Velocity at the first passage through the opening, field frame [m/s], shape (n, 3); NaN without a passage."""
 
 
 def fly_shots(
     field: StandingField, balls: Balls, opening: ShotOpening, zone: Zone, *, downward: bool = True, clean: bool = False
 ) -> ShotOutcomes:
-    """Fly shots until each shot has scored or can no longer score, for at most 6 s.
+    """Simulate shots until each shot has scored or can no longer score, for at most 6 s.
 
     Args:
         field: Field elements that the shots can touch.
-        balls: Balls at their muzzles; modified in place.
+        balls: Balls at the muzzles; the function modifies the arrays.
         opening: Opening of the goal.
         zone: Zone in which balls score.
         downward: Whether only falling balls score.
-        clean: Whether to stop following shots that miss the opening, or touch the rim or an obstacle.
+        clean: Whether to end the simulation of shots that miss the opening, or touch the rim or an obstacle.
 
     Returns:
         Outcome of each shot, in the order of the balls.
@@ -158,7 +162,7 @@ def fly_shots(
 
 
 def _ball() -> FloatArray:
-    """Return the center of a unit sphere and 14 surface points, along axes and diagonals, shape (15, 3)."""
+    """Return the center of a unit sphere and 14 points on the surface, on axes and diagonals, shape (15, 3)."""
     corners = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T / math.sqrt(3.0)
     return np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3), corners])
 
@@ -169,8 +173,8 @@ _BALL = _ball()
 def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius: float, *, robot: int) -> int:
     """Return the row of the field element or robot that blocks a piece at a muzzle, or -1 if the muzzle is free.
 
-    A wall may be between robot and muzzle, or around the muzzle. Rays are therefore cast from a point inside the robot,
-    where no wall can be, to the piece's center and to points around it.
+    A wall may be between the robot and the muzzle, or around the muzzle. The function therefore casts rays from a point
+    inside the robot, where no wall can be, to the piece's center and to points on a sphere around the center.
 
     Args:
         world: World with the possible obstacles.

@@ -40,13 +40,13 @@ _THINNEST = 0.003  # [m]; PyBullet rounds the edges of hulls with a radius of 1 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GamePieceConfig:
-    """Config of a kind of game piece."""
+    """Config of a kind of game piece: shape, mass, contact surface, aerodynamics and color."""
 
     name: str
     """Name in the manual and in telemetry keys, for example `Ball`."""
     shape: Sphere | Cylinder | Box | Hull | Compound
-    """Collision shape, with the origin at the center of mass (`simcore.world.shapes` has tubes, rings and cones, and
-    `centered`). An upright piece stands on the ground with the z axis of the shape up."""
+    """Collision shape, with the origin at the center of mass. The z axis of the shape points up if the piece stands
+    upright. `simcore.world.shapes` has tubes, tori and cones, and `centered` to move the origin."""
     mass: float
     """Mass [kg]."""
     friction: float = FOAM.friction
@@ -54,10 +54,10 @@ class GamePieceConfig:
     restitution: float = FOAM.restitution
     """Restitution factor, 0 to 1 [-]; the coefficient of restitution of a pair is the product of the two factors."""
     rolling: float = 0.0
-    """Rolling resistance lever arm of the piece [m]; the other surface adds its own lever arm."""
+    """Rolling resistance lever arm of the piece [m]; the lever arm of the other surface adds to this value."""
     stiffness: float | FoamStiffness | None = None
-    """Contact stiffness on one side [N/m], or the stiffness of foam for a ball. A ball may have at most 2.5e6 N/m per
-    kg at a compression of a tenth of the radius. None for 1e5 N/m, or for this limit below 40 g."""
+    """Contact stiffness on one side of the piece [N/m], or the stiffness of foam for a ball. The limit for a ball is
+    2.5e6 N/m per kg at a compression of a tenth of the radius. None for 1e5 N/m, or for the limit if that is lower."""
     color: str = "#f2c511"
     """Color in drawings, `#rrggbb`."""
     aerodynamics: Aerodynamics | None = None
@@ -84,7 +84,7 @@ class GamePieceConfig:
         self.surface  # noqa: B018  (checks friction and restitution)
 
     def _check_foam(self) -> None:
-        """Check that a ball is not too stiff for its mass to be simulated."""
+        """Raise `ConfigError` if a ball is too stiff for the ball's mass; the loop could not simulate the contacts."""
         linear, cubic, _, _ = self.foam
         stiffness = linear + 3.0 * cubic * (0.1 * self.bounding_radius) ** 2
         if stiffness > _STIFFEST * self.mass:
@@ -94,7 +94,7 @@ class GamePieceConfig:
             )
 
     def _check_shape(self) -> None:
-        """Check the number of parts, the center of mass and the thickness of a shape, which engines limit."""
+        """Raise `ConfigError` if a shape has too many parts, an origin off the center of mass, or a part too thin."""
         shape = self.shape
         if isinstance(shape, Compound) and len(shape.parts) > _MOST_PARTS:
             raise ConfigError(
@@ -116,10 +116,11 @@ class GamePieceConfig:
 
     @property
     def foam(self) -> tuple[float, float, float, float]:
-        """Parameters of a ball's foam law, the four numbers of `simcore.loop.contact.foam_force`.
+        """Parameters k1 [N/m], k3 [N/m^3], d0 [m] and k2 [N/m^2] of a ball in `simcore.loop.contact.foam_force`.
 
-        Foam compressed by more than 60 % of the radius becomes dense and hard: 300 J, half of a robot's energy at 4.6
-        m/s, compress the foam by 90 %. Estimate: no value for the bottoming out of foam balls is published.
+        Foam that is compressed by more than 60 % of the radius becomes dense and hard. An energy of 300 J (half of a
+        robot's energy at 4.6 m/s) compresses the foam by 90 %. These values are estimates, because no value for the
+        bottoming out of foam balls is published.
         """
         s, radius = self._one_side, self.bounding_radius
         linear, cubic = (s.linear, s.cubic) if isinstance(s, FoamStiffness) else (s, 0.0)
@@ -127,7 +128,7 @@ class GamePieceConfig:
 
     @property
     def surface(self) -> TerrainSurface:
-        """Contact surface of the piece."""
+        """Surface of the piece for contacts in the loop and in the engine."""
         return TerrainSurface(
             name=self.name,
             friction=self.friction,
@@ -138,7 +139,7 @@ class GamePieceConfig:
 
     @property
     def _one_side(self) -> float | FoamStiffness:
-        """Contact stiffness on one side: `stiffness`, or the default if None [N/m]."""
+        """Contact stiffness on one side: `stiffness`, or the default if `stiffness` is None [N/m]."""
         if self.stiffness is not None:
             return self.stiffness
         return min(FOAM_STIFFNESS, _STIFFEST * self.mass) if isinstance(self.shape, Sphere) else FOAM_STIFFNESS
@@ -155,20 +156,20 @@ class GamePieceConfig:
 
     @property
     def rest_height(self) -> float:
-        """Height of the center above flat ground of an upright piece [m]."""
+        """Height of the center of an upright piece above flat ground [m]."""
         return support_height(self.shape)
 
     def rest_height_at(self, quat: Quaternion) -> float:
-        """Return the height of the center above flat ground of a piece that rests in an attitude x, y, z, w [m]."""
+        """Return the height of the center above flat ground for a piece at rest in an attitude x, y, z, w [m]."""
         return support_height(self.shape, quat)
 
     def stands_at(self, quat: Quaternion) -> bool:
-        """Return whether the piece is stable on flat ground in an attitude x, y, z, w."""
+        """Return whether the piece stands stably on flat ground in an attitude x, y, z, w."""
         return stands(self.shape, quat)
 
     @property
     def air(self) -> AirFactors:
-        """Aerodynamic factors; a shape other than a ball counts as a ball with equal mean frontal area."""
+        """Aerodynamic factors of the piece; for other shapes than balls, of a ball with the same mean frontal area."""
         if self.aerodynamics is None:
             return AirFactors()
         shape = self.shape
@@ -178,11 +179,11 @@ class GamePieceConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceVariation:
-    """Variation of single pieces: factors on the values of their kind, one per slot of the pool, shape (n,).
+    """Variation of single pieces: factors on the values of the kind, one per slot of the pool, shape (n,).
 
-    Mass and restitution also apply to bodies in the engine. The diameter changes the aerodynamics and spin of a piece
-    and the effect of a shooter's wheels; the body keeps the size of the kind, because half of 1 % of a diameter of
-    15 cm is less than the contact margin of 3 mm.
+    Mass and restitution also apply to bodies in the engine. The diameter changes the aerodynamics and spin of a piece,
+    and the effect of a shooter's wheels. The collision shape keeps the size of the kind, because half of 1 % of a
+    diameter of 15 cm is less than the contact margin of 3 mm.
     """
 
     mass: FloatArray

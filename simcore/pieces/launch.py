@@ -20,18 +20,18 @@ __all__ = ["Aim", "Launch", "LaunchParameters", "launch_direction", "launch_stat
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchParameters:
-    """Position of a launcher on the robot; a turret turns the muzzle about the pivot."""
+    """Position of a launcher on the robot; a turret turns the muzzle about the pivot axis."""
 
     height: float
     """Height of the piece's center at launch above the robot's origin [m]."""
     forward: float = 0.0
     """Distance from the pivot to the muzzle, along the launch direction [m]."""
     pivot_x: float = 0.0
-    """x coordinate of the turret axis, robot frame [m]; without a turret, 0 is sufficient."""
+    """x coordinate of the pivot (turret axis), robot frame [m]; 0 is sufficient for a robot without a turret."""
     pivot_y: float = 0.0
-    """y coordinate of the turret axis, robot frame [m]."""
+    """y coordinate of the pivot, robot frame [m]."""
     heading: float = 0.0
-    """Launch direction in the robot frame at turret angle zero [rad]; pi for a launch out of the back."""
+    """Yaw of the launch direction in the robot frame at turret angle zero [rad]; pi for a launch to the rear."""
     barrels: tuple[float, ...] = (0.0,)
     """Sideways offset of each barrel, positive to the left [m]."""
 
@@ -53,7 +53,8 @@ class Aim(NamedTuple):
     turret_angle: float | FloatArray = 0.0
     """Turret angle, positive counter-clockwise [rad]."""
     turret_rate: float | FloatArray = 0.0
-    """Angular velocity of the turret relative to the robot, which moves the muzzle about the pivot [rad/s]."""
+    """Angular velocity of the turret relative to the robot, positive counter-clockwise [rad/s]; the rotation adds to
+    the velocity of the muzzle."""
 
 
 class Launch(NamedTuple):
@@ -66,11 +67,11 @@ class Launch(NamedTuple):
     aim: Aim
     """Speed and direction relative to the robot at the launch."""
     spin: float = 1.0
-    """Factor on the spin from the wheels [-]."""
+    """Factor on the spin that the launcher wheels give the piece [-]."""
 
 
 def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> FloatArray:
-    """Compute the unit vector of a yaw and an elevation [rad], shape (3,), or (n, 3) for arrays."""
+    """Compute the unit vector in the direction of a yaw and an elevation [rad], shape (3,), or (n, 3) for arrays."""
     level = np.cos(elevation)
     return _vectors(level * np.cos(yaw), level * np.sin(yaw), np.sin(elevation))
 
@@ -97,7 +98,7 @@ def launch_state(
         aim: Aim of one launch or of n launches.
         robot: Fields of a `PartState`, field frame: position of the origin [m], attitude as quaternion x, y, z, w,
             velocity [m/s] and angular velocity [rad/s]; for one robot, or shapes (n, 3) and (n, 4).
-        barrel: Index of the barrel.
+        barrel: Index of the barrel, or of each launch's barrel, shape (n,).
     """
     pos, quat, vel, rate = (np.asarray(one, dtype=np.float64) for one in robot)
     offset = muzzle_offset(launch, barrel, aim.turret_angle)
@@ -120,5 +121,5 @@ def to_field(robot_rotation: Sequence[float] | FloatArray, vectors: FloatArray) 
 
 
 def _vectors(x: float | FloatArray, y: float | FloatArray, z: float | FloatArray) -> FloatArray:
-    """Stack coordinates to vectors, shape (3,), or (n, 3) if any coordinate is an array."""
+    """Return vectors with the given coordinates, shape (3,), or (n, 3) if any coordinate is an array."""
     return np.stack(np.broadcast_arrays(x, y, z), axis=-1)

@@ -1,8 +1,8 @@
 """Manager of all game pieces of a world: staging, motion, sleep, holding, launch and scoring.
 
-The loop moves and wakes balls (`simcore.loop.balls`); pieces of other shapes are bodies of the engine. Pieces that are
-supported and slow for a while fall asleep. The manager wakes a piece that is not a ball before a moving object can
-reach it.
+The loop moves and wakes balls (`simcore.loop.balls`). Pieces of other shapes are bodies of the engine. The manager puts
+a piece to sleep when the piece has been supported and slow for 0.3 s. The manager wakes a piece that is not a ball
+before a moving object can reach the piece.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ _WAKES = 0.005, 0.05  # [m/s]; speeds below which robots and pieces do not wake 
 _MARGIN = 0.05  # [m], around moving objects
 _WINDY = 3.0  # [m/s]; speed above which drag acts on pieces that are not balls
 _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0.0025, 0.004)
-"""Largest travel of a point in an engine step [m], and shortest and longest step [s], for boxes, for other shapes with
-one part, and for shapes with several parts.
+"""Largest displacement of a point in an engine step [m], and shortest and longest step [s], for boxes, for other shapes
+with one part, and for shapes with several parts.
 
-An engine finds a contact only after bodies touch, and for shapes other than boxes one point at a time: a disc that
-falls flat from 1.3 m sinks in by 3 mm, or by 33 mm in steps of 5 ms.
+An engine finds a contact only after the bodies touch, and for shapes other than boxes only one contact point per step.
+A disc that falls flat from 1.3 m therefore sinks in by 3 mm, or by 33 mm in steps of 5 ms.
 """
 _INSIDE = 0.3  # [m], from the edge of the field to the center of a piece: within reach across the guardrail
 _SPACING = 0.01  # [m], between pieces that are put down
@@ -56,7 +56,7 @@ _ALL = (*_LOOSE, _HELD)
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """Box around a robot or hanging body, with the speed of the body, to find pieces that the body can reach."""
+    """Box around a robot or hanging body, and speed of the body, for the search for pieces that the body can reach."""
 
     x: float
     """x coordinate of the center, field frame [m]."""
@@ -71,12 +71,12 @@ class Footprint:
     speed: float
     """Speed of the fastest point of the box, including rotation [m/s]."""
     heights: tuple[float, float] = (-math.inf, math.inf)
-    """Heights of the lowest and highest point [m]."""
+    """Heights of the lowest and highest point of the body [m]."""
     waking_speed: float = 0.005
     """Speed below which the body wakes no pieces [m/s]."""
 
     def gap(self, pos: FloatArray) -> FloatArray:
-        """Return the horizontal distance of points (n, 2 or 3) from the box [m], shape (n,); negative inside."""
+        """Return the horizontal distance of points (n, 2 or 3) from the box [m], negative inside, shape (n,)."""
         dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         ahead, aside = np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
@@ -103,14 +103,16 @@ class GamePieceManager:
     Args:
         world: World that contains the pieces.
         types: Kinds of pieces, each with the largest number of pieces.
-        field_size: Length and width of the field [m]; pieces that rest outside or are 0.5 m outside are put back.
-        never_sleep: Whether pieces never fall asleep, for measurements.
-        places: Resting places, where pieces stay and count.
+        field_size: Length and width of the field [m]; the manager puts back pieces that come to rest outside the field
+            or are more than 0.5 m outside.
+        never_sleep: Whether to disable sleep, for measurements.
+        places: Resting places on the field, where pieces stay and count.
         variation: Variation of single pieces; None for pieces without variation.
     """
 
     on_taken: Sequence[Callable[[int], None]] = ()
-    """Callbacks by robot number, called with the slot of a piece that is removed from the robot."""
+    """Callback of each robot, by robot number; `release` calls the callback with the slot of a piece that the robot
+    held."""
 
     def __init__(
         self,
@@ -135,21 +137,22 @@ class GamePieceManager:
         self.places = RestingPlaces(places, self._pool)
         """Assignment of pieces to resting places."""
         self.shown = ShownPieces(self._pool, self.attitudes)
-        """View of the pieces on the field, for displays."""
+        """Slots and poses of the pieces on the field, for displays."""
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
         self.out_of_field: Callable[[int], bool] | None = None
-        """Function called with the slot of each piece that has left the field; the piece is put back on the field if
-        the function is None or returns False."""
+        """Function that the manager calls with the slot of each piece that has left the field; the manager puts the
+        piece back on the field if the function is None or returns False."""
         self.total = 0
-        """Number of pieces in the match so far."""
+        """Number of pieces added to the match so far."""
         self.recovered = 0
-        """Number of pieces put back from outside the field."""
+        """Number of times that a piece was put back from outside the field."""
         self._start = self.state.pos.copy()  # positions at the start of the tick
         self._leaving: dict[int, int] = {}  # by slot of a piece that is not a ball: row of the robot it is leaving
         self._steps = np.array([_steps_of(kind.shape) for kind, _ in types]).reshape(-1, 3)[self.state.kind]
         self.fastest = 0.0
-        """Speed of the fastest piece at the start of the tick, plus the possible gain by gravity [m/s]."""
+        """Speed of the fastest awake piece at the start of the tick, plus the possible gain from gravity in the tick
+        [m/s]."""
 
     # --- life -----------------------------------------------------------------------------------------------------
 
@@ -175,16 +178,16 @@ class GamePieceManager:
         resting: bool = False,
         lodged: float | None = None,
     ) -> IntArray:
-        """Place new pieces on the field and return their slots; pieces that stand on the carpet sleep immediately.
+        """Place new pieces on the field, and return the slots; pieces that stand on the carpet sleep immediately.
 
-        No piece is placed if an error is raised.
+        The method places no piece if it raises an error.
 
         Args:
             name: Name of the kind.
             positions: Centers of the pieces, field frame [m], shape (n, 3).
             attitudes: Unit quaternions x, y, z, w, shape (n, 4); None for upright pieces.
             resting: Whether the pieces rest on other pieces or field elements, and sleep immediately.
-            lodged: Force needed to free the pieces, which are wedged in place [N]; None for pieces that are not lodged.
+            lodged: Force that frees pieces that are wedged in place [N]; None for pieces that are not lodged.
 
         Raises:
             UnknownNameError: If no kind has this name.
@@ -208,9 +211,10 @@ class GamePieceManager:
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
-        """Place existing pieces on the field at rest, from any current location.
+        """Place staged, scored or held pieces, or pieces on the field, on the field at rest.
 
-        A ball that partly overlaps a field element is pushed out at 0.5 m/s. Nothing changes if an error is raised.
+        The loop pushes a ball that partly overlaps a field element out of the element at 0.5 m/s. For a held piece, the
+        method calls the robot's callback in `on_taken`. Nothing changes if the method raises an error.
 
         Args:
             slots: Slots of the pieces.
@@ -236,7 +240,7 @@ class GamePieceManager:
         self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
-        """Move pieces into a robot, and wake sleeping pieces that may have leaned on the moved pieces.
+        """Move pieces into a robot, and wake sleeping pieces that may have leaned on these pieces.
 
         Raises:
             ConfigError: If a slot has no piece, a robot already holds the piece, or the robot does not exist; nothing
@@ -273,7 +277,7 @@ class GamePieceManager:
             spin: Angular velocity of the piece, field frame [rad/s].
             slot: Slot of the piece; None for the lowest slot that the robot holds.
             quat: Attitude of the piece, field frame, unit quaternion x, y, z, w.
-            flying: Whether the piece is shot into the air, instead of being put down.
+            flying: Whether the robot shoots the piece into the air; otherwise the robot puts the piece down.
 
         Raises:
             CapacityError: If the robot does not hold a piece, or not this piece.
@@ -300,7 +304,7 @@ class GamePieceManager:
         return slot
 
     def _leave(self, slot: int, robot: int) -> None:
-        """Ignore contact between a launched piece and the robot in engine row `robot` until the piece is outside it."""
+        """Ignore contacts between a launched piece and the robot in engine row `robot` until the two do not overlap."""
         if self._is_ball[slot]:
             self._world.balls.leave(slot, robot)
         else:
@@ -308,7 +312,7 @@ class GamePieceManager:
             self._world.set_piece_touchable(self._pool.rows[slot], True, robots=False)
 
     def _let_touch_robots(self) -> None:
-        """Restore contact with robots for pieces that are not balls and are now outside the robot that shot them."""
+        """Enable contacts with robots for launched pieces, other than balls, that are now outside the robot."""
         for slot, robot in list(self._leaving.items()):
             away = math.dist(self.state.pos[slot], self._world.bodies.of(robot)["pos"][0])
             is_here = self.state.status[slot] in ON_FIELD
@@ -318,7 +322,10 @@ class GamePieceManager:
                     self._world.set_piece_touchable(self._pool.rows[slot], True)
 
     def fly(self, slot: int, h: float) -> None:
-        """Advance a newly launched piece by h [s]; a piece that is not a ball does not move if its path is blocked."""
+        """Advance a newly launched piece by h [s].
+
+        A piece that is not a ball does not move if a field element or the floor may be in the path.
+        """
         if self._is_ball[slot]:
             self._world.balls.fly(self._balls.only(slice(slot, slot + 1)), h)
             return
@@ -362,11 +369,14 @@ class GamePieceManager:
         return depth
 
     def is_free(self, slot: int, depth: float) -> bool:
-        """Return whether a piece with this overlap with field elements [m] can be released."""
+        """Return whether a piece can be released at a position with a given overlap `depth` with field elements [m].
+
+        The limit is 0.1 of the radius for a ball and 3 mm for other pieces.
+        """
         return depth < (_SOFT * float(self._pool.radius[slot]) if self._is_ball[slot] else _HARD)
 
     def require_room(self) -> None:
-        """Check that no piece on the field is more than 2 cm inside a field element or the floor, except lodged balls.
+        """Check that no piece on the field, except lodged balls, is over 2 cm deep in a field element or the floor.
 
         Raises:
             ConfigError: If a piece is inside an element; the message names the element and the depth.
@@ -393,7 +403,7 @@ class GamePieceManager:
         return float(self._world.engine.depth(self._pool.rows[slot]))
 
     def score(self, slots: IntArray) -> None:
-        """Remove scored pieces from the field, and wake sleeping pieces that may have leaned on the scored pieces.
+        """Remove scored pieces from the field, and wake sleeping pieces that may have leaned on these pieces.
 
         Raises:
             ConfigError: If a piece is not on the field; nothing changes.
@@ -414,10 +424,10 @@ class GamePieceManager:
         self.state.status[slots] = _STAGED
 
     def push(self, slots: IntArray, velocities: FloatArray, *, flying: bool = False) -> None:
-        """Set the velocities of pieces on the field, stop their rotation and wake the pieces.
+        """Set the velocities of pieces on the field, set the angular velocities to zero, and wake the pieces.
 
-        A lodged piece stays in place unless the force needed for this velocity within a tick exceeds the force that
-        frees the piece. Nothing changes if an error is raised.
+        A lodged piece does not move unless the force for this velocity within one tick reaches the force that frees the
+        piece. Nothing changes if the method raises an error.
 
         Args:
             slots: Slots of the pieces.
@@ -454,9 +464,10 @@ class GamePieceManager:
         self.total = 0
 
     def spare(self, name: str, count: int) -> IntArray:
-        """Choose pieces that can be put on the field, and return their slots.
+        """Choose pieces that can be put on the field, and return the slots of these pieces.
 
-        Unused pieces, which this method stages, are chosen first, then other staged pieces, then scored pieces.
+        The method chooses unused pieces first, then staged pieces, then scored pieces. The method stages the chosen
+        unused pieces.
 
         Raises:
             UnknownNameError: If no kind has this name.
@@ -475,7 +486,7 @@ class GamePieceManager:
         return slots
 
     def put_down(self, slots: IntArray, places: FloatArray) -> None:
-        """Place pieces on the carpet at rest, each at the free position nearest to a given position.
+        """Place pieces on the carpet at rest, each at a free position close to a given position.
 
         Args:
             slots: Slots of the pieces.
@@ -507,7 +518,7 @@ class GamePieceManager:
 
     @property
     def is_untouched(self) -> BoolArray:
-        """Whether the piece of each slot was shot and has touched nothing since, shape (n,)."""
+        """Whether the piece of each slot was launched into the air and has had no contact since, shape (n,)."""
         untouched: BoolArray = self._is_shot & (self._balls.is_touched == 0)
         return untouched
 
@@ -517,7 +528,7 @@ class GamePieceManager:
         return self._pool.types
 
     def kind_name(self, slot: int) -> str:
-        """Return the name of the kind of a slot's piece."""
+        """Return the name of the kind of the piece in a slot."""
         return str(self._pool.types[self.state.kind[slot]].name)
 
     def row(self, slot: int) -> int:
@@ -527,7 +538,8 @@ class GamePieceManager:
     def robots_touching(self, slot: int) -> list[int]:
         """Return the engine rows of the robots that a piece touched.
 
-        For a ball, contacts in this tick count; for any other piece, contacts in the last engine step.
+        For a ball, the method returns contacts in this tick. For any other piece, the method returns contacts in the
+        last engine step.
         """
         if self._is_ball[slot]:
             return self._world.balls.robots_touching(slot)
@@ -542,7 +554,7 @@ class GamePieceManager:
 
     @property
     def in_contact(self) -> IntArray:
-        """Slots of the awake pieces that touch something."""
+        """Slots of the awake pieces with a contact, that is, without pieces in flight."""
         slots: IntArray = (self.state.status == _AWAKE).nonzero()[0]
         return slots
 
@@ -559,7 +571,10 @@ class GamePieceManager:
         return np.nonzero(here)[0]
 
     def attitudes(self, slots: IntArray) -> FloatArray:
-        """Return attitudes w, x, y, z, shape (n, 4); a piece off the field keeps the last attitude on the field."""
+        """Return the attitudes w, x, y, z of the pieces in given slots, shape (n, 4).
+
+        The attitude of a piece off the field is the last attitude on the field.
+        """
         quat = self._balls.quat
         if len(self._others):
             moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
@@ -581,11 +596,11 @@ class GamePieceManager:
 
     @property
     def size(self) -> FloatArray:
-        """Ratio of each piece's diameter to the diameter of its kind, by slot [-], shape (n,)."""
+        """Ratio of each piece's diameter to the diameter of the kind, by slot [-], shape (n,)."""
         return self._pool.size
 
     def air_of(self, slot: int) -> AirFactors:
-        """Return the aerodynamic factors of a piece."""
+        """Return the aerodynamic factors of the piece in a slot."""
         return self._pool.air_of(slot)
 
     def held(self, holder: int) -> IntArray:
@@ -602,7 +617,9 @@ class GamePieceManager:
     # --- one tick -------------------------------------------------------------------------------------------------
 
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> float:
-        """Begin a tick: wake pieces other than balls that a moving object can reach; the loop wakes balls.
+        """Begin a tick: wake pieces other than balls that a moving object can reach, and list the bodies near balls.
+
+        The loop wakes balls.
 
         Args:
             robots: Footprints of all moving objects other than pieces.
@@ -628,7 +645,7 @@ class GamePieceManager:
         return self._longest_step()
 
     def apply_drag(self, h: float) -> None:
-        """Apply drag to pieces other than balls that are faster than 3 m/s, before the engine's step of h [s]."""
+        """Apply drag for an engine step of h [s] to pieces other than balls that are faster than 3 m/s."""
         slots = self._moving_others()
         if len(slots):
             slots = slots[_squares(self.state.vel[slots]) > _WINDY * _WINDY]
@@ -637,7 +654,7 @@ class GamePieceManager:
             self._world.engine.apply_forces(rows, self._pool.mass[slots][:, None] * drag)
 
     def gather(self, dt: float) -> None:
-        """Update the state of awake pieces after a motion of dt [s], and put back pieces that have left the field."""
+        """Update the state of awake pieces after a tick of dt [s], and put back pieces that have left the field."""
         state, balls = self.state, self._balls
         state.before[:] = self._start
         others = self._moving_others()
@@ -660,9 +677,9 @@ class GamePieceManager:
             self._put_back(awake[~within.all(axis=1)])
 
     def settle(self, dt: float) -> None:
-        """Put pieces to sleep that have been slow for 0.3 s, after a tick of dt [s].
+        """Put pieces to sleep that have been slow and supported for 0.3 s, after a tick of dt [s].
 
-        Pieces that come to rest outside the field are put back on the field.
+        The method puts pieces that come to rest outside the field back on the field.
         """
         state, still = self.state, self._balls.still
         others = self._moving_others()
@@ -685,7 +702,7 @@ class GamePieceManager:
             self._fall_asleep(ready)
 
     def _moving_others(self) -> IntArray:
-        """Return the slots of awake pieces that are not balls, which the engine moves."""
+        """Return the slots of the awake pieces that the engine moves, that is, of pieces other than balls."""
         status = self.state.status[self._others]
         moving: IntArray = self._others[(status == _AWAKE) | (status == _IN_FLIGHT)]
         return moving
@@ -757,7 +774,10 @@ class GamePieceManager:
             self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake sleeping pieces that may have leaned on a piece that is removed: all pieces close by."""
+        """Wake the sleeping pieces close to a piece that is removed from the field.
+
+        The sleeping pieces may have leaned on the removed piece.
+        """
         state = self.state
         if state.status[slot] not in ON_FIELD:
             return
@@ -794,7 +814,10 @@ class GamePieceManager:
                 self._fall_asleep(np.array([slot]))
 
     def _put_back(self, slots: IntArray) -> None:
-        """Place pieces that `out_of_field` does not take on the carpet at rest, each at the nearest free position."""
+        """Put pieces back on the carpet at rest, each at a free position close to the present position.
+
+        The method skips pieces for which `out_of_field` returns True.
+        """
         for slot in slots.tolist():
             if self.out_of_field is not None and self.out_of_field(slot):
                 continue
@@ -803,9 +826,9 @@ class GamePieceManager:
             self.recovered += 1
 
     def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
-        """Place a piece on the carpet at rest, at the free position nearest to `near` [m].
+        """Place a piece on the carpet at rest, at a free position close to `near` [m].
 
-        If the field has no free position, the piece is dropped from 1 m above the carpet at `near`.
+        If the method finds no free position, the piece falls from 1 m above the carpet at `near`.
         """
         kind, others = self._pool.types[self.state.kind[slot]], self.on_field()
         radius, height, taken = kind.bounding_radius, kind.rest_height, self.state.pos[others[others != slot]]
@@ -827,7 +850,7 @@ class GamePieceManager:
         self._release(np.array([slot]), place[None], [IDENTITY])
 
     def _require(self, what: str, slots: IntArray, allowed: Sequence[int]) -> None:
-        """Check the slots of a request and the statuses of their pieces, before any change."""
+        """Raise `ConfigError` if the slots of a request are invalid, or if a piece does not have an allowed status."""
         count = len(self.state.status)
         if not (isinstance(slots, np.ndarray) and slots.ndim == 1 and np.issubdtype(slots.dtype, np.integer)):
             raise ConfigError(f"{what}: pieces must be an array of whole numbers, shape (n,), got {shown(slots)}")
@@ -840,7 +863,7 @@ class GamePieceManager:
             raise ConfigError(f"{what}: piece {int(wrong[0])} is {status}, it must be one of {names}")
 
     def _require_support(self, name: str, positions: FloatArray) -> None:
-        """Check that each new resting piece of a kind is close to the carpet, a field element or another piece."""
+        """Raise `ConfigError` if a new resting piece is not close to the carpet, a field element or another piece."""
         reach = self._pool.types[self._kind(name)].bounding_radius + _SUPPORT_REACH
         others = self.on_field()
         is_near = self._world.near_field(positions, np.full(len(positions), reach)) | (positions[:, 2] < reach)
@@ -854,7 +877,7 @@ class GamePieceManager:
 
 
 def _steps_of(shape: Shape) -> tuple[float, float, float]:
-    """Return the largest travel of a point per engine step [m], and the shortest and longest step [s], for a shape."""
+    """Return the largest displacement in an engine step [m], and the shortest and longest step [s], for a shape."""
     if all(isinstance(part.shape, Sphere | Box) for part in parts_of(shape)):
         return _BOXES
     return _PARTS if isinstance(shape, Compound) else _PLAIN
@@ -867,7 +890,11 @@ def _squares(rows: FloatArray) -> FloatArray:
 
 
 def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
-    """Convert values to `count` rows of `width` finite numbers; a single row need not be nested in a list."""
+    """Convert values to an array of finite numbers, shape (count, width).
+
+    Raises:
+        NonFiniteError: If the number of values is wrong, or a value is not a finite number.
+    """
     try:
         rows = np.asarray(values, dtype=float).reshape(count, width)
     except (TypeError, ValueError, OverflowError):
@@ -878,12 +905,17 @@ def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
 
 
 def _require_speed(what: str, velocity: Sequence[float] | FloatArray) -> None:
-    """Check that a speed is at most 1,000 m/s, because the number of steps per tick grows with the speed."""
+    """Raise `ConfigError` if a speed is above 1,000 m/s; the number of steps per tick increases with the speed."""
     require(what, "speed", math.hypot(*velocity), _PIECE_SPEED)
 
 
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:
-    """Convert attitudes of `count` pieces to unit quaternions x, y, z, w; None for upright pieces."""
+    """Convert attitudes, or None for upright pieces, to unit quaternions x, y, z, w of `count` pieces.
+
+    Raises:
+        ConfigError: If an attitude is not a unit quaternion.
+        NonFiniteError: If the number of values is wrong, or a value is not a finite number.
+    """
     if attitudes is None:
         return [IDENTITY] * count
     rows = _rows(what, attitudes, count, 4)
@@ -893,7 +925,7 @@ def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Qu
 
 
 def _spiral(spacing: float) -> Iterator[tuple[float, float]]:
-    """Yield offsets from the middle, nearest first, on rings with `spacing` [m] between rings and offsets."""
+    """Yield horizontal offsets [m], nearest first, on circles with a distance `spacing` [m] between neighbors."""
     yield 0.0, 0.0
     tries, ring = 1, 1
     while tries < _MOST_TRIES:

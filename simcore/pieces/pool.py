@@ -1,7 +1,7 @@
 """State of all game pieces, allocated once, and engine bodies for pieces that are not balls.
 
-The loop moves balls (`simcore.loop.balls`); other pieces are bodies of the engine. Pieces that are held, scored or not
-yet on the field are parked and do not move.
+The loop moves balls (`simcore.loop.balls`). Other pieces are bodies of the engine. Pieces in robots, scored pieces and
+pieces that are not yet on the field are parked and do not move.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class PieceStatus(IntEnum):
     """Status of a game piece."""
 
     FREE = 0
-    """Unused slot."""
+    """Slot without a piece in the match."""
     STAGED = 1
     """In the match but not on the field, for example in an outpost's chute."""
     ASLEEP = 2
@@ -40,7 +40,7 @@ class PieceStatus(IntEnum):
     AWAKE = 3
     """On the field and free to move."""
     HELD = 4
-    """In a robot."""
+    """Held by a robot."""
     IN_FLIGHT = 5
     """In the air without contact."""
     SCORED = 6
@@ -52,9 +52,9 @@ class PieceStatus(IntEnum):
 ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
 """Statuses of pieces on the field or in the air."""
 _IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], ON_FIELD)
-"""Whether pieces of each status are on the field or in the air."""
+"""Whether pieces with each status are on the field or in the air, indexed by status."""
 _IS_FROZEN: BoolArray = np.isin([int(status) for status in PieceStatus], (PieceStatus.ASLEEP, PieceStatus.PLACED))
-"""Whether pieces of each status are at rest and frozen."""
+"""Whether pieces with each status are at rest and frozen, indexed by status."""
 
 
 @dataclass(slots=True)
@@ -70,13 +70,13 @@ class PieceState:
     status: npt.NDArray[np.uint8]
     """`PieceStatus` of each slot, shape (n,)."""
     kind: npt.NDArray[np.uint8]
-    """Index of the piece's kind, shape (n,)."""
+    """Index of the kind of each slot's piece, shape (n,)."""
     holder: IntArray
-    """Number of the robot that holds the piece, -1 if no robot holds it, shape (n,)."""
+    """Number of the robot that holds each piece, -1 for a piece that no robot holds, shape (n,)."""
 
 
 class PiecePool:
-    """Bodies and state of all pieces of a world; slots of one kind are contiguous."""
+    """State and bodies of all pieces of a world; slots of the same kind are contiguous."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class PiecePool:
 
         Args:
             world: World that contains the pieces.
-            types: Kinds of pieces, each with the largest number of pieces.
+            types: Kinds of pieces, each with the largest number of pieces of the kind.
             variation: Variation of single pieces; None for pieces without variation.
         """
         self._world = world
@@ -105,11 +105,11 @@ class PiecePool:
         self.rows: list[int] = []
         """Engine row of each slot, -1 for a ball."""
         self.changes = 0
-        """Counter that increases whenever a piece may have been added, removed or moved."""
+        """Counter of changes, which increases when a piece may have been added, removed or moved."""
         self.size = np.ones(n) if variation is None else variation.diameter
-        """Ratio of each piece's diameter to the diameter of its kind, by slot [-], shape (n,)."""
+        """Ratio of each piece's diameter to the diameter of the kind, by slot [-], shape (n,)."""
         self.balls = make_balls(self.state.status, self.state.pos, self.state.vel)
-        """Ball arrays of the loop, which skips rows of pieces that are not balls."""
+        """Arrays for the loop, one row per slot; the loop skips rows of pieces that are not balls."""
         self.radius, self.mass = self.balls.radius, self.balls.mass
         """Bounding radius [m] and mass [kg] of each slot's piece, shape (n,)."""
         self.drag = self.balls.air[:, 0]
@@ -162,12 +162,12 @@ class PiecePool:
         return frozen
 
     def air_of(self, slot: int) -> AirFactors:
-        """Return the aerodynamic factors of a piece."""
+        """Return the aerodynamic factors of the piece in a slot."""
         drag, lift, saturation, spin_drag = self.balls.air[slot].tolist()
         return AirFactors(drag, lift, saturation, spin_drag)
 
     def take(self, kind: int, count: int) -> IntArray:
-        """Return free slots of a kind; their pieces stay parked.
+        """Return free slots of a kind; the caller must set the status.
 
         Raises:
             CapacityError: If too few slots are free.
@@ -185,7 +185,7 @@ class PiecePool:
         return free[:count]
 
     def place(self, slot: int, pos: tuple[float, float, float], quat: Quaternion = IDENTITY) -> None:
-        """Move a piece to a pose on the field, at rest; the caller sets the status.
+        """Place a piece at rest at a pose on the field; the caller sets the status.
 
         Raises:
             NonFiniteError: If a value is NaN or infinite; the piece does not move.
@@ -205,7 +205,10 @@ class PiecePool:
             self._world.set_piece_touchable(row, True)
 
     def park(self, slot: int) -> None:
-        """Remove a piece from the field; `pos` keeps the last position on the field, and the caller sets the status."""
+        """Remove a piece from the field; the caller sets the status.
+
+        `PieceState.pos` keeps the last position on the field.
+        """
         self.changes += 1
         self.state.vel[slot] = 0.0
         row = self.rows[slot]
@@ -215,7 +218,7 @@ class PiecePool:
             self._world.engine.fix(row)
 
     def rows_of(self, slots: IntArray) -> list[int]:
-        """Return the engine rows of slots."""
+        """Return the engine row of each slot, -1 for a ball."""
         rows = self.rows
         return [rows[slot] for slot in slots.tolist()]
 
@@ -225,9 +228,9 @@ class PiecePool:
 
 
 class ShownPieces:
-    """View of the pieces on the field, for displays: slots and poses by kind.
+    """Slots and poses of the pieces on the field by kind, for displays.
 
-    The arrays are read-only and stay the same objects until the pool changes.
+    The arrays are read-only. The methods return the same array objects until the pool changes.
 
     Args:
         pool: Pool of the pieces.
@@ -241,7 +244,7 @@ class ShownPieces:
         self._kept: dict[int, tuple[IntArray, FloatArray]] = {}
 
     def of(self, kind: int) -> tuple[IntArray, FloatArray]:
-        """Return slots and poses of the pieces of a kind that are on the field or in the air.
+        """Return the slots and poses of the pieces of a kind on the field or in the air.
 
         Args:
             kind: Index of the kind.

@@ -1,7 +1,7 @@
 """Resting places: places on the field where game pieces stay and count, such as a pipe, a trough or a shelf.
 
 A piece counts as placed when the piece rests in a place, supported and without contact with a robot. A placed piece
-sleeps and wakes like any other piece, and counts until the piece leaves the place or a robot takes it.
+sleeps and wakes like any other piece. The piece counts until the piece leaves the place or a robot takes the piece.
 """
 
 from __future__ import annotations
@@ -30,22 +30,23 @@ _TILT = Quantity("rad", 0.0, 0.5 * math.pi, is_open=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingPlace:
-    """Place on the field where pieces stay and count."""
+    """Place on the field where pieces stay and count, with the conditions for pieces that count."""
 
     name: str
     level: str = ""
-    """Level under which pieces are counted, for example for all places of one height. A level whose name begins with
-    `Blue` or `Red` is published for this alliance: `BlueL4`."""
+    """Name of a group of places with a common count, for example all places of one height. Telemetry publishes a level
+    with a name that begins with `Blue` or `Red`, such as `BlueL4`, for this alliance."""
     alliance: Alliance | None = None
-    """Alliance that owns the place; None for a neutral place."""
+    """Alliance of the place; None for a neutral place."""
     zone: Zone
-    """Zone that must contain the center of a piece."""
+    """Zone that contains the center of a piece that counts."""
     capacity: int | None = None
     """Largest number of pieces that count; None for no limit."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that count; empty for all kinds."""
     axis: Vector | None = None
-    """Required direction, with either sign, of the z axis of a piece's shape, field frame; None for any attitude."""
+    """Required direction of the z axis of a piece's shape, unit vector in the field frame; the opposite direction is
+    also valid. None for any attitude."""
     max_tilt: float = math.radians(30.0)
     """Largest angle between the z axis of a piece's shape and `axis` [rad]."""
 
@@ -66,14 +67,14 @@ class PlaceEvent:
     slot: int
     """Slot of the piece."""
     holder: int
-    """Number of the robot that took the piece; -1 if no robot took it."""
+    """Number of the robot that took the piece; -1 for an arrival, and if no robot took the piece."""
 
 
 class RestingPlaces:
     """Assignment of pieces to resting places.
 
     Args:
-        places: Resting places with unique names; where places overlap, a piece counts in the first place.
+        places: Resting places with unique names; a piece in several overlapping places counts in the first place.
         pool: Pool of the pieces to assign.
 
     Raises:
@@ -102,12 +103,14 @@ class RestingPlaces:
                 self._levels.setdefault(place.level, []).append(number)
 
     def judge(self, slot: int, quat: tuple[float, float, float, float], touches_robot: bool) -> None:
-        """Assign a piece that has just fallen asleep to the resting place around the piece, and set status PLACED.
+        """Assign a piece that has just fallen asleep to the resting place around the piece, and set the status PLACED.
+
+        Nothing changes if no place accepts the piece.
 
         Args:
             slot: Slot of the piece.
             quat: Attitude of the piece, x, y, z, w.
-            touches_robot: Whether the piece touches a robot and therefore does not count.
+            touches_robot: Whether the piece touches a robot; if so, the piece does not count, and nothing changes.
         """
         state = self._pool.state
         if touches_robot:
@@ -123,7 +126,7 @@ class RestingPlaces:
             state.status[slot] = _PLACED
 
     def update(self) -> tuple[list[PlaceEvent], list[PlaceEvent]]:
-        """Return the arrivals and departures since the last call."""
+        """Remove pieces that have left a place, and return the arrivals and the departures since the last call."""
         state = self._pool.state
         removed = []
         for slot in np.nonzero((self._place >= 0) & (state.status != _PLACED))[0].tolist():
@@ -138,7 +141,7 @@ class RestingPlaces:
 
     @property
     def woken(self) -> IntArray:
-        """Slots of the pieces that count in a place but are awake."""
+        """Slots of the awake pieces that count in a place."""
         return np.nonzero((self._place >= 0) & (self._pool.state.status == _AWAKE))[0]
 
     def slots(self, name: str | None = None, *, level: str | None = None) -> IntArray:
@@ -161,13 +164,16 @@ class RestingPlaces:
         return len(self.slots(name, level=level))
 
     def counts(self) -> Mapping[str, IntArray]:
-        """Return the number of pieces in each place as read-only arrays by level, in the order of the places."""
+        """Return the number of pieces in each place of each level, as one read-only array per level.
+
+        The elements of an array are in the order of the places.
+        """
         if not self._counts:
             self._count_levels()
         return self._counts
 
     def totals(self) -> Mapping[str, int]:
-        """Return the total number of pieces by level."""
+        """Return the total number of pieces in the places of each level."""
         if not self._counts:
             self._count_levels()
         return self._totals
@@ -180,7 +186,7 @@ class RestingPlaces:
             counts.setflags(write=False)
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
-        """Return the index of the place in which a piece counts, or -1 if the piece counts in no place."""
+        """Return the index of the first place that accepts a piece at the present pose, -1 if no place does."""
         state = self._pool.state
         kind, here = state.kind[slot], state.pos[slot][None]
         for number, place in enumerate(self.places):

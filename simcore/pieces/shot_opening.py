@@ -1,4 +1,4 @@
-"""Opening of a goal: target of shooters, and outline through which a scoring shot passes."""
+"""Opening of a goal: the target of shooters, and the outline that a scoring shot passes through."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ShotOpening:
     corners: tuple[Vector, ...]
     """Corners of the rim, in order, field frame [m]."""
     approach: float
-    """Heading of a shot that approaches the opening straight on, field frame [rad]."""
+    """Heading of a shot that approaches the opening head-on, field frame [rad]."""
 
     def __post_init__(self) -> None:
         require_fields(self, corners=[(FIELD_PLACE,) * 3], approach=ANGLE)
@@ -38,20 +38,23 @@ class ShotOpening:
 
     @property
     def middle(self) -> FloatArray:
-        """Point to aim at, the mean of the corners, field frame [m], shape (3,)."""
+        """Point to aim at: the mean of the corners, field frame [m], shape (3,)."""
         mean: FloatArray = np.array(self.corners).mean(axis=0)
         return mean
 
     @property
     def inward(self) -> FloatArray:
-        """Unit normal toward the inside, which points downward or along the approach, shape (3,)."""
+        """Unit normal of the opening toward the inside of the goal, field frame, shape (3,).
+
+        The normal points downward or along the approach.
+        """
         first, second, third = np.array(self.corners[:3])
         normal: FloatArray = np.cross(second - first, third - second)
         ahead = np.array([math.cos(self.approach), math.sin(self.approach), -1.0])
         return normal * (math.copysign(1.0, normal @ ahead) / np.linalg.norm(normal))
 
     def holds(self, points: FloatArray) -> BoolArray:
-        """Return whether each point, (n, 3) [m], is within the rim seen along the normal, shape (n,)."""
+        """Return whether each point, (n, 3) [m], is inside the rim, seen along the normal, shape (n,)."""
         rows, inside = np.array(self.corners), np.ones((2, len(points)), dtype=bool)
         for corner, toward in zip(rows, np.cross(self.inward, np.roll(rows, -1, axis=0) - rows), strict=True):
             side = (points - corner) @ toward

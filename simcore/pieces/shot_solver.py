@@ -1,10 +1,11 @@
 """Shot solver: yaw, elevation and speed at which a ball with drag falls through a target, also from a moving robot.
 
 Without lift, a flight stays in the vertical plane that contains muzzle and target in the field frame. The unknowns are
-slope and speed in this plane. Each slope has exactly one speed that hits; the remaining equation for the slope is that
+slope and speed in this plane. Each slope has exactly one speed that hits. The remaining equation for the slope is that
 the launch *relative to the moving muzzle* has the requested elevation or speed.
 
-As a function of the horizontal distance x, the flight needs no event search: with the slope p = dz/dx and q = 1 / vx^2,
+The solver integrates over the horizontal distance x, and therefore needs no search for the time of the hit. With the
+slope p = dz/dx and q = 1 / vx^2:
     dp/dx = -g q,   dq/dx = 2 k q sqrt(1 + p^2),   dz/dx = p,   dt/dx = sqrt(q).
 """
 
@@ -30,7 +31,7 @@ _MIN_DISTANCE = 0.05  # [m]; at a shorter distance the direction to the target i
 
 
 class NoShotError(SimcoreError, ValueError):
-    """Error raised if no launch within the limits hits the target."""
+    """Error if no launch within the limits hits the target."""
 
     def __init__(self, reason: str, *, distance: float, height: float) -> None:
         self.reason = reason
@@ -43,12 +44,12 @@ class NoShotError(SimcoreError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Launch that hits the target, relative to the muzzle: setpoints for hood, wheels and turret."""
+    """Launch that hits the target: setpoints for hood, wheels and turret, relative to the moving muzzle."""
 
     yaw: float
-    """Heading of the launch, field frame [rad]."""
+    """Yaw of the launch relative to the muzzle, field frame [rad]."""
     elevation: float
-    """Elevation above the horizontal [rad]."""
+    """Elevation of the launch above the horizontal, relative to the muzzle [rad]."""
     speed: float
     """Speed relative to the muzzle [m/s]."""
     time_of_flight: float
@@ -70,12 +71,12 @@ def solve_shot(
         target: Point through which the ball falls, field frame [m], shape (3,).
         elevation: Elevation of the launch relative to the robot [rad]; None if `speed` is given.
         speed: Speed of the launch relative to the muzzle [m/s]; None if `elevation` is given.
-        drag: Drag factor k = rho Cd A / (2 m), `drag` of a kind's `air` [1/m]. Lift is not modeled.
+        drag: Drag factor k = rho Cd A / (2 m), `GamePieceConfig.air.drag` [1/m]; the solver does not model lift.
         robot_velocity: Velocity of the robot center, field frame [m/s], shape (3,).
         yaw_rate: Yaw rate of the robot, counter-clockwise positive [rad/s].
         muzzle_offset: Vector from robot center to muzzle, field axes [m], shape (3,); needed only with a yaw rate.
         high_arc: Whether to choose the higher of the two elevations at a given speed.
-        rising: Whether the ball may also reach the target on the way up, for goals that are open to the front.
+        rising: Whether the ball may also reach the target on the way up, for goals with an opening at the front.
         max_speed: Maximum speed of the launcher [m/s].
         gravity: Gravitational acceleration, downward [m/s^2].
 
@@ -114,7 +115,10 @@ def solve_shot(
 
 
 class _Problem:
-    """Shot problem in the vertical plane through muzzle and target; angles are field-frame elevations."""
+    """Shot problem in the vertical plane through muzzle and target.
+
+    Angles of methods are elevations of the ball's velocity in the field frame.
+    """
 
     def __init__(
         self, muzzle: _Vector, target: _Vector, velocity: _Vector, yaw_rate: float, offset: _Vector, drag: float,
@@ -145,7 +149,7 @@ class _Problem:
         return NoShotError(reason, distance=self.distance, height=self.height)
 
     def angle_for_elevation(self, elevation: float) -> float:
-        """Return the field-frame angle at which the launch has a given elevation relative to the muzzle [rad]."""
+        """Return the field-frame angle at which a hit has a given elevation relative to the muzzle [rad]."""
         if self.along == self.across == self.up == 0.0:
             if elevation < self.flattest:
                 raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is below the line of sight")
@@ -175,7 +179,7 @@ class _Problem:
         raise self.no_shot(f"no speed hits at {math.degrees(elevation):.1f} degrees from a robot that moves like this")
 
     def angle_for_speed(self, speed: float, high_arc: bool) -> float:
-        """Return the field-frame angle [rad] at which the launch has a given speed relative to the muzzle [m/s]."""
+        """Return the field-frame angle [rad] at which a hit has a given speed relative to the muzzle [m/s]."""
         from scipy.optimize import brentq, minimize_scalar
 
         def excess(angle: float) -> float:
@@ -195,7 +199,7 @@ class _Problem:
         return float(brentq(excess, cheapest, end, xtol=1e-10))
 
     def shot(self, angle: float) -> Shot:
-        """Return the launch that hits at a given field-frame angle [rad]."""
+        """Return the launch that hits the target at a given field-frame angle [rad]."""
         slope = math.tan(angle)
         q, end_slope, time = self._hit(slope)
         forward = 1.0 / math.sqrt(q)
@@ -210,7 +214,11 @@ class _Problem:
         )
 
     def _hit(self, slope: float) -> tuple[float, float, float]:
-        """Return q = 1 / vx^2 at the muzzle for a hit with a given initial slope, and slope and time [s] at the hit."""
+        """Return q = 1 / vx^2 at the muzzle for a hit with a given initial slope, and slope and time [s] at the hit.
+
+        Raises:
+            NoShotError: If drag stops the ball before the target at any speed.
+        """
         distance, k = self.distance, self.drag
         drop = slope * distance - self.height  # [m], > 0; required drop below the straight line
         mean = self.height / distance  # mean slope; without drag the slopes are `slope`, `mean`, 2 `mean` - `slope`
@@ -236,9 +244,11 @@ class _Problem:
 
 @compiled
 def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[float, float, float]:
-    """Integrate a flight by RK4; return drop below the straight line [m], slope and time [s] at the distance.
+    """Integrate a flight over a horizontal distance [m] by RK4.
 
-    The drop is infinite if the ball falls short.
+    Returns:
+        Drop below the straight line with the initial slope [m], slope [-] and time [s] at this distance. The drop is
+            infinite if the ball falls short.
     """
     h = distance / _STEPS
     half, sixth, k2 = 0.5 * h, h / 6.0, 2.0 * k

@@ -34,7 +34,7 @@ def factors(surface: TerrainSurface) -> Vector:
 
 
 class StandingField(NamedTuple):
-    """Static field for test flights of balls, without moving bodies and without contacts between balls."""
+    """Static field for simulated test flights, without moving bodies and without contacts between balls."""
 
     solids: Solids
     floor: Floor
@@ -49,7 +49,7 @@ class StandingField(NamedTuple):
         return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
-        """Advance test balls by h [s]; `memory` is the contact memory of these balls."""
+        """Advance test balls, with their contact memory, by h [s]."""
         advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
 
 
@@ -58,9 +58,9 @@ class BallDynamics:
 
     Args:
         bodies: Bodies that balls can touch.
-        solids: Solids that balls can touch, other than the floor.
+        solids: Builder of the solids that balls can touch, other than the floor.
         floor: Surface of the floor at z = 0; None for no floor.
-        gravity: Gravity, downward [m/s^2].
+        gravity: Gravitational acceleration, downward [m/s^2].
     """
 
     def __init__(self, bodies: Bodies, solids: SolidsBuilder, floor: TerrainSurface | None, gravity: float) -> None:
@@ -84,16 +84,16 @@ class BallDynamics:
         self.balls, self.memory = balls, make_memory(len(balls.status))
 
     def depth(self, pos: Vector, radius: float) -> float:
-        """Return the overlap of a ball at a position with the static field [m]; 0 without overlap."""
+        """Return the overlap of a ball at a position with the floor or static field [m], 0 without overlap."""
         depth = float(depth_at(self._builder.solids, *pos, radius))
         return max(depth, radius - pos[2]) if self.floor.is_there else depth
 
     def reach(self, row: int) -> float:
-        """Return the largest distance of a body's shape from its origin [m]."""
+        """Return the largest distance of any point of a body from the origin of the body [m]."""
         return float(self._bodies.of(row)["model"]["reach"][0])
 
     def leave(self, ball: int, row: int) -> None:
-        """Ignore contact between a ball and a body until the ball has left the body once."""
+        """Ignore contacts between a ball and a body until the ball no longer overlaps the body."""
         self.balls.leaves[ball] = self._bodies.number_of[row]
 
     def robots_touching(self, ball: int) -> list[int]:
@@ -104,7 +104,9 @@ class BallDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set the bodies, in addition to robots and bodies that carry robots, that balls can touch in a tick.
+        """Set the bodies that balls can touch in a tick, in addition to robots and bodies that carry robots.
+
+        The method also clears the contact marks of the balls.
 
         Args:
             others: Rows of the bodies other than robots.
@@ -119,7 +121,10 @@ class BallDynamics:
         self._fixed = {bodies.number_of[row] for row in fixed}
 
     def read_bodies(self, engine: Engine, h: float) -> None:
-        """Read poses and velocities of the engine's bodies that balls or robots can touch, for a step of h [s]."""
+        """Read poses and velocities of the engine's bodies that balls or robots can touch, for a step of h [s].
+
+        For bodies that carry robots, the method also computes the angular acceleration in the engine's last step.
+        """
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
@@ -131,7 +136,10 @@ class BallDynamics:
                 self._turned[number] = body["rate"].copy()
 
     def push_bodies(self, engine: Engine) -> None:
-        """Apply the impulses of balls to the engine's bodies, before the engine's step."""
+        """Apply the impulses from the loop to the engine's bodies, before the engine's step, and wake these bodies.
+
+        The method skips sleeping bodies that the loop treats as fixed.
+        """
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
@@ -152,9 +160,9 @@ class BallDynamics:
 
     @property
     def standing(self) -> StandingField:
-        """Static field, for test flights of balls outside the world."""
+        """Static field of the world, for test flights of balls that are not part of the world."""
         return StandingField(self._builder.solids, self.floor._replace(with_pairs=False))
 
     def fly(self, balls: Balls, h: float) -> None:
-        """Advance test balls by h [s] through the static field, without contacts with bodies or between balls."""
+        """Advance test balls by h [s] in the static field, without contacts with bodies or between balls."""
         self.standing.fly(balls, make_memory(len(balls.status)), h)

@@ -15,7 +15,7 @@ _MARKS = 62  # largest number of robots that the contact marks of a ball can dis
 
 
 class Bodies:
-    """Records of all bodies of a world, one per body.
+    """Records of the robots and of the engine's bodies that balls can touch, one per body.
 
     Args:
         solids: Builder to which `add` passes the shapes.
@@ -24,7 +24,7 @@ class Bodies:
     def __init__(self, solids: SolidsBuilder) -> None:
         self._solids = solids
         self.records: Records = records(BODY, 0)
-        """Records in the order of `add`; see `BODY`."""
+        """Records of type `BODY`, in the order in which the bodies were added."""
         self.rows: list[int] = []
         """Row of each body in the world, by number."""
         self.number_of: dict[int, int] = {}
@@ -32,7 +32,7 @@ class Bodies:
         self.carriers: list[int] = []
         """Numbers of the bodies that robots drive on."""
         self.robots: list[int] = []
-        """Numbers of the robots."""
+        """Numbers of the robots' bodies, in the order in which the robots were added."""
 
     def add(
         self,
@@ -61,8 +61,8 @@ class Bodies:
             inertia_axes: Attitude of the principal axes in the body frame.
             pivot: Fixed point about which the body swings, field frame [m]; None for a free body.
             pos: Origin of the body, field frame [m].
-            is_robot: Whether the body is a robot: the loop moves robots, and balls can always touch them.
-            drivable: Whether robots drive on the body.
+            is_robot: Whether the body is a robot; the loop moves robots, and balls can always touch robots.
+            drivable: Whether robots drive on the body; balls can always touch drivable bodies.
         """
         number = len(self.rows)
         self.rows.append(row)
@@ -88,6 +88,6 @@ class Bodies:
         return number
 
     def of(self, row: int) -> Records:
-        """Return the record of the body with this row, shape (1,)."""
+        """Return a view of the record of the body with a given row, shape (1,)."""
         number = self.number_of[row]
         return self.records[number : number + 1]

@@ -2,14 +2,14 @@
 
 Settings and their reasons:
 
-- Every body uses maximal coordinates (Bullet's plain rigid bodies). They have no velocity clamp and no hidden quadratic
-  damping, and are a third faster than Bullet's multibodies.
-- Every contact of a game piece has the piece's stiffness and a damper, set as Bullet's contact stiffness and damping,
-  which carry load only without split impulses. The solver starts from the forces of the previous step: otherwise a
-  robot that presses against a wall needs more iterations.
-- Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off,
-  because it removes the bounce, and sub-steps are cheaper while few pieces are fast.
-- simcore puts bodies to sleep: Bullet's thresholds are 0, so Bullet only wakes sleeping bodies on contact.
+- Every body uses maximal coordinates (Bullet's plain rigid bodies). Plain rigid bodies have no velocity clamp and no
+  hidden quadratic damping, and are a third faster than Bullet's multibodies.
+- Every contact of a game piece has the piece's stiffness and a damper (Bullet's contact stiffness and contact damping).
+  Spring and damper carry load only without split impulses. The solver starts from the forces of the previous step.
+  Otherwise a robot that presses against a wall would need more iterations.
+- Contacts start at a gap of 1 mm, because the default of 20 mm suppresses slow bounces. Continuous collision detection
+  is off, because it removes the bounce, and because sub-steps are cheaper while few pieces are fast.
+- simcore decides which bodies sleep. Bullet's sleep thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ __all__ = ["BulletEngine", "load_pybullet"]
 _SOLVER_ITERATIONS = 32
 """Largest number of solver iterations."""
 _RESIDUAL = 1e-9
-"""Squared change of velocity per iteration below which the solver stops [m^2/s^2]: the root is 0.03 mm/s."""
+"""Squared change of velocity per iteration below which the solver stops [m^2/s^2], the square of 0.03 mm/s."""
 _WARM_START = 0.95
 """Fraction of the previous step's forces with which the solver starts."""
 _CONTACT_DISTANCE = 0.001  # [m]
@@ -76,7 +76,7 @@ _POINT_RADIUS = 0.01  # [m], of the static to which a pivot is tied
 
 
 def load_pybullet() -> Any:
-    """Import and return the module `pybullet`, without the build time that PyBullet prints.
+    """Import and return the module `pybullet`, and suppress the line with the build time that PyBullet prints.
 
     Raises:
         EngineError: If PyBullet is not installed.
@@ -193,7 +193,11 @@ class BulletEngine(Engine):
         return row
 
     def _make(self, definition: BodyDefinition) -> int:
-        """Create a body in PyBullet and return its PyBullet id."""
+        """Create a body in PyBullet, and return the PyBullet id of the body.
+
+        Raises:
+            EngineError: If PyBullet cannot create the body.
+        """
         self._require_open()
         p, d = self._p, definition
         origin = np.add(d.pos, rotate(d.quat, d.center_of_mass)).tolist()
@@ -230,7 +234,10 @@ class BulletEngine(Engine):
         return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Tie a body to a new static without collisions at the pivot: PyBullet has no point joint to the world."""
+        """Connect a body to a new static without collisions at the pivot.
+
+        The static is necessary because PyBullet has no point joint to the world.
+        """
         p, d = self._p, definition
         point = self._shapes.static(Sphere(_POINT_RADIUS))
         fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
@@ -253,7 +260,7 @@ class BulletEngine(Engine):
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
         """Change mass [kg], center of mass [m] and principal moments of inertia [kg m^2]; the velocity stays.
 
-        PyBullet cannot move the center of mass within a body, so a new body replaces the old one (0.5 ms).
+        PyBullet cannot move the center of mass within a body, so a new body replaces the old body (0.5 ms).
         """
         old, p, client = self._definitions[row], self._p, self._open()
         new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
@@ -313,8 +320,8 @@ class BulletEngine(Engine):
     def fix(self, row: int) -> None:
         """Make a body act as a static until `wake` or `sleep` is called.
 
-        An awake body keeps all bodies awake that it touches, directly or through other bodies; statics stop this chain.
-        A static also costs a fifth of a sleeping body per step: 500 statics take 18 us instead of 85 us.
+        In Bullet, an awake body keeps awake all bodies with direct or indirect contact, except through statics. A
+        static also takes only a fifth of a sleeping body's time per step: 18 us for 500 statics, 85 us for 500 bodies.
         """
         if row not in self._fixed:
             p, client, body = self._p, self._open(), self._ids[row]
@@ -362,7 +369,7 @@ class BulletEngine(Engine):
         return -float(min(gaps))
 
     def _touch(self, row: int, other: int) -> bool:
-        """Return whether the groups and masks of two bodies let them collide."""
+        """Return whether two bodies can collide according to groups and masks."""
         (group, mask), (other_group, other_mask) = self._collision[row], self._collision[other]
         return bool(group & other_mask and other_group & mask)
 
@@ -387,7 +394,7 @@ class BulletEngine(Engine):
         """Compute the angular velocity to restore after a step of h [s], field frame [rad/s]; None if negligible.
 
         Bullet integrates the gyroscopic torque by one implicit Euler step (btRigidBody,
-        "computeGyroscopicImpulseImplicit"): a tube tumbling at 9 rad/s would lose a quarter of its energy in 1.5 s.
+        "computeGyroscopicImpulseImplicit"). A tube that tumbles at 9 rad/s would lose a quarter of the energy in 1.5 s.
         """
         client, body, inertia = self._open(), self._ids[row], self._definitions[row].inertia
         assert inertia is not None
@@ -439,7 +446,7 @@ _HULL_MARGIN = 0.001  # [m], margin that PyBullet adds around hulls
 
 
 class _BulletShapes:
-    """Collision shapes of one client.
+    """Collision shapes of one PyBullet client; equal shapes share an id where possible.
 
     Args:
         pybullet: Module `pybullet`.
@@ -455,8 +462,9 @@ class _BulletShapes:
     def moving(self, shape: Shape) -> int:
         """Return the id of a collision shape for moving bodies; bodies of the same shape share one id.
 
-        Hulls have their true size. A box is made of eight boxes, each of which has one contact with a hull: a single
-        box rocks, sinks in (by 84 mm on a slope) and has too much friction (14 % on a slope).
+        Hulls have the given size, including PyBullet's margin. A box becomes a compound of eight boxes, because each
+        box has only one contact with a hull. A single box would rock, sink in (by 84 mm on a slope) and have too much
+        friction (14 % on a slope).
         """
         if isinstance(shape, Sphere | Cylinder):
             return self.static(shape)
@@ -500,10 +508,13 @@ class _BulletShapes:
         return self._shapes[key]
 
     def _compound(self, compound: Compound) -> int:
-        """Create a compound shape; PyBullet reads the hulls from a temporary file.
+        """Create a compound shape and return the id of the shape; PyBullet reads the hulls from a temporary file.
 
-        PyBullet takes at most 16 shapes and drops the rest silently; a file with any number of hulls counts as one
-        shape. PyBullet never frees these hulls: a compound of 24 hulls leaks 0.22 MB per world.
+        PyBullet accepts at most 16 shapes, and silently drops any further shapes. A file with any number of hulls
+        counts as one shape. PyBullet never frees these hulls, so a compound of 24 hulls leaks 0.22 MB per world.
+
+        Raises:
+            EngineError: If the compound has too many shapes, or PyBullet cannot create the shape.
         """
         p = self._p
         parts = [_plain(part) for part in compound.parts]
@@ -553,7 +564,10 @@ def _octants(box: Part) -> list[Part]:
 
 
 def _plain(part: Part) -> Part:
-    """Convert a hull with the shape of a box to a `Box`, which can have several contacts with a wall at a time."""
+    """Convert a part whose hull is a box to a part with a `Box`; return any other part unchanged.
+
+    A `Box` can have several contacts with a wall at a time.
+    """
     if not isinstance(part.shape, Hull) or len(part.shape.points) != 8:
         return part
     low, high = bounding_box(part.shape)
@@ -585,7 +599,11 @@ def _hull_file(folder: Path, hulls: Sequence[Part]) -> str:
 
 @lru_cache(maxsize=256)
 def _without_margin(points: bytes) -> list[list[float]]:
-    """Compute the corners of a hull after moving its faces inward by PyBullet's margin."""
+    """Compute the corners of a hull after moving the faces inward by PyBullet's margin.
+
+    Raises:
+        EngineError: If the hull is too thin.
+    """
     corners = np.frombuffer(points).reshape(-1, 3)
     planes = ConvexHull(corners).equations.copy()
     planes[:, 3] += _HULL_MARGIN
@@ -603,6 +621,9 @@ def _without_margin(points: bytes) -> list[list[float]]:
 
 @lru_cache(maxsize=4096)
 def _corners(points: bytes) -> list[list[float]]:
-    """Convert the bytes of float64 corners to a list; equal hulls share a list, because PyBullet never frees lists."""
+    """Convert the bytes of float64 corners to a list of points.
+
+    Equal hulls share one list because PyBullet never frees the lists.
+    """
     rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
     return rows

@@ -1,7 +1,7 @@
 """Surfaces of bodies, and the contact springs and dampers that the engines use for a pair of surfaces.
 
-- **Pairs.** Friction and restitution of a pair are the products of the two surfaces' values. The rolling resistance
-torque is `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. No table of pairs is needed.
+- **Pairs.** The friction and the restitution of a pair are the products of the two surfaces' factors. The rolling
+resistance torque is `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. No table of pairs is needed.
 - **Load.** A contact is a spring and a damper: f = k x - c v. The depths of two soft surfaces add.
 
 `simcore.loop.contact` contains the contact law of balls.
@@ -50,14 +50,15 @@ _Value = TypeVar("_Value", float, FloatArray)
 # --- springs, dampers and overlaps ----------------------------------------------------------------------------------
 
 _DAMPING_RATIO = 8.0
-"""Damping ratio of contacts on PyBullet [-]: a compressed contact recovers slowly, so an impact bounces only once."""
+"""Damping ratio of contacts on PyBullet [-]; with this ratio a compressed contact recovers slowly, so a body that hits
+a surface bounces only once."""
 OVERLAP_TIME = 0.5
-"""Time constant of the correction of overlaps on PyBullet [s]; a faster correction would add to the bounce."""
+"""Time constant of the correction of overlaps on PyBullet [s]; a faster correction would increase the bounce."""
 _STRONGEST = (1.0, 0.2)
-"""Largest c h / m of a contact on MuJoCo [-]: without friction and restitution, and for all other contacts.
+"""Largest c h / m of a contact on MuJoCo [-]: for contacts without friction and restitution, and for all others.
 
-h is the step. MuJoCo makes the friction cone convex: a body that starts to slide at v jumps up with at most
-mu v c h / m. At 2 m/s a tube on carpet jumps by 1 mm.
+h is the step. MuJoCo makes the friction cone convex. A body that starts to slide at a speed v therefore jumps up at a
+speed of up to mu v c h / m. At 2 m/s a tube on carpet jumps by 1 mm.
 """
 _LEAST_RATIO = 0.5  # damping ratio for the limit on springs: half a period with friction takes 15 steps or more
 # --- materials ------------------------------------------------------------------------------------------------------
@@ -73,9 +74,10 @@ class TerrainSurface:
     restitution: float
     """Restitution factor, 0 to 1 [-]; the coefficient of restitution of a pair is the product of the two factors."""
     rolling: float = 0.0
-    """Rolling resistance lever arm [m]; a ball of radius r and friction f decelerates by rolling * f * g / (1.4 r)."""
+    """Rolling resistance lever arm [m]; a ball of radius r and friction factor f decelerates at
+    rolling * f * g / (1.4 r)."""
     stiffness: float | None = None
-    """Stiffness under load [N/m]; None for a rigid surface. The depths of a pair add."""
+    """Stiffness under load [N/m]; None for a rigid surface. The two surfaces of a pair act as springs in series."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -106,20 +108,21 @@ POLYCARBONATE = TerrainSurface(name="POLYCARBONATE", friction=0.3, restitution=0
 FRICTIONLESS = TerrainSurface(name="FRICTIONLESS", friction=0.0, restitution=0.0)
 
 BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
-"""Surface of a bumper (noodles under fabric) against game pieces; the restitution between two robots is 0.06."""
+"""Surface of a bumper (noodles under fabric) against game pieces; the coefficient of restitution of two bumpers is
+0.06."""
 BUMPER_CLOTH = 0.7
 """Friction factor of bumper cloth against walls and robots [-].
 
 The coefficient of friction is 0.49 between two bumpers and 0.35 between a bumper and a wall.
 
 Source: team 971 measured 0.5 for Cordura on Cordura, 0.3 for ballistic nylon on Cordura and 0.25 for sailcloth on
-Cordura (Chief Delphi, "Bumper Material", post 1381897, 2014). No measurement of cloth on polycarbonate is published;
-estimate, +-30 %.
+Cordura (Chief Delphi, "Bumper Material", post 1381897, 2014). No measurement of cloth on polycarbonate is published.
+The value is an estimate, +-30 %.
 """
 FOAM_STIFFNESS = 1e5
 """Stiffness of dense foam [N/m]: a force of 600 N compresses a game piece at a wall by 6 mm on each side.
 
-Estimate, within a factor of 3.
+The value is an estimate, within a factor of 3.
 """
 FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM_STIFFNESS)
 """Default surface of game pieces."""
@@ -128,12 +131,12 @@ FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM
 
 
 def pair_friction(a: _Value, b: _Value) -> _Value:
-    """Compute the coefficient of friction of a pair from its friction factors [-], or of n pairs, shape (n,)."""
+    """Compute the coefficient of friction of a pair from the friction factors [-], or of n pairs, shape (n,)."""
     return a * b
 
 
 def pair_restitution(a: _Value, b: _Value) -> _Value:
-    """Compute the coefficient of restitution of a pair from its restitution factors [-], or of n pairs, shape (n,)."""
+    """Compute the coefficient of restitution of a pair from the restitution factors [-], or of n pairs, shape (n,)."""
     return a * b
 
 
@@ -153,7 +156,8 @@ def contact_spring(restitution: float, friction: float, stiffness: float, mass: 
     Args:
         restitution: Coefficient of restitution of the pair [-]; values below 0.13 act as 0.13.
         friction: Coefficient of friction of the pair [-].
-        stiffness: Stiffness of the pair, infinite for a rigid pair [N/m]; reduced if the step requires it.
+        stiffness: Stiffness of the pair, infinite for a rigid pair [N/m]; the function limits the stiffness to a value
+            that is stable in steps of h.
         mass: Mass of the lighter body [kg].
         h: Longest step of the contact [s].
     """

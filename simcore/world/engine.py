@@ -1,7 +1,7 @@
 """Interface of a rigid-body engine, reduced to the functions that simcore needs.
 
-`simcore.world.bullet` implements the interface on PyBullet, `simcore.world.mujoco_engine` on MuJoCo. `row` is the
-number of a body that `add_body` returned.
+`simcore.world.bullet` implements the interface on PyBullet, and `simcore.world.mujoco_engine` on MuJoCo. `row` is the
+number of a body, as returned by `add_body`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SomeEngine = TypeVar("_SomeEngine", bound="Engine")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BodyDefinition:
-    """Definition of a rigid body."""
+    """Shape, surface, mass properties, collision groups and initial pose of a rigid body."""
 
     shape: Shape
     surface: TerrainSurface
@@ -39,25 +39,26 @@ class BodyDefinition:
     group: int = 1
     """Collision group, a single bit."""
     mask: int = 0xFFFF
-    """Groups to collide with; two bodies collide if each mask contains the other body's group."""
+    """Bits of the groups with which the body can collide; two bodies collide if each mask contains the group of the
+    other body."""
     pos: Vector = (0.0, 0.0, 0.0)
     """Origin of the shape, field frame [m]."""
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
     """Attitude of the shape, field frame, x, y, z, w."""
     keeps_spin: bool = True
-    """Whether the engine integrates free rotation to second order, which conserves a tumbling body's energy."""
+    """Whether the engine integrates free rotation to second order, to conserve the energy of a tumbling body."""
     pivot: Vector | None = None
     """Fixed point about which a moving body turns, field frame [m]; None for a free body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """First hits of n rays, one array row per ray."""
+    """First hit of each of n rays, one element or row of each array per ray."""
 
     fraction: FloatArray
     """Fraction of the ray before the hit, 1.0 for no hit, shape (n,)."""
     row: IntArray
-    """Row of the body that was hit, -1 without a hit, shape (n,)."""
+    """Row of the body that the ray hits, -1 without a hit, shape (n,)."""
     normal: FloatArray
     """Unit normal of the surface at the hit, field frame, shape (n, 3)."""
 
@@ -71,9 +72,9 @@ class Engine(Protocol):
     name: str
     """Name of the engine in `engine_choice`."""
     gravity: float
-    """Gravity, downward [m/s^2]."""
+    """Gravitational acceleration, downward [m/s^2]."""
     _definitions: list[BodyDefinition]
-    """Definitions of the bodies, by row."""
+    """Definition of each body, by row."""
 
     def __enter__(self: _SomeEngine) -> _SomeEngine:
         return self
@@ -86,21 +87,21 @@ class Engine(Protocol):
         ...
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        """Place a body at rest by the origin [m] and attitude of the body, field frame."""
+        """Set the origin [m] and attitude of a body, field frame, and set the velocity to zero."""
         ...
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
-        """Set a body's velocity of the center of mass [m/s] and angular velocity [rad/s], without waking the body.
+        """Set the velocity of a body's center of mass [m/s] and the angular velocity [rad/s], field frame.
 
-        Both velocities are in the field frame.
+        A sleeping body does not wake.
         """
         ...
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
         """Change the mass properties of a body and wake the body.
 
-        The pose of the origin stays. The velocity of the old center of mass becomes the velocity of the new center of
-        mass. The engine finds the body's contacts again in the next step.
+        The pose of the origin does not change. The new center of mass gets the velocity of the old center of mass. The
+        engine finds the body's contacts again in the next step.
 
         Args:
             row: Row of the body.
@@ -143,11 +144,11 @@ class Engine(Protocol):
         ...
 
     def sleep(self, row: int) -> None:
-        """Stop a body and put it to sleep until contact with an awake body or a call of `wake`."""
+        """Stop a body; the body then sleeps until contact with an awake body, or until a call of `wake`."""
         ...
 
     def fix(self, row: int) -> None:
-        """Stop a body and make it act as a static until `wake` or `sleep` is called."""
+        """Stop a body; the body then acts as a static until a call of `wake` or `sleep`."""
         ...
 
     def overlap(self, row: int) -> float:
@@ -159,7 +160,7 @@ class Engine(Protocol):
         ...
 
     def touching(self, row: int) -> list[int]:
-        """Return the rows of the bodies that touched a body in the last step."""
+        """Return the rows of the bodies that touched a body in the last step, in increasing order."""
         return sorted(set(self.contact_points(row)[0]))
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
@@ -190,7 +191,7 @@ class Engine(Protocol):
         ...
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return the rows of the bodies whose bounding boxes overlap a box, field frame [m]."""
+        """Return the rows of the bodies with bounding boxes that overlap a box, field frame [m]."""
         ...
 
     def reset(self) -> None:

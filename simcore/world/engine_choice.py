@@ -13,20 +13,21 @@ from simcore.world.engine import Engine
 __all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "engine_label", "make_engine", "require_known"]
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
-"""Package that each engine needs, by name of the engine; the first installed engine is the default."""
+"""Required package by engine name, in order of preference: the first engine with an installed package is the
+default."""
 VARIABLE = "SIMCORE_ENGINE"
-"""Environment variable that names the default engine."""
+"""Name of the environment variable that selects the default engine."""
 
 
 def choose_engine(name: str | None = None) -> str:
     """Return the name of the engine to use.
 
     Args:
-        name: Requested name; None for the engine in the environment variable, or the first installed of `ENGINES`.
+        name: Requested name; None for the engine in the environment variable, or else the first installed engine.
 
     Raises:
         UnknownNameError: If no engine has this name.
-        EngineError: If no engine is named and none is installed.
+        EngineError: If neither the argument nor the variable names an engine, and no engine is installed.
     """
     wanted = name or os.environ.get(VARIABLE) or None
     if wanted is not None:
@@ -41,7 +42,7 @@ def choose_engine(name: str | None = None) -> str:
 
 
 def engine_label(name: str | None = None) -> str:
-    """Return the result of `choose_engine` for run records, or "none" if no engine is installed."""
+    """Return the name of the engine that `choose_engine` chooses, or "none" if no engine is installed."""
     try:
         return choose_engine(name)
     except EngineError:
@@ -53,7 +54,7 @@ def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
 
     Args:
         name: Name of the engine; None for the default of `choose_engine`.
-        gravity: Gravity, downward [m/s^2].
+        gravity: Gravitational acceleration, downward [m/s^2].
 
     Raises:
         UnknownNameError: If no engine has this name.
@@ -69,7 +70,7 @@ def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
 
 
 def add_engine_option(parser: argparse.ArgumentParser) -> None:
-    """Add the option `--engine NAME` to a parser."""
+    """Add the option `--engine NAME` to a command-line parser."""
     parser.add_argument(
         "--engine", choices=tuple(ENGINES), help="physics engine (default: bullet where it is installed)"
     )

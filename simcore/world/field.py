@@ -27,9 +27,10 @@ from simcore.world.symmetry import FieldSymmetry
 __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element", "slope_element"]
 
 MAX_EXTENT = 40.0
-"""Largest length of a field and largest distance from the origin [m]; a larger mesh must be in other units."""
+"""Largest length of a field mesh, and largest coordinate, without a known field size [m]; a larger mesh must be in
+other units."""
 MIN_EXTENT = 0.5
-"""Smallest length of a field [m]."""
+"""Smallest length of a field mesh [m]; a smaller mesh is an error."""
 REFUSED_OVER = 20
 """Multiple of `max_triangles` above which loading a mesh is an error instead of a warning."""
 
@@ -41,7 +42,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldBoundary:
-    """Walls on the floor, whose inner faces bound the rectangle from (0, 0) to (length, width)."""
+    """Four walls on the floor; the inner faces bound the rectangle from (0, 0) to (length, width)."""
 
     length: float
     """Length along x, between the inner faces of the end walls [m]."""
@@ -85,7 +86,7 @@ class FieldBoundary:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FieldElement:
-    """One static part of the field."""
+    """Static part of the field: a named shape with a position and a surface."""
 
     name: str
     """Name of the group in the mesh, with `.0`, `.1` and so on appended if the group has several shapes."""
@@ -111,7 +112,7 @@ def box_element(
     high: tuple[float, float, float],
     surface: TerrainSurface = WALL,
 ) -> FieldElement:
-    """Make a box from two opposite corners.
+    """Make a box-shaped field element from two opposite corners.
 
     Args:
         name: Name of the element.
@@ -136,7 +137,7 @@ def slope_element(
     toward: Literal["+x", "-x", "+y", "-y"],
     surface: TerrainSurface = WALL,
 ) -> FieldElement:
-    """Make a wedge that rises from one lower edge of a box to the opposite upper edge.
+    """Make a wedge-shaped field element that rises from a lower edge of a box to the opposite upper edge.
 
     Args:
         name: Name of the element.
@@ -185,9 +186,9 @@ class FieldGeometry:
     ) -> FieldGeometry:
         """Read an OBJ file in meters, z up, field frame, and convert each named group into shapes.
 
-        `simcore.world.mesh.decompose` chooses the shapes; groups that remain triangle meshes are logged. A single
-        warning names groups with inconsistent winding, groups wound unlike their image on the other half of the field,
-        and groups without an image.
+        `simcore.world.mesh.decompose` chooses the shapes. The method logs each group that stays a triangle mesh, and
+        issues one warning with the names of all groups with mixed winding, with a winding that differs from the image
+        on the other half of the field, or without an image.
 
         Args:
             path: Path of the OBJ file.
@@ -197,8 +198,8 @@ class FieldGeometry:
             boundary: Walls to add around the field; None if the mesh contains the walls.
             symmetry: Symmetry between the halves of the field; None if the field has no symmetry.
             plate_thickness: Thickness of the plates made from open surfaces [m].
-            max_triangles: Number of triangles above which a warning suggests a simpler mesh; above `REFUSED_OVER` times
-                this number, loading fails.
+            max_triangles: Number of triangles above which a warning suggests a simpler mesh; loading fails above
+                `REFUSED_OVER` times this number.
 
         Raises:
             FieldMeshError: If the file is missing, malformed or empty, or cannot be a field in meters.
@@ -260,7 +261,7 @@ class FieldGeometry:
         raise UnknownNameError("field element", name, (element.name for element in self.elements))
 
     def outlines(self) -> list[tuple[str, FloatArray]]:
-        """Return the name and plan-view outline of each element, for drawing: field frame [m], shape (n, 2) each."""
+        """Return the name and the plan-view outline, field frame [m], shape (n, 2), of each element, for drawings."""
         return [(element.name, element.outline()) for element in self.elements]
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -272,7 +273,8 @@ class FieldGeometry:
 def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) -> list[str]:
     """Return the names of groups with parts whose bounds have no image under the symmetry.
 
-    The other half may divide a surface differently, so the parts of a group without an image are also compared as one.
+    The other half of the field may divide a surface differently. The function therefore also compares the common bounds
+    of all parts of a group that have no image.
     """
     low_high = [outline_points(element.shape) + element.position for element in elements]
     bounds = np.array([[points.min(axis=0), points.max(axis=0)] for points in low_high])
@@ -293,7 +295,9 @@ def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) ->
 
 
 def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> str:
-    """Return a sentence that explains a misplaced mesh by other units, y up or a centered origin; "" if none fits.
+    """Return a sentence that explains a misplaced mesh by other units, y up or a centered origin.
+
+    The sentence is empty if no such explanation fits.
 
     Args:
         low: Corner with the smallest coordinates, in the units of the file.
@@ -318,7 +322,7 @@ def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> st
 
 
 def _is_within(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> bool:
-    """Return whether a box is inside a field or at most slightly outside [m]."""
+    """Return whether a box is within 3 m around a field, from 1 m below to 6 m above the floor [m]."""
     below, above = (-_BEYOND, -_BEYOND, -1.0), (size[0] + _BEYOND, size[1] + _BEYOND, _HIGHEST)
     return bool((low >= below).all() and (high <= above).all())
 

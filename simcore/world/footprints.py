@@ -1,4 +1,4 @@
-"""Corners of boxes, and outlines in plan view: rectangles, hexagons, and a test for overlap."""
+"""Functions for corners of boxes and for plan-view outlines: rectangle, hexagon, and overlap test."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["box_corners", "corners", "hexagon", "overlaps"]
 
 
 def box_corners(low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> FloatArray:
-    """Return all eight corners of a box from its low and high corners [m], shape (8, 3)."""
+    """Return all eight corners of an axis-aligned box from the low and high corners [m], shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low, high, strict=True))))
 
 
 def corners(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:
-    """Return the corners of a rectangle, counter-clockwise [m], shape (4, 2).
+    """Return the corners of a rectangle in plan view, counter-clockwise from the front left corner [m], shape (4, 2).
 
     Args:
         x: x coordinate of the center [m].
@@ -36,12 +36,12 @@ def corners(x: float, y: float, yaw: float, length: float, width: float) -> Floa
 
 
 def hexagon(center: tuple[float, float], apothem: float, yaw: float = 0.0) -> FloatArray:
-    """Return the corners of a regular hexagon, counter-clockwise [m], shape (6, 2).
+    """Return the corners of a regular hexagon in plan view, counter-clockwise [m], shape (6, 2).
 
     Args:
         center: Center of the hexagon [m].
         apothem: Distance from the center to the middle of a side [m].
-        yaw: Direction from the center to the middle of a side [rad].
+        yaw: Yaw of the direction from the center to the middle of a side [rad].
 
     >>> hexagon((0.0, 0.0), 1.0).max(axis=0).round(3).tolist()
     [1.0, 1.155]

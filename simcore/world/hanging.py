@@ -1,8 +1,8 @@
 """Bodies that swing on a chain or turn about a hinge fixed to the field, pushed by robots and game pieces.
 
-The engine ties a body to the pivot and moves the body like a game piece. This module adds friction of a chain, a torque
-that returns a body on a chain to the yaw at rest, friction and spring of a hinge, the pull of climbers, and sleep. A
-hinged body turns only about the hinge because the engine gets large moments of inertia about the other axes.
+The engine connects a body to the pivot and moves the body like a game piece. This module adds the friction of a chain,
+a torque that returns a body on a chain to zero yaw, the friction and spring of a hinge, the pull of climbers, and
+sleep. A hinged body turns only about the hinge because the engine gets large moments of inertia about the other axes.
 """
 
 from __future__ import annotations
@@ -43,19 +43,20 @@ class HangingConfig:
     pivot: Vector
     """Fixed end of the chain, or center of the hinge, field frame [m]."""
     drop: float
-    """Distance from the pivot down to the center of mass [m]; with a hinge also 0, or negative if the hinge is below
-    the center of mass."""
+    """Distance from the pivot down to the center of mass [m]. A hinge can also be at the center of mass (0) or below
+    the center of mass (negative)."""
     hinge: Literal["x", "y"] | None = None
-    """Axis of the hinge; None for a body on a chain. The carpet and field elements are the end stops of a hinge."""
+    """Axis of the hinge; None for a body on a chain. Carpet and field elements are the end stops of a hinge."""
     spring: float = 0.0
-    """Rate of the spring that returns a hinged body to its rest position [N m/rad]."""
+    """Stiffness of the spring that returns a hinged body to the rest position [N m/rad]."""
     drivable: bool = False
-    """Whether robots drive on the body; for hinged bodies only."""
+    """Whether robots drive on the body; only a hinged body can be drivable."""
     alliance: Alliance | None = None
-    """Alliance that the body belongs to; None for a neutral body."""
+    """Alliance of the body; None for a neutral body."""
     surface: TerrainSurface = WALL
     damping: float = 0.3
-    """Decay rate of the angular velocity by friction and drag [1/s]; a swing's amplitude decays at half this rate."""
+    """Decay rate of the angular velocity by friction and drag [1/s]; the amplitude of a swing decays at half this
+    rate."""
 
     def __post_init__(self) -> None:
         owner = f"HangingConfig {self.name!r}"
@@ -68,7 +69,7 @@ class HangingConfig:
 
 
 class HangingBody:
-    """Hanging or hinged body in a world; the body starts at rest and sleeps until something touches it.
+    """Body on a chain or hinge in a world; the body starts at rest and sleeps until another object touches the body.
 
     Args:
         world: World with the field.
@@ -94,7 +95,7 @@ class HangingBody:
         self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
         self._own_share = across / self._inertia
         self.radius = bounding_radius(config.shape)
-        """Radius of a sphere about the center of mass that encloses the body [m]."""
+        """Radius of a sphere around the center of mass that encloses the body [m]."""
         self._half = bounding_box(config.shape)[1]
         self._torque = (0.0, 0.0, 0.0)
         self._still = 0.0
@@ -110,26 +111,26 @@ class HangingBody:
     # --- interface for climbers -----------------------------------------------------------------------------------
 
     def to_rest(self, place: Vector) -> Vector:
-        """Return the rest position of the body point that is now at `place`, field frame [m]."""
+        """Return the position at rest of the body point with the present position `place`, field frame [m]."""
         return self._from_pivot(rotate_back(self.quat, self._arm(place)))
 
     def from_rest(self, place: Vector) -> Vector:
-        """Return the current position of the body point whose rest position is `place`, field frame [m]."""
+        """Return the present position of the body point with the position at rest `place`, field frame [m]."""
         return self._from_pivot(rotate(self.quat, self._arm(place)))
 
     def velocity_at(self, place: Vector) -> Vector:
-        """Return the velocity of the body point that is now at `place`, field frame [m/s]."""
+        """Return the velocity of the body point with the present position `place`, field frame [m/s]."""
         return cross(self.rate, self._arm(place))
 
     def mobility_at(self, place: Vector) -> float:
-        """Return the inverse effective mass at a point, for forces perpendicular to the line to the pivot [1/kg]."""
+        """Return the inverse effective mass at a point [1/kg], for a force perpendicular to the line to the pivot."""
         arm = self._arm(place)
         return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
 
     def pull(self, place: Vector, force: Vector) -> None:
         """Apply a force [N] at a point [m], field frame, in the next sub-step, and wake the body.
 
-        The pivot carries the component along the line to the pivot.
+        The pivot supports the force component along the line from the point to the pivot.
         """
         tx, ty, tz = cross(self._arm(place), force)
         x, y, z = self._torque
@@ -139,7 +140,10 @@ class HangingBody:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def read(self) -> None:
-        """Read pose and angular velocity of an awake body from the engine; must run before climbers use the body."""
+        """Read the pose and angular velocity of an awake body from the engine.
+
+        The method must run before climbers use the body.
+        """
         if self.is_awake:
             self.pos, self.quat = self._engine.pose(self.row)
             vel, rate = self._engine.velocity(self.row)
@@ -160,7 +164,7 @@ class HangingBody:
             )
 
     def before_substep(self, h: float) -> None:
-        """Apply friction, spring or yaw torque, and the pull of climbers for the next sub-step of h [s]."""
+        """Apply the friction, the spring or yaw torque, and the pull of climbers for the next sub-step of h [s]."""
         if not self.is_awake:
             return
         arm = self._arm(self.pos)
@@ -187,7 +191,7 @@ class HangingBody:
             self._torque = (0.0, 0.0, 0.0)
 
     def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
-        """Wake the body if touched, or a hinged body if `in_reach`; put the body to sleep after 0.5 s at rest.
+        """Wake a sleeping body that moves, wake a hinged body if `in_reach`, and let a body sleep after 0.5 s at rest.
 
         Args:
             dt: Length of the tick [s].
@@ -212,7 +216,7 @@ class HangingBody:
 
     @property
     def angle(self) -> float:
-        """Angle of a hinge from its rest position, about the positive axis [rad]."""
+        """Angle of the hinge from the rest position, about the positive axis [rad]; for hinged bodies only."""
         return 2.0 * math.atan2(self.quat[self._axis], self.quat[3])
 
     @property
@@ -222,11 +226,11 @@ class HangingBody:
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
-        """Extent and speed of the body, for waking game pieces.
+        """Extent and speed of the body, for the search for game pieces to wake.
 
         The values are x, y, yaw [m, m, rad], half length and half width [m], speed [m/s], heights of the lowest and
-        highest point [m], and the speed [m/s] below which the body wakes only pieces in contact, because a swing
-        lasts half a minute.
+        highest point [m], and a threshold speed [m/s]. Below this speed, the body wakes only pieces in contact. Without
+        the threshold the body would keep near pieces awake for half a minute, the duration of a swing.
         """
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
         x, y, z = self.pos

@@ -1,7 +1,8 @@
 """Kinematics of a robot's moving parts: a chain of joints from the robot frame to the part.
 
-An elevator is a slide joint and an arm a hinge joint; a claw on an arm on an elevator is a chain of both. The chain
-gives the poses of drawn parts and intake zones, and the pose and velocity of a held game piece.
+An elevator is a slide joint, and an arm is a hinge joint. A claw on an arm on an elevator has a chain of a slide joint
+and a hinge joint. The chain determines the poses of drawn parts and intake zones, and the pose and velocity of a held
+game piece.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ __all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "
 
 
 class MechanismMotion(Protocol):
-    """Mechanism that drives a joint."""
+    """Position and velocity of a mechanism that drives a joint."""
 
     @property
     def position(self) -> float:
@@ -43,7 +44,7 @@ class Joint:
     origin: Vector = (0.0, 0.0, 0.0)
     """Origin of the joint at shaft angle zero, in the frame before the joint [m]."""
     slides: bool = False
-    """Whether the joint is a slide joint, instead of a hinge joint."""
+    """Whether the joint is a slide joint; otherwise the joint is a hinge joint."""
     ratio: float = 1.0
     """Angle of a hinge [rad/rad] or travel of a slide [m/rad] per angle of the mechanism's shaft."""
 
@@ -55,12 +56,12 @@ class Joint:
 
 
 class PartState(NamedTuple):
-    """Pose and motion of a part or a robot, in the robot frame unless stated otherwise."""
+    """Pose and velocity of a part or a robot, in the robot frame unless stated otherwise."""
 
     pos: Vector
     """Position of the origin [m]."""
     quat: Quaternion
-    """Attitude: rotation from the axes of the part to the axes of the frame, quaternion x, y, z, w."""
+    """Attitude: rotation from part axes to robot axes, unit quaternion x, y, z, w."""
     vel: Vector
     """Velocity of the origin [m/s]."""
     rate: Vector
@@ -98,7 +99,7 @@ def part_pose(
 def part_state(
     joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
 ) -> PartState:
-    """Compute the pose and motion of a part in the robot frame; the arguments are those of `part_pose`."""
+    """Compute the pose and velocity of a part in the robot frame; `part_pose` describes the arguments."""
     (x, y, z), quat = part_pose(joints, mechanisms, offset)
     vx = vy = vz = wx = wy = wz = 0.0
     for number, joint in enumerate(joints):
@@ -116,10 +117,10 @@ def part_state(
 
 
 def require_mechanisms(owner: str, names: Iterable[str | None], known: Iterable[str]) -> None:
-    """Check that all mechanisms named in a config exist.
+    """Check that all mechanism names in a config, except None, are in `known`.
 
     Raises:
-        UnknownNameError: If a name other than None is not in `known`; the message contains `owner`.
+        UnknownNameError: If a name is not in `known`; the message contains `owner`, the name of the config.
     """
     known = list(known)
     for name in names:

@@ -1,13 +1,15 @@
 """Conversion of a mesh group into the simplest shapes that an engine can collide with.
 
-Boxes collide faster than hulls and let fewer balls through. Both are better than triangle meshes: balls bump on the
-inner edges of triangles and pass through them at larger steps. A group therefore becomes, in this order of preference,
-a `Box`, a `Hull`, thin convex plates, or, if nothing else fits, a `Mesh`.
+Collisions with boxes are faster to compute than collisions with hulls, and fewer balls pass through boxes. Boxes and
+hulls are both better than triangle meshes. Balls bump on the inner edges of a triangle mesh and pass through the
+triangles at larger steps. A group therefore becomes, in this order of preference, a `Box`, a `Hull`, thin convex
+plates, or, if nothing else fits, a `Mesh`.
 
 A surface without thickness becomes plates. The side that a face points to (counter-clockwise corners) is the free side,
 and the plate extends to the other side. Files often have mixed winding, or one half of the field is a copy of the other
-with reversed faces. The winding of neighboring faces is therefore made consistent first, then the winding of a surface
-and its image on the other half. If the winding is ambiguous, the side that faces up is free: pieces come from above.
+half with reversed faces. `decompose` therefore makes the winding of neighboring faces consistent. `choose_sides` then
+makes the winding of a surface and of the image on the other half consistent. If the winding is ambiguous, the side that
+faces up is the free side, because pieces come from above.
 """
 
 from __future__ import annotations
@@ -30,15 +32,16 @@ __all__ = ["MAX_PLATES", "SAME_PLACE", "TOLERANCE", "MeshPart", "Sheet", "choose
 TOLERANCE = 1e-4
 """Tolerance for dents and bends [m]: a tenth of a millimeter, far below the building tolerance of a field."""
 MAX_PLATES = 32
-"""Largest number of flat faces of an open surface; surfaces with more count as curved and stay triangle meshes."""
+"""Largest number of flat faces of an open surface; a surface with more faces counts as curved and stays a triangle
+mesh."""
 SAME_PLACE = 0.02
 """Largest difference between the bounds of a part and of its image on the other half of the field [m].
 
-Building tolerances are smaller; a plate on the wrong side is off by its thickness of 0.05 m, at least 0.029 m of it
-along one axis.
+Building tolerances are smaller. The error of a plate on the wrong side is larger: the plate thickness of 0.05 m, and
+thus at least 0.029 m along one axis.
 """
 _LEVEL = 0.05
-"""Net fraction of a surface's area facing up or down below which the surface counts as upright [-]."""
+"""Absolute value of `Sheet.rise` below which a surface counts as upright [-]."""
 _SLIVER = 1e-4
 """Fraction of a surface's area below which the winding of faces does not matter [-]."""
 _THIN = 1e-5
@@ -47,7 +50,7 @@ _THIN = 1e-5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPart:
-    """Shape with the position of the shape's origin in the mesh."""
+    """Shape, and position of the shape in the mesh."""
 
     shape: Box | Hull | Mesh
     position: FloatArray
@@ -56,7 +59,7 @@ class MeshPart:
 
 @dataclass(slots=True, eq=False)
 class Sheet:
-    """Connected open surface as flat convex polygons with consistent winding."""
+    """Connected open surface, divided into flat convex polygons with consistent winding."""
 
     group: str
     """Name of the surface's group in the file."""
@@ -77,7 +80,7 @@ class Sheet:
         return float(self.normals[:, 2] @ self.areas / self.areas.sum())
 
     def plates(self, thickness: float) -> list[MeshPart]:
-        """Make a plate of the given thickness [m] behind the free side of each polygon."""
+        """Make one plate of the given thickness [m] per polygon, on the side opposite to the free side."""
         return [
             _convex_part(np.vstack([corners, corners - thickness * normal]))
             for corners, normal in zip(self.corners, self.normals, strict=True)
@@ -90,10 +93,11 @@ class Sheet:
 def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> list[MeshPart | Sheet]:
     """Convert triangles into solids and open surfaces; the list is empty if all triangles are slivers.
 
-    A closed axis-aligned box becomes a `Box`, any other closed convex body a `Hull`. All other meshes are first split
-    into connected pieces. An open piece of at most `MAX_PLATES` flat faces becomes a `Sheet`, whose normals
-    (counter-clockwise corners) point to the free side, where the balls are. If winding is mixed, the larger area
-    decides. All other pieces, closed bodies with dents and curved open surfaces, become a `Mesh`.
+    A closed axis-aligned box becomes a `Box`, and any other closed convex body becomes a `Hull`. The function splits
+    all other meshes into connected pieces. An open piece of at most `MAX_PLATES` flat faces becomes a `Sheet`. The
+    normals of a sheet (counter-clockwise corners) point to the free side, where the balls are. If the winding is mixed,
+    the winding of the larger area determines the normals. All other pieces (closed bodies with dents, and curved open
+    surfaces) become a `Mesh`.
 
     Args:
         vertices: Vertices [m], shape (n, 3).
@@ -116,7 +120,7 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
 
 
 def _merged(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Merge vertices that agree to a micrometer, and drop unused vertices and faces with only two distinct corners."""
+    """Merge vertices that agree to a micrometer, and drop unused vertices and faces with fewer than three corners."""
     _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
     faces = inverse.reshape(-1)[faces]
     faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
@@ -136,7 +140,7 @@ def _has_area(corners: FloatArray) -> BoolArray:
 
 
 def _is_closed_body(points: FloatArray, faces: IntArray) -> bool:
-    """Return whether every edge joins two faces and the mesh is not a flat sheet with two sides."""
+    """Return whether every edge of a mesh joins exactly two faces, and the mesh is not flat."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     if not (np.unique(edges, axis=0, return_counts=True)[1] == 2).all():
         return False
@@ -161,7 +165,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
 
 
 def _convex_part(points: FloatArray) -> MeshPart:
-    """Compute the convex hull of points, as a `Box` if the hull is an axis-aligned box, else as a `Hull`."""
+    """Return the convex hull of points: a `Box` if the hull is an axis-aligned box, otherwise a `Hull`."""
     hull = ConvexHull(points)
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
@@ -182,7 +186,7 @@ def _trimesh(points: FloatArray, faces: IntArray) -> Any:
 
 
 def _labels(pairs: IntArray, count: int) -> IntArray:
-    """Return the number of the connected component of each of `count` nodes; `pairs` are the edges of the graph."""
+    """Return the number of the connected component of each node in a graph of `count` nodes with the edges `pairs`."""
     import trimesh.graph
 
     graph: Any = trimesh.graph  # typed Any because trimesh's annotations are incomplete
@@ -190,9 +194,9 @@ def _labels(pairs: IntArray, count: int) -> IntArray:
 
 
 def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[FloatArray, IntArray]]:
-    """Split a mesh into components connected by shared edges; return vertices and faces of each component.
+    """Split a mesh into components connected by shared edges, and return the vertices and faces of each component.
 
-    Components without area are dropped.
+    The function drops components without area.
 
     Raises:
         FieldMeshError: If there are more than `MOST_GROUPS` components.
@@ -208,7 +212,7 @@ def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[Float
 
 
 def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
-    """Convert an open connected mesh to a sheet; None for a closed mesh or one of over `MAX_PLATES` polygons."""
+    """Convert an open connected mesh to a sheet; return None for a closed mesh or over `MAX_PLATES` polygons."""
     if _is_closed_body(points, faces):
         return None
     faces, is_mixed = _with_even_winding(_trimesh(points, faces))
@@ -229,14 +233,14 @@ def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
 
 
 def _with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
-    """Make the winding of a connected mesh consistent by reversing at most half of its area.
+    """Make the winding of a connected mesh consistent by reversing the faces of at most half of the area.
 
-    Each face is two nodes of a graph, unchanged and reversed. A graph edge joins two nodes with the same winding, in
-    which the faces traverse their common edge in opposite directions.
+    The function builds a graph with two nodes per face: the face unchanged and the face reversed. An edge of the graph
+    joins two nodes with consistent winding: the two faces traverse the common edge in opposite directions.
 
     Returns:
-        Vertex rows of the faces, shape (m, 3), and whether the winding was mixed: more than slivers were reversed, or
-        no consistent winding exists (Moebius strip).
+        Vertex rows of the faces, shape (m, 3), and whether the winding was mixed. The winding was mixed if more than
+            slivers had to be reversed, or if no consistent winding exists (Moebius strip).
     """
     faces, count, areas = np.asarray(mesh.faces), len(mesh.faces), mesh.area_faces
     a, b = mesh.face_adjacency.T
@@ -258,7 +262,10 @@ def _with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
 
 
 def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[int]]:
-    """Group coplanar connected triangles into few convex regions: one if possible, otherwise grown greedily."""
+    """Group coplanar connected triangles into few convex regions.
+
+    The result is a single region if possible. Otherwise a greedy algorithm adds triangles to each region.
+    """
     if _covers_its_hull(mesh, faces):
         return [faces]
     left = sorted(faces, key=lambda face: -float(mesh.area_faces[face]))
@@ -277,7 +284,7 @@ def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[i
 
 
 def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
-    """Return whether triangles lie in one plane and fill a convex polygon."""
+    """Return whether triangles are coplanar and fill a convex polygon."""
     points, normal = mesh.triangles[faces].reshape(-1, 3), mesh.face_normals[faces[0]]
     if np.abs((points - points[0]) @ normal).max() > TOLERANCE:  # a slight curve: each pair is flat, the region is not
         return False
@@ -296,7 +303,7 @@ def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> lis
         symmetry: Symmetry of the field; None if the field has no symmetry.
 
     Returns:
-        One sentence for each rule applied to groups whose free side is ambiguous in the file.
+        One sentence for each rule that decided the free side of groups that are ambiguous in the file.
     """
     upward: set[str] = set()
     by_most: set[str] = set()
@@ -331,7 +338,7 @@ def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> lis
 
 
 def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sheet | None:
-    """Return a sheet's image under the symmetry, preferably with matching normals; None if no sheet matches."""
+    """Return the image of a sheet under the symmetry, preferably with agreeing normals; None if no sheet matches."""
     flipped = np.sort(symmetry.flip_points(sheet.bounds), axis=0)
     near = [other for other in others if np.abs(other.bounds - flipped).max() < SAME_PLACE]
     alike = (other for other in near if _agreement(other, sheet, symmetry) >= 0.0)
@@ -341,7 +348,7 @@ def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sh
 def _agreement(sheet: Sheet, other: Sheet, symmetry: FieldSymmetry) -> float:
     """Compute the agreement of a sheet's normals with the image of another sheet [m^2].
 
-    The result is the sum of polygon areas, each times the cosine of the angle between the two normals.
+    The result is the sum over the polygons of area times the cosine of the angle between the two normals.
     """
     mine, its = (np.array([corners.mean(axis=0) for corners in one.corners]) for one in (sheet, other))
     nearest = np.linalg.norm(mine[:, None] - symmetry.flip_points(its)[None], axis=2).argmin(axis=1)

@@ -2,13 +2,14 @@
 
 Settings and their reasons:
 
-- Contacts are MuJoCo's, with one set of parameters per shape (`_Contacts`). Shapes that robots drive on or into have
-  no friction, no restitution, and the stiffest spring that the step allows. While any other body is awake, steps are
-  split into sub-steps of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
+- MuJoCo computes the contacts, with one set of parameters per shape (`_Contacts`). Shapes that robots drive on or into
+  have no friction, no restitution, and the stiffest spring that the step allows. While any other body is awake, the
+  engine splits steps into sub-steps of at most 0.5 ms, because a bounce takes only 8 ms. In these sub-steps a tumbling
+  tube gains 1.2 % of the tube's energy in 1.5 s.
 - Integration is semi-implicit Euler, x += h v with v at the end of the step, as in PyBullet.
-- `sleep` uses MuJoCo's sleep: MuJoCo skips the body until an awake body touches it. `fix` also puts the body to sleep,
-  multiplies the mass so that the body acts as a wall, and restores the pose of the body after each step.
-- The model is compiled at the first use after a body was added; moving bodies keep their state.
+- `sleep` uses MuJoCo's sleep: MuJoCo skips a sleeping body until an awake body touches the sleeping body. `fix` also
+  puts the body to sleep, multiplies the mass so that the body acts as a wall, and restores the pose after each step.
+- The engine compiles the model at the first use after a body was added. Moving bodies keep their state.
 """
 
 from __future__ import annotations
@@ -68,7 +69,10 @@ class MuJoCoEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """Start an empty world; until the model is compiled, arrays with a row per moving body hold the state."""
+        """Start an empty world.
+
+        Before the first compilation of the model, arrays with one row per moving body contain the state.
+        """
         self._definitions: list[BodyDefinition] = []
         self._collision: list[tuple[int, int]] = []
         self._body: list[int] = []  # by row: number of the moving body, -1 for statics
@@ -205,7 +209,10 @@ class MuJoCoEngine(Engine):
             self._moved[body] = self._is_stale = True
 
     def _list_awake(self, awake: BoolArray) -> None:
-        """Write the awake bodies into all of MuJoCo's lists; each body is its own tree."""
+        """Write the awake bodies into MuJoCo's lists of awake trees, bodies and degrees of freedom.
+
+        Each moving body is a kinematic tree of one body.
+        """
         d, numbers, who = self._d, np.arange(len(awake)), np.nonzero(awake)[0]
         d.tree_asleep[:] = np.where(awake, _AWAKE, numbers)
         d.tree_awake[:] = d.body_awake[1:] = awake
@@ -217,7 +224,10 @@ class MuJoCoEngine(Engine):
         self._is_listed = False
 
     def _refresh(self) -> None:
-        """Update the poses of all shapes, including those of sleeping bodies that were moved."""
+        """Compile the model if needed, and update shape poses, MuJoCo's lists of awake bodies, and collision masks.
+
+        The poses include the poses of sleeping bodies that a user has moved.
+        """
         self._build()
         if self._is_stale:
             if (self._moved & self._asleep).any():  # MuJoCo would wake them
@@ -263,7 +273,7 @@ class MuJoCoEngine(Engine):
     # --- the model ----------------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        """Compile the model after bodies were added; existing bodies keep their state."""
+        """Compile the model if bodies were added since the last compilation; existing bodies keep their state."""
         self._require_open()
         if self._is_built:
             return
@@ -360,9 +370,10 @@ _MOST_PASSED = 16  # largest number of surfaces that a ray may leave from the in
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CompiledModel:
-    """Compiled model, its state, and the engine's row of each body and shape.
+    """Compiled MuJoCo model, state of the model, and the engine's row of each body and shape.
 
-    Moving bodies are numbered in order, from 0; their shapes come after the shapes of statics.
+    The numbers of moving bodies count from 0 in the order of the rows. The shapes of moving bodies come after the
+    shapes of statics.
     """
 
     mj: Any
@@ -378,12 +389,15 @@ class _CompiledModel:
     statics: int
     """Number of shapes of statics."""
     is_smooth: BoolArray
-    """Whether all statics that a moving body can touch lack friction and restitution, shape (bodies,)."""
+    """Whether each moving body can touch statics, all without friction and restitution, shape (bodies,)."""
     is_rigid: BoolArray
-    """Whether a shape belongs to a static without friction and restitution, shape (geoms,)."""
+    """Whether each shape is part of a static without friction and restitution, shape (geoms,)."""
 
     def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
-        """Return fraction, row and normal of the first surface that a segment enters; 1, -1 and zeros for no hit."""
+        """Return the fraction, row and unit normal of the first surface that a segment enters.
+
+        Without a hit, the values are 1, -1 and zeros.
+        """
         way, passed = end - start, 0.0
         geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))
         for _ in range(_MOST_PASSED):
@@ -399,7 +413,7 @@ class _CompiledModel:
         return 1.0, -1, (0.0, 0.0, 0.0)
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return the rows of the bodies that can collide and whose bounding boxes overlap a box [m]."""
+        """Return the rows of the bodies with collisions whose bounding boxes overlap a box, field frame [m]."""
         lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
         here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
         rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
@@ -433,7 +447,7 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
     Args:
         mujoco: Package `mujoco`.
         definitions: Definitions by row.
-        gravity: Gravity along -z [m/s^2].
+        gravity: Gravitational acceleration, downward [m/s^2].
         longest: Longest step of contacts with friction or restitution [s].
 
     Raises:
@@ -484,7 +498,7 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
 
 
 class _Contacts:
-    """Contact parameters of each body.
+    """Contact parameters of all bodies, computed for the most frequent partner that is not heavier.
 
     Args:
         definitions: Definitions of all bodies.
@@ -505,7 +519,7 @@ class _Contacts:
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Return whether a body can touch statics, and only statics without friction and restitution."""
+        """Return whether a body can touch statics, all without friction and restitution."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 
@@ -539,7 +553,7 @@ def _is_rigid(surface: TerrainSurface, mass: float) -> bool:
 
 
 def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], away: Vector = (0.0, 0.0, 0.0)) -> None:
-    """Set mass, inertia and center of mass of a moving body in a compiled model, and all derived values.
+    """Set mass, inertia and center of mass of a moving body in a compiled model, and update all derived values.
 
     Args:
         model: Compiled model, an `MjModel`.
@@ -566,7 +580,10 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
-    """Tie a body to the pivot in `definition`, and set the initial pose, in which pivot and tied point coincide."""
+    """Connect a body to the pivot in `definition`, and set the initial pose.
+
+    In the initial pose, the pivot and the connected point of the body coincide.
+    """
     assert definition.pivot is not None
     quat = multiply(definition.quat, definition.inertia_axes)
     center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
@@ -578,7 +595,7 @@ def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinitio
 
 
 def _uniform(definition: BodyDefinition) -> Vector:
-    """Compute the moments of inertia of a uniform solid about the axes of its shape [kg m^2]."""
+    """Compute the moments of inertia of a uniform body about the axes of the shape [kg m^2]."""
     x, y, z = np.diag(mass_properties(definition.shape).inertia).tolist()
     return (definition.mass * x, definition.mass * y, definition.mass * z)
 
@@ -630,7 +647,11 @@ class _Geoms:
 
 
 def _prisms(mesh: Mesh) -> list[FloatArray]:
-    """Return the six corners of a thin prism around each triangle of a mesh [m]."""
+    """Return the six corners of a thin prism around each triangle of a mesh [m], without triangles of zero area.
+
+    Raises:
+        EngineError: If a corner is not finite.
+    """
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.sqrt(np.einsum("ij,ij->i", normal, normal))
@@ -643,7 +664,7 @@ def _prisms(mesh: Mesh) -> list[FloatArray]:
 
 
 def _require_group(group: int) -> None:
-    """Raise `EngineError` if MuJoCo's rays cannot tell a collision group from others."""
+    """Raise `EngineError` if a collision group has no ray group in MuJoCo."""
     if group >= 1 << _MOST_GROUPS:
         raise EngineError(f"MuJoCo supports {_MOST_GROUPS} collision groups, bits 1 to 16; got {group}")
 
@@ -654,7 +675,11 @@ def _ray_flags(mask: int) -> Any:
 
 
 def _write_masks(model: _CompiledModel, collision: Sequence[tuple[int, int]]) -> None:
-    """Write the collision group and mask of each row into a model; 0, 0 removes a body from all collisions."""
+    """Write the collision group and mask of each row into a model; 0, 0 removes a body from all collisions.
+
+    Raises:
+        EngineError: If there are more different pairs of group and mask than bits in MuJoCo's masks.
+    """
     kinds, kind = np.unique([pair if all(pair) else (0, 0) for pair in collision], axis=0, return_inverse=True)
     if len(kinds) > _MOST_CLASSES:
         raise EngineError(f"MuJoCo: more than {_MOST_CLASSES} pairs of group and mask")

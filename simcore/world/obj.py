@@ -1,9 +1,9 @@
-"""Wavefront OBJ files: reading, writing, and making named groups of polygons.
+"""Wavefront OBJ files: functions that read and write files, and that make named groups of polygons.
 
-Group names select the surface of each part of a field, and errors name the line. trimesh 5.2 also keeps group names
-(`split_objects`, `split_groups`), but it counts negative indices from the end of the file instead of the latest vertex,
-splits concave polygons into triangles outside the polygon, and silently accepts a vertex with two numbers, NaN, or a
-face with vertex 0.
+Group names select the surface of each part of a field. Error messages contain the line number. trimesh 5.2 also keeps
+group names (`split_objects`, `split_groups`), but counts negative indices from the end of the file instead of the
+latest vertex. trimesh also splits concave polygons into triangles outside the polygon, and silently accepts a vertex
+with two numbers, NaN, or a face with vertex 0.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 UNNAMED = "default"
-"""Name of the group of faces before the first `o` or `g`, as in the OBJ specification."""
+"""Group name of faces before the first `o` or `g` statement, as in the OBJ specification."""
 
 MOST_FACES, MOST_GROUPS = 100_000, 1000
 """Largest numbers of faces and groups in a field; larger fields would take minutes to load."""
@@ -50,16 +50,16 @@ _IGNORED = frozenset(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObjGroup:
-    """Named group of polygons."""
+    """Named group of polygons with their vertices."""
 
     name: str
     vertices: FloatArray
     """Vertices of the polygons, in the units of the file, shape (n, 3)."""
     faces: tuple[tuple[int, ...], ...]
-    """Rows of the vertices of each polygon, counter-clockwise seen from the side that the normal points to."""
+    """Rows of the vertices of each polygon, counter-clockwise seen from the tip of the normal."""
 
     def triangles(self) -> IntArray:
-        """Return the polygons as triangles: rows of the vertices of each triangle, shape (m, 3)."""
+        """Split the polygons into triangles, and return the rows of the vertices of each triangle, shape (m, 3)."""
         rows = [tri for face in self.faces for tri in triangulate(self.vertices, face)]
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
@@ -69,12 +69,13 @@ def read_obj(
 ) -> tuple[ObjGroup, ...]:
     """Read the groups of an OBJ file in the order in which they first appear.
 
-    Faces belong to the latest `o` or `g` statement; statements with equal names make one group.
+    The latest `o` or `g` statement gives the group of a face. Statements with equal names give one group.
 
     Args:
         path: Path of the file.
-        most_faces: Largest number of faces; files with more are rejected before parsing.
-        most_groups: Largest number of `o` and `g` statements; files with more are rejected before parsing.
+        most_faces: Largest number of faces; the function rejects files with more faces before parsing.
+        most_groups: Largest number of `o` and `g` statements; the function rejects files with more statements before
+            parsing.
 
     Raises:
         FieldMeshError: If the file is missing, unreadable, not an OBJ file, too large, without faces, or has a
@@ -132,7 +133,7 @@ def read_obj(
 
 
 def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 6) -> str:
-    """Format groups as the text of an OBJ file; equal groups give equal text on every machine.
+    """Return the text of an OBJ file with the given groups; equal groups give equal text on every machine.
 
     Args:
         groups: Groups in the order of the file, each under its own `o` statement.
@@ -151,7 +152,7 @@ def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 
 
 
 def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> str:
-    """Write an OBJ file, create missing folders, and return a line with path, number of groups and of triangles.
+    """Write an OBJ file, create missing folders, and return a line with the path and the group and triangle counts.
 
     Args:
         path: Path of the file.
@@ -170,6 +171,9 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
     Args:
         vertices: Vertices of the mesh, shape (n, 3).
         face: Rows of the polygon's vertices, in order.
+
+    Returns:
+        Rows of the three vertices of each triangle.
     """
     corners = vertices[list(face)]
     flat = in_plane(corners, np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0))  # Newell's normal
@@ -193,7 +197,9 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
 
 
 def in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
-    """Project points onto the plane with a given normal, keeping counter-clockwise order seen from the normal's tip.
+    """Project points onto the plane with a given normal.
+
+    The projection preserves counter-clockwise order, seen from the tip of the normal.
 
     Args:
         points: Points, shape (n, 3).
@@ -236,13 +242,13 @@ def _face(values: list[str], count: int) -> tuple[int, ...]:
 
 
 def box_group(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> ObjGroup:
-    """Make an axis-aligned box from two opposite corners [m]."""
+    """Make a group with an axis-aligned box from the low and high corners of the box [m]."""
     ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
     return solid_group(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
 
 
 def solid_group(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
-    """Make a prism or frustum from two flat polygons with equal numbers of corners.
+    """Make a group with a prism or frustum from two flat polygons with equal numbers of corners.
 
     Args:
         name: Name of the group.
@@ -255,7 +261,7 @@ def solid_group(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
 
 
 def prism_group(name: str, outline: FloatArray, bottom: float, top: float) -> ObjGroup:
-    """Make an upright prism.
+    """Make a group with an upright prism.
 
     Args:
         name: Name of the group.
@@ -276,14 +282,14 @@ def pipe_group(
     aside: tuple[float, float, float],
     sides: int = 8,
 ) -> ObjGroup:
-    """Make a straight pipe as a prism with the cross-sectional area of the round pipe.
+    """Make a group with a straight pipe: a prism with the cross-sectional area of the round pipe.
 
     Args:
         name: Name of the group.
         start: Center of the first end [m].
         end: Center of the second end [m].
         diameter: Diameter of the round pipe [m].
-        aside: Direction across the pipe, normal to a pair of faces.
+        aside: Direction across the pipe; the component perpendicular to the pipe is normal to a pair of faces.
         sides: Number of side faces.
 
     Raises:
@@ -307,6 +313,6 @@ def pipe_group(
 
 
 def flipped_group(group: ObjGroup, name: str, symmetry: FieldSymmetry) -> ObjGroup:
-    """Return the image of a group under the symmetry of a field, with faces that still point outward."""
+    """Return the image of a group under the symmetry of a field; the normals of the image also point outward."""
     faces = group.faces if symmetry.keeps_hands else tuple(face[::-1] for face in group.faces)
     return ObjGroup(name, symmetry.flip_points(group.vertices), faces)

@@ -1,4 +1,4 @@
-"""Robots of a world: records, mass properties, and the field outlines that bumpers can touch."""
+"""Robots of a world: records for the compiled loop, mass properties, and the field outlines that bumpers can touch."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ _ABOVE = 0.002  # [m]; height above the ground from which a placed robot settles
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BumperPart:
-    """Rectangular part that collides with walls and robots: bumpers, or the frame above the bumpers."""
+    """Rectangular box that collides with walls and robots: the bumpers, or the frame above the bumpers."""
 
     x: float
     """x coordinate of the center, robot frame [m]."""
@@ -71,9 +71,9 @@ class BumperPart:
     top: float
     """Height of the upper edge above the carpet [m]."""
     friction: float
-    """Friction factor, combined as in `TerrainSurface` [-]."""
+    """Friction factor [-]; the coefficient of friction of a pair is the product of the two factors."""
     restitution: float
-    """Restitution factor, combined as in `TerrainSurface` [-]."""
+    """Restitution factor [-]; the coefficient of restitution of a pair is the product of the two factors."""
     stiffness: float
     """Contact force per meter of penetration and per meter of the touching side [N/m^2]."""
 
@@ -82,7 +82,7 @@ _kick_and_drift: Callable[..., None] = kick_and_drift
 
 
 class RecordRows:
-    """Preallocated records of one type, whose rows never move in memory.
+    """Preallocated array of records of one type; rows in use never change their address in memory.
 
     Args:
         what: Name of the records, for messages.
@@ -95,11 +95,11 @@ class RecordRows:
 
     @property
     def taken(self) -> Records:
-        """Rows in use."""
+        """Records in use, a view of the array."""
         return self._made[: self.count]
 
     def take(self, new: Records) -> Records:
-        """Copy new records into free rows and return these rows.
+        """Copy new records into the next free rows, and return a view of these rows.
 
         Raises:
             ConfigError: If too few rows are free.
@@ -113,7 +113,7 @@ class RecordRows:
 
 
 class _Wheels(Protocol):
-    """Drivetrain whose records can move into the arrays of the world."""
+    """Drivetrain with records that `RobotDynamics.bind` replaces by rows of the world's arrays."""
 
     robot_record: Records
     shafts: Records
@@ -122,15 +122,16 @@ class _Wheels(Protocol):
 
 
 class _Shaft(Protocol):
-    """Mechanism whose record can move into the arrays of the world."""
+    """Mechanism with a record that `RobotDynamics.bind` replaces by a row of the world's array."""
 
     record: Records
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Return whether bumpers collide with the outline of a static, instead of with the solids of the static.
+    """Return whether bumpers collide with the plan-view outline of a static, and not with the solids of the static.
 
-    Bumpers collide with the solids of concave shapes and of shapes low enough for wheels or the frame's lower edge.
+    Bumpers collide with the solids of triangle meshes, and of statics with a height of at most 0.1 m, which only wheels
+    and the bottom of the frame can touch.
     """
     if isinstance(shape, Mesh):
         return False
@@ -175,7 +176,7 @@ class RobotDynamics:
 
     @property
     def fleet(self) -> Fleet:
-        """Records of all robots, in the form that the loop takes."""
+        """Records of all robots and field outlines, as an argument for the compiled loop."""
         if self._fleet is None:
             self._fleet = Fleet(
                 self.robots, self._shafts.taken, self._wheels.taken, self._batteries.taken, self._parts.taken,
@@ -201,7 +202,7 @@ class RobotDynamics:
         Args:
             row: Row of the robot's body in the world.
             body: Number of the robot's body in `Bodies`.
-            parts: Bumper parts.
+            parts: Boxes of bumpers and frame that collide with walls and robots.
         """
         prepare()
         number = len(self._drives)
@@ -226,7 +227,10 @@ class RobotDynamics:
         return number
 
     def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
-        """Move the records of a robot's drivetrain and mechanisms into the arrays of the world."""
+        """Copy the records of a robot's drivetrain and mechanisms into the arrays of the world.
+
+        Drivetrain and mechanisms then use the rows of these arrays.
+        """
         robot = self.robots[number : number + 1]
         model = robot["model"]
         model["first_shaft"], model["first_wheel"] = self._shafts.count, self._wheels.count
@@ -274,7 +278,8 @@ class RobotDynamics:
             center: Center of mass, robot frame [m].
             inertia: Moments of inertia about the center of mass [kg m^2].
             radius: Radius of the wheels [m].
-            loads: Wheel loads on level ground [N]; each wheel's spring is lengthened so that the robot stands at z = 0.
+            loads: Wheel loads on level ground [N]; the function enlarges the contact radius of each wheel by the
+                compression under this load, so that the robot stands at z = 0.
         """
         robot, m = self.robots[number]["model"], len(loads)
         body = self._bodies.records[int(robot["body"])]["model"]
@@ -315,8 +320,8 @@ class RobotDynamics:
             pose: Planar pose, field frame [m, m, rad].
             solids: Solids of the world.
             has_floor: Whether the world has a floor at z = 0.
-            gravity: Gravity, downward [m/s^2].
-            height: Height without overlaps from which the robot settles [m].
+            gravity: Gravitational acceleration, downward [m/s^2].
+            height: Height of the robot's origin at which the robot overlaps nothing; the robot settles from there [m].
         """
         kept = self._bodies.records.copy()
         body = self._bodies.records[int(self.robots["model"]["body"][number])]
@@ -331,7 +336,7 @@ class RobotDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def put(self, row: int, pos: Sequence[float], quat: Quaternion) -> None:
-        """Place a robot at rest; the loop removes new overlaps by position, without force.
+        """Place a robot at rest; the loop then resolves new overlaps by displacement, without force.
 
         Args:
             row: Row of the robot's body in the world.
@@ -349,7 +354,10 @@ class RobotDynamics:
         robot["is_put"] = 1
 
     def choose_outlines(self) -> None:
-        """Select the field outlines that bumpers can touch, if the height of any robot has changed by over 3 mm."""
+        """Select the field outlines that bumpers can touch.
+
+        The function keeps the last selection while no robot's height has changed by over 3 mm since this selection.
+        """
         heights: list[float] = self._bodies.records["pos"][self.robots["model"]["body"], 2].tolist()
         is_same = len(heights) == len(self._heights)
         if not (is_same and all(abs(new - old) <= _LIFT for new, old in zip(heights, self._heights, strict=True))):
@@ -380,13 +388,14 @@ class RobotDynamics:
     # --- the engine's bodies ---------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Copy the mean motion of robots in a step to the engine, so that the engine's bodies collide with robots.
+        """Copy the mean velocities of robots in a step to the engine, so that the engine's bodies collide with robots.
 
         Args:
             engine: Engine of all other bodies.
             before: Positions [m] and attitudes of all bodies at the start of the step, shape (n, 7).
             h: Length of the step [s].
-            gravity: Downward gravity that the engine applies [m/s^2].
+            gravity: Gravitational acceleration in the engine, downward; added to the velocity to cancel gravity in
+                the engine's step [m/s^2].
         """
         for number in self._bodies.robots:
             row, mean = self._bodies.rows[number], self._bodies.records["mean_twist"][number].tolist()
@@ -394,7 +403,10 @@ class RobotDynamics:
             engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
 
     def take_from(self, engine: Engine, h: float) -> None:
-        """Add to robots the velocity change by contacts with the engine's bodies in h [s], and move the robots."""
+        """Apply the velocity change from contacts with the engine's bodies in h [s] to the robots.
+
+        The function also moves the robots by the displacement of this velocity change over h.
+        """
         for number in self._bodies.robots:
             row, body = self._bodies.rows[number], self._bodies.records[number]
             if not engine.touching(row):
@@ -416,7 +428,10 @@ class RobotDynamics:
         self._fleet = None
 
     def _slice(self, low: int, high: int) -> tuple[int, int]:
-        """Return the first outline, and the last plus one, of the statics between two heights in units of `_BAND`."""
+        """Return the index of the first outline, and the index after the last outline, between two heights.
+
+        The heights are in units of `_BAND`. The function computes outlines that do not exist yet.
+        """
         if (low, high) not in self._slices:
             found, polygons = [], []
             for row, members, surface in self._statics:
@@ -466,7 +481,7 @@ def _covered(
         boxes: Bounds of each outline: low x, low y, high x, high y [m], shape (m, 4).
 
     Returns:
-        1 for each covered side, otherwise 0, shape (n,).
+        1 for each covered side, otherwise 0, shape (n,); all 0 if all sides are covered.
     """
     corners = polygons[number]
     after = np.roll(corners, -1, axis=0)
@@ -493,7 +508,7 @@ def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
         high: Upper height [m].
 
     Returns:
-        Corners, counter-clockwise [m], shape (m, 2); empty if no part of the shape is between the heights.
+        Corners, counter-clockwise [m], shape (m, 2); empty if the outline between the heights has no area.
     """
     z = points[:, 2]
     found = [points[(z >= low) & (z <= high), :2]]

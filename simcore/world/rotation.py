@@ -1,7 +1,7 @@
 """Rotations: unit quaternions in the order x, y, z, w, as in Bullet and SciPy, and 3 x 3 matrices.
 
-Functions on tuples of floats are for single bodies, where they take half the time of arrays. Functions on arrays are
-for many points at once.
+Functions on tuples of floats are for single bodies, because tuples take half the time of small arrays. Functions on
+arrays are for many points at once.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def from_yaw(yaw: float) -> Quaternion:
-    """Compute the rotation about z by a yaw, counter-clockwise seen from above [rad]."""
+    """Compute the rotation by a yaw about the z axis, counter-clockwise seen from above [rad]."""
     return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
@@ -70,18 +70,18 @@ def rpy(q: Sequence[float]) -> Vector:
 
 
 def wrap_angle(angle: float) -> float:
-    """Wrap an angle to -pi..pi [rad]."""
+    """Return an angle wrapped to -pi..pi [rad]."""
     return math.remainder(angle, math.tau)
 
 
 def yaw_of(q: Sequence[float]) -> float:
-    """Compute the yaw of a rotation: heading of the rotated x axis in the ground plane [rad]."""
+    """Compute the yaw of a rotation: direction of the rotated x axis in plan view [rad]."""
     x, y, z, w = q
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
-    """Compute the product a b of two rotations: b first, then a."""
+    """Compute the product a b of two rotations, which applies b first and then a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -93,9 +93,9 @@ def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
 
 
 def interpolate(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
-    """Interpolate between the rotations a (share 0) and b (share 1) by the normalized weighted mean.
+    """Interpolate between the rotations a (share 0) and b (share 1) by the normalized weighted mean of the quaternions.
 
-    The error for an angle t between a and b is at most t^3 / 240: 2e-6 rad at 0.08 rad.
+    The error for an angle t between a and b is at most t^3 / 240, for example 2e-6 rad at 0.08 rad.
     """
     ax, ay, az, aw = a
     bx, by, bz, bw = b
@@ -127,7 +127,10 @@ def rotate_back(q: Sequence[float], v: Sequence[float]) -> Vector:
 def frame_pose(
     pos: Sequence[float], quat: Sequence[float], offset: Vector, turn: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute the pose of a frame with a given offset and rotation in an outer frame at pose `pos`, `quat`."""
+    """Compute the pose of an inner frame from the pose `pos`, `quat` of the outer frame.
+
+    `offset` and `turn` are the position and rotation of the inner frame in the outer frame.
+    """
     (x, y, z), (a, b, c, d) = pos, quat
     if offset != (0.0, 0.0, 0.0):
         ox, oy, oz = rotate(quat, offset)
@@ -149,7 +152,7 @@ def outer_pose(pos: Vector, quat: Quaternion, offset: Vector, turn: Quaternion) 
 def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
     """Compute the rotation matrix R of a quaternion, shape (3, 3), or of n quaternions (4, n), shape (3, 3, n).
 
-    `R @ p_robot` rotates one point to field axes, `points_robot @ R.T` an array of points, one per row.
+    `R @ p_robot` rotates one point to field axes, and `points_robot @ R.T` rotates an array of points, one per row.
     """
     parts: Any = q  # four numbers or four arrays
     x, y, z, w = parts

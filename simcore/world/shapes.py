@@ -1,7 +1,7 @@
-"""Collision shapes, extents and mass properties; also tubes, rings and cones made of convex parts.
+"""Collision shapes, extents and mass properties, and functions that make tubes, tori and cones from convex parts.
 
-Every shape is defined in its own frame; the pose comes with the body that uses the shape. Volume, center of mass and
-inertia are those of uniform solids.
+A shape has its own frame. The body with this shape defines the pose of the frame. Volume, center of mass and inertia
+assume uniform density.
 """
 
 from __future__ import annotations
@@ -114,7 +114,10 @@ class Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """Two-sided triangle mesh, for statics only; slower than other shapes, and more balls pass through."""
+    """Two-sided triangle mesh, for statics only.
+
+    Collisions take longer to compute than for other shapes, and balls pass through a mesh more often.
+    """
 
     vertices: FloatArray
     """Vertices [m], shape (n, 3)."""
@@ -128,7 +131,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Convex part of a `Compound`, with position and attitude."""
+    """Convex shape with a position and an attitude in a `Compound`."""
 
     shape: Sphere | Cylinder | Box | Hull
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -156,7 +159,7 @@ Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
 
 
 def parts_of(shape: Shape) -> tuple[Part, ...]:
-    """Return the convex parts of a shape; a convex shape is a single part.
+    """Return the convex parts of a shape; a convex shape has one part.
 
     Raises:
         ConfigError: If the shape is a mesh.
@@ -169,7 +172,7 @@ def parts_of(shape: Shape) -> tuple[Part, ...]:
 
 
 def support(shape: Shape, ways: FloatArray) -> FloatArray:
-    """Compute the largest extent of a shape from the origin along each unit vector [m], shape (n,).
+    """Compute the support function: the largest extent of a shape from the origin along each unit vector [m], (n,).
 
     Args:
         shape: Shape in its own frame.
@@ -194,7 +197,10 @@ def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
 
 
 def outline_points(shape: Shape) -> FloatArray:
-    """Return points whose convex hull is the shape, shape frame [m], shape (n, 3); a circle becomes 24 points."""
+    """Return points with a convex hull that equals or approximates the shape, shape frame [m], shape (n, 3).
+
+    A circle becomes 24 points. A sphere becomes the cylinder around the sphere.
+    """
     if isinstance(shape, Box):
         corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
         return np.asarray(corners * np.array(shape.size))
@@ -213,9 +219,9 @@ def outline_points(shape: Shape) -> FloatArray:
 
 
 def outline(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull of plane points (m, 2), counter-clockwise, shape (n, 2).
+    """Return the corners of the convex hull of points in a plane (m, 2), counter-clockwise, shape (n, 2).
 
-    For points on a line, these are the two ends.
+    For points on one line, the function returns the two end points.
     """
     try:
         return np.asarray(points[ConvexHull(points).vertices])
@@ -247,9 +253,9 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Compute the smallest thickness of a shape [m], for a compound the smallest thickness of all parts.
+    """Compute the smallest thickness of a shape [m], or the smallest thickness of any part of a compound [m].
 
-    The thickness of a hull is the distance between two parallel planes around the hull, one of them along a face.
+    For a hull, the function compares the extents perpendicular to all faces.
     """
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
@@ -268,7 +274,8 @@ def smallest_thickness(shape: Shape) -> float:
 def mean_frontal_area(shape: Shape) -> float:
     """Compute the projected area of the shape's convex hull, averaged over all directions [m^2].
 
-    The mean projected area of a convex body is a quarter of the surface area, exactly: pi r^2 for a sphere.
+    The mean projected area of a convex body is exactly a quarter of the surface area, for example pi r^2 for a sphere.
+
     Source: A. Cauchy, 1841.
     """
     if isinstance(shape, Sphere):
@@ -287,7 +294,7 @@ def support_height(shape: Shape, quat: Quaternion = IDENTITY) -> float:
 
 
 def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
-    """Return whether a shape in a given attitude is stable on flat ground: the origin is above the support polygon."""
+    """Return whether a shape in a given attitude stands on flat ground: the origin is above the support polygon."""
     parts = parts_of(shape)
     axes = matrix(quat)
     points = np.vstack([_low_points(part, axes) for part in parts])
@@ -322,7 +329,7 @@ class MassProperties:
     """Mass properties of a uniform solid."""
 
     volume: float
-    """Volume [m^3]; where parts of a compound overlap, the volume counts twice."""
+    """Volume [m^3]; for a compound the sum over the parts, including overlaps."""
     center: FloatArray
     """Center of mass in the frame of the shape [m], shape (3,)."""
     inertia: FloatArray
@@ -331,7 +338,7 @@ class MassProperties:
 
 @lru_cache(maxsize=256)
 def mass_properties(shape: Shape) -> MassProperties:
-    """Compute volume, center of mass and inertia tensor of a shape.
+    """Compute volume, center of mass and inertia tensor of a shape with uniform density.
 
     Raises:
         ConfigError: If the shape has no volume: a mesh, or a hull of points in one plane.
@@ -360,9 +367,9 @@ def mass_properties(shape: Shape) -> MassProperties:
 
 
 def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
-    """Compute the principal moments of an inertia tensor (3, 3), and the attitude of the principal axes, x, y, z, w.
+    """Compute the principal moments of an inertia tensor (3, 3), and the attitude of the principal axes (x, y, z, w).
 
-    The principal axes of a diagonal tensor are the given axes, in the given order.
+    For a diagonal tensor, the function returns the diagonal and the identity.
     """
     moments = np.diag(inertia)
     if np.abs(inertia - np.diag(moments)).max() <= _ALIGNED * moments.max():
@@ -380,7 +387,7 @@ def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
 
 
 def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
-    """Compute the angular velocity after h [s] of torque-free rotation, by Euler's equations and a Runge-Kutta step.
+    """Compute the angular velocity after h [s] of torque-free rotation (Euler's equations, one Runge-Kutta step).
 
     Args:
         spin: Angular velocity at the start, along the principal axes [rad/s].
@@ -408,7 +415,7 @@ def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
 
 
 def centered(shape: Hull | Compound) -> Hull | Compound:
-    """Return a copy of a shape with the center of mass at the origin, as required for game pieces."""
+    """Return a copy of a shape, shifted so that the center of mass is at the origin, as game pieces require."""
     center = mass_properties(shape).center
     if isinstance(shape, Hull):
         return Hull(shape.points - center)
@@ -465,11 +472,11 @@ _MOST_STAVES = 16
 def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int = 12) -> Compound:
     """Make a hollow tube along z around the origin, as a ring of staves; thinner objects can pass through the bore.
 
-    The bore is a regular polygon around the inner radius; each stave has eight outer faces with edges on the outer
+    The bore is a regular polygon around the inner radius. Each stave has eight outer faces with edges on the outer
     radius. A stave has two halves along z, so that an engine finds at least two contacts of a lying tube with the
-    ground (with one contact, a sliding tube sinks in by 8 mm). Each half extends below the surfaces of the other half:
-    a face across the path would stop an object that slides along the tube under pressure (a pipe's end in the bore
-    lost two thirds of 1.3 m/s).
+    ground. With one contact, a sliding tube would sink in by 8 mm. Each half extends into the other half, below the
+    surfaces of the other half. Otherwise the end face of a half would stop an object that slides along the tube under
+    pressure. Without these extensions, a pipe's end in the bore lost two thirds of 1.3 m/s.
 
     Args:
         length: Length [m].
@@ -510,7 +517,9 @@ def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int
 
 
 def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Compound:
-    """Make a torus around z from convex segments that are round on the outside.
+    """Make a torus around z from convex segments.
+
+    The outer side of a segment is round. The inner side is flat.
 
     Args:
         ring_radius: Distance from the axis to the center of the tube [m].
@@ -542,7 +551,10 @@ def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides:
         height: Height [m].
         bottom_radius: Radius of the lower end [m].
         top_radius: Radius of the upper end [m]; 0 for a pointed cone.
-        sides: Number of side faces.
+        sides: Number of side faces, 6 to 96.
+
+    Raises:
+        ConfigError: If a length or the number of sides is out of range.
     """
     require("cone", "height", height, ROBOT_LENGTH)
     require("cone", "bottom_radius", bottom_radius, ROBOT_LENGTH)

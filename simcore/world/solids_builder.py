@@ -1,4 +1,4 @@
-"""Conversion of the shapes of field elements and bodies into the convex solids of the loop."""
+"""Conversion of shapes of field elements and bodies into convex solids for the compiled loop."""
 
 from __future__ import annotations
 
@@ -53,17 +53,17 @@ class SolidsBuilder:
         drivable: bool = False,
         in_plan: bool = False,
     ) -> int:
-        """Add a shape, one solid per convex part, and return the index of the first new solid.
+        """Add one solid for each convex part of a shape, and return the index of the first new solid.
 
         Args:
             shape: Collision shape; each triangle of a mesh becomes a solid.
             pos: Origin of the shape in the frame of the field or the body [m].
             quat: Attitude of the shape in the frame of the field or the body.
             surface: Friction [-], restitution [-] and rolling lever [m].
-            row: Row of the element or body that the shape belongs to.
+            row: Row of the field element or body with this shape.
             body: Number of the body in `Bodies`, or `FIELD` for the static field.
             drivable: Whether robots drive on the shape.
-            in_plan: Whether bumpers collide with the shape's plan-view outline instead of with the solid.
+            in_plan: Whether bumpers collide with the plan-view outline of the shape, and not with the solids.
         """
         axes, at, first = matrix(quat), np.asarray(pos, dtype=float), self.count
         flags = row, body, drivable, in_plan
@@ -88,7 +88,7 @@ class SolidsBuilder:
 
     @property
     def solids(self) -> Solids:
-        """Arrays of all solids added so far."""
+        """All solids added so far, as arrays for the compiled loop."""
         if self._built is None:
             self._built = self._build()
         return self._built

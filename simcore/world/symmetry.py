@@ -1,8 +1,8 @@
 """Symmetry of a field between blue and red.
 
-Robots, scripts and zones are defined for blue. Red's half of a field is blue's half either rotated by 180 degrees about
-the center (`rotate`), or mirrored in the plane at half the length (`mirror`). `flip_pose` is named after PathPlanner's
-`FlippingUtil`.
+A game defines robots, scripts and zones for blue. The red half of a field is the blue half, either rotated by
+180 degrees about the center (`rotate`), or mirrored in the plane at half the length (`mirror`). The name `flip_pose`
+follows PathPlanner's `FlippingUtil`.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ class FieldSymmetry:
 
     @property
     def keeps_hands(self) -> bool:
-        """Whether left stays left, as on a rotated field; on a mirrored field, left becomes right."""
+        """Whether the map preserves left and right: True for a rotated field, False for a mirrored field."""
         return self.kind == "rotate"
 
     def flip_point(self, x: float, y: float) -> tuple[float, float]:
-        """Return the corresponding point of the other half [m]."""
+        """Return the corresponding point on the other half of the field [m]."""
         return self.size[0] - x, (self.size[1] - y if self.kind == "rotate" else y)
 
     def points_of(self, alliance: str, *points: Vector) -> tuple[Vector, ...]:
-        """Return the points of an alliance that correspond to blue's points [m].
+        """Return the points of `alliance` that correspond to the given blue points, field frame [m].
 
         >>> FieldSymmetry("rotate", (16.0, 8.0)).points_of("red", (2.0, 3.0, 0.5))
         ((14.0, 5.0, 0.5),)
@@ -59,17 +59,17 @@ class FieldSymmetry:
         return tuple((*self.flip_point(x, y), z) for x, y, z in points) if alliance == "red" else points
 
     def box_of(self, alliance: str, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-        """Return the low and high corners of an alliance's box that corresponds to blue's box [m]."""
+        """Return the low and high corners of the box of `alliance` that corresponds to a blue box, field frame [m]."""
         (x0, y0, z0), (x1, y1, z1) = self.points_of(alliance, low, high)
         return (min(x0, x1), min(y0, y1), z0), (max(x0, x1), max(y0, y1), z1)
 
     def flip_pose(self, x: float, y: float, yaw: float) -> Pose:
-        """Return the corresponding planar pose on the other half [m, m, rad]."""
+        """Return the corresponding planar pose on the other half of the field [m, m, rad], yaw within -pi..pi."""
         turned = yaw + math.pi if self.kind == "rotate" else math.pi - yaw
         return (*self.flip_point(x, y), wrap_angle(turned))
 
     def flip_points(self, points: FloatArray) -> FloatArray:
-        """Return the corresponding points of the other half [m], shape (n, 2) or (n, 3); z stays."""
+        """Return the corresponding points on the other half of the field [m], shape (n, 2) or (n, 3); z is the same."""
         flipped = points.copy()
         flipped[:, 0] = self.size[0] - points[:, 0]
         if self.kind == "rotate":
@@ -77,7 +77,7 @@ class FieldSymmetry:
         return flipped
 
     def flip_vectors(self, vectors: FloatArray) -> FloatArray:
-        """Return the corresponding velocities or directions, shape (n, 2) or (n, 3); z stays."""
+        """Return the corresponding velocities or directions, shape (n, 2) or (n, 3); z is the same."""
         flipped = vectors.copy()
         flipped[:, 0] = -vectors[:, 0]
         if self.kind == "rotate":
@@ -87,7 +87,7 @@ class FieldSymmetry:
     def flip_attitudes(self, attitudes: FloatArray) -> FloatArray:
         """Return the corresponding attitudes, quaternions x, y, z, w, shape (n, 4).
 
-        On a mirrored field, these are the attitudes of mirrored objects, correct for objects with a plane of symmetry.
+        On a mirrored field, the result is correct only for objects that are symmetric about their own y-z plane.
         """
         x, y, z, w = np.asarray(attitudes, dtype=float).T
         return np.column_stack((-y, x, w, -z) if self.kind == "rotate" else (x, -y, -z, w))

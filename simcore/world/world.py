@@ -1,7 +1,8 @@
 """Physics world: floor, statics, robots and game pieces, and the step that moves them.
 
-The compiled loop moves robots and balls. The engine moves all other bodies and starts when the first of them is added.
-The engine then gets copies of the static field and of the robots, which collide only with the engine's other bodies.
+The compiled loop moves robots and balls. The engine moves all other bodies. The engine starts when the first of these
+other bodies is added, and then gets copies of the static field and of the robots. The copies collide only with the
+engine's other bodies.
 """
 
 from __future__ import annotations
@@ -67,15 +68,17 @@ _SWINGS = 0.03  # [m]; smallest distance of a placed robot from a hanging body, 
 
 
 class PhysicsWorld:
-    """A rigid-body world with gravity. Use as a context manager, or call `close`.
+    """Rigid-body world with gravity. Use as a context manager, or call `close`.
 
     Args:
         engine: Engine, or its name, `bullet` or `mujoco`; None for the default of `engine_choice`.
         floor: Surface of the endless floor at z = 0, or None for no floor.
-        gravity: Gravity along -z [m/s^2]; None for the gravity of `engine`, or standard gravity without an `Engine`.
+        gravity: Gravitational acceleration, downward [m/s^2]; None for the value of `engine`, or for standard gravity
+            if `engine` is a name or None.
 
     Raises:
         UnknownNameError: If no engine has this name.
+        ConfigError: If `gravity` differs from the gravity of `engine`.
     """
 
     def __init__(
@@ -105,27 +108,29 @@ class PhysicsWorld:
         self._names: list[str] = []  # by row
         self._definitions: list[BodyDefinition] = []  # by row
         self.has_engine = False
-        """Whether the engine has started, which happens when a body other than a ball or robot is added."""
+        """Whether the engine has started; the engine starts at the first use, for example when a body other than a
+        ball, a robot or a static is added."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
         self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
-        """Rows of the robots."""
+        """Row of each robot's body, in the order in which the robots were added."""
         self.hanging: list[tuple[int, Vector, float]] = []
-        """Hanging bodies: row, pivot [m], and upper bound on the distance from pivot to any point of the body [m]."""
+        """Row, pivot, field frame [m], and upper bound on the distance of any point of the body from the pivot [m], for
+        each hanging body."""
         self._builder = SolidsBuilder()
         self.bodies = Bodies(self._builder)
         """Robots, and the engine's bodies that balls can touch."""
         self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
-        """Balls of the world."""
+        """Balls of the world, with state and contact memory."""
         self.robots = RobotDynamics(self.bodies)
-        """Robots of the world, and the field outlines that their bumpers can touch."""
+        """Robots of the world, and the outlines of the field that bumpers can touch."""
         if self.floor is not None:
             box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
             self._add("floor", box, (0.0, 0.0, -_FLOOR_THICKNESS / 2), self.floor, mask=CollisionGroup.PIECE)
 
     @property
     def engine(self) -> Engine:
-        """Engine of the world, started on first use.
+        """Engine of the world; the first access starts the engine.
 
         Raises:
             EngineError: If the engine is not installed.
@@ -187,7 +192,8 @@ class PhysicsWorld:
             pos: Origin of the shape, field frame [m].
             surface: Surface of the static.
             quat: Attitude of the static, field frame.
-            drivable: Whether robots drive on the static; a drivable static has no friction with robot bodies.
+            drivable: Whether robots drive on the static; bumpers then collide with the solids of the static, not with
+                the plan-view outline.
         """
         at = _checked_pos(name, pos)
         row = self._add(name, shape, at, surface, quat=quat, mask=CollisionGroup.PIECE)
@@ -270,9 +276,9 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the awake and touchable body of a game piece that is not a ball, and return the row of the body.
+        """Add an awake body with collisions for a game piece that is not a ball, and return the row of the body.
 
-        The density is uniform; the origin of the shape must be the center of mass.
+        The body has uniform density. The origin of the shape must be the center of mass.
         """
         require(name, "mass", mass, MASS)
         moments, axes = principal_axes(mass * mass_properties(shape).inertia)
@@ -336,15 +342,15 @@ class PhysicsWorld:
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
-        """Switch the contacts of a game piece on or off; with `robots` False, contacts with robots are always off."""
+        """Enable or disable the contacts of a game piece; `robots` False disables contacts with robots in any case."""
         mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest, and wake a body of the engine.
+        """Place a body at rest, field frame [m]; the function also wakes a body that the engine moves.
 
         Raises:
-            NonFiniteError: If a value is not finite or the quaternion is zero; the pose then stays unchanged.
+            NonFiniteError: If a value is not finite or the quaternion is zero; the pose then does not change.
         """
         at = _checked_pos(self._names[row], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
@@ -358,10 +364,10 @@ class PhysicsWorld:
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        """Set the velocity of a body [m/s, rad/s], field frame, and wake a body of the engine.
+        """Set the velocity of a body, field frame [m/s, rad/s]; the function also wakes a body that the engine moves.
 
         Raises:
-            NonFiniteError: If a value is not finite; the velocity then stays unchanged.
+            NonFiniteError: If a value is not finite; the velocity then does not change.
         """
         if not all(map(math.isfinite, (*linear, *angular))):
             raise NonFiniteError(
@@ -377,12 +383,12 @@ class PhysicsWorld:
     def obstacles(
         self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
-        """Return whether a solid obstacle overlaps an upright box, and whether a ramp does.
+        """Return whether a solid obstacle overlaps an upright box, and whether a drivable static overlaps the box.
 
-        Solid obstacles are walls, hanging bodies and other robots.
+        Solid obstacles are statics that robots do not drive on, hanging bodies and other robots.
 
         Args:
-            row: Row of the robot that the box represents, which is no obstacle.
+            row: Row of the robot that the box represents; this robot is not an obstacle.
             x: x coordinate of the center of the box, field frame [m].
             y: y coordinate of the center of the box, field frame [m].
             yaw: Yaw of the box's length axis, field frame [rad].
@@ -417,7 +423,7 @@ class PhysicsWorld:
     def _overlaps_static(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
-        """Return whether solid parts of the static field overlap an upright box, and whether drivable parts do."""
+        """Return whether solid statics overlap an upright box, and whether drivable statics overlap the box."""
         solids = self.solids
         met = np.zeros(len(solids.body), np.uint8)
         find_in_box(solids, x, y, yaw, half_length, half_width, bottom, top, met)
@@ -430,7 +436,8 @@ class PhysicsWorld:
     ) -> bool:
         """Return whether an upright box overlaps a static or hanging body that robots do not drive on.
 
-        The box has the same arguments as in `obstacles`.
+        Hanging bodies have a margin of 30 mm in plan view. The arguments are the same as for `obstacles`, without
+        `row`.
         """
         reach = math.hypot(half_length, half_width)
         low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
@@ -443,22 +450,23 @@ class PhysicsWorld:
         return self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)[0]
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:
-        """Return whether the floor is the only drivable surface within `reach` of a point of the field [m].
+        """Return whether the floor is the only drivable surface within `reach` [m] of a point of the field [m].
 
-        Bounding boxes of drivable elements are compared without a tolerance, so that red and blue agree.
+        The function compares with the bounding boxes of drivable elements, without a tolerance, so results are the same
+        for red and blue. The result is False in a world without a floor.
         """
         return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
 
     @property
     def _ramps(self) -> FloatArray:
-        """Bounding boxes of the drivable elements, shape (n, 6) [m]."""
+        """Low and high corners of the bounding box of each drivable solid of the field [m], shape (n, 6)."""
         solids = self.solids
         if self._ramps_of[0] is not solids:
             self._ramps_of = solids, solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
         return self._ramps_of[1]
 
     def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return whether the floor is the only drivable surface within reach of each point; see `is_flat`.
+        """Return whether the floor is the only drivable surface within reach of each point, shape (n,); see `is_flat`.
 
         Args:
             places: x and y of the points, field frame [m], shape (n, 2).
@@ -529,13 +537,13 @@ class PhysicsWorld:
         """Find the first hit of each segment on the field or a robot.
 
         Args:
-            start: Starts of the segments, field frame [m], shape (n, 3); solids around a start are ignored.
+            start: Starts of the segments, field frame [m], shape (n, 3); a solid that contains a start is not hit.
             end: Ends of the segments, field frame [m], shape (n, 3).
             ignore: Row of a robot that segments do not hit; -1 to ignore no robot.
 
         Returns:
-            Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body hit,
-            -1 without a hit, shape (n,).
+            Fraction of each segment before the hit, 1.0 without a hit, shape (n,), and row of the element or body that
+                is hit, -1 without a hit, shape (n,).
         """
         fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
         has_floor = self.floor is not None
@@ -565,16 +573,16 @@ class PhysicsWorld:
         return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
-        """Return the rows of the bodies and field elements that a robot touched in the last step."""
+        """Return the rows of the bodies and field elements that a robot touched in the last step of loop and engine."""
         others = self.engine.touching(row) if self.has_engine else ()
         return {*others, *self.robots.touching(row)}
 
     def body_name(self, row: int) -> str:
-        """Return the name of a body."""
+        """Return the name of the body or static with a given row."""
         return self._names[row]
 
     def step(self, dt: float, *, substeps: int | None = None) -> None:
-        """Advance a world without a match; in a match, `Motion` advances the world.
+        """Advance a world outside a match; in a match, `Motion` advances the world.
 
         Args:
             dt: Time to advance [s].
@@ -614,12 +622,12 @@ class PhysicsWorld:
         self.robots.report_brownouts()
 
     def begin_engine(self, h: float) -> None:
-        """Pass the motion of robots and balls over h [s] to the engine, before the engine's steps over this time."""
+        """Pass the motion of robots and the impulses of balls over h [s] to the engine, before the engine's steps."""
         self.balls.push_bodies(self.engine)
         self.robots.show_to(self.engine, self._before, h, self.gravity)
 
     def end_engine(self, h: float) -> None:
-        """Apply the impulses of the engine's bodies to robots, after the engine's steps over h [s]."""
+        """Apply the impulses of the engine's other bodies to the robots, after the engine's steps over h [s]."""
         self.robots.take_from(self.engine, h)
 
 
@@ -637,7 +645,7 @@ def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:
 
 @compiled
 def _find_ramps(ramps: FloatArray, places: FloatArray, reach: FloatArray, flat: BoolArray) -> None:
-    """Set `flat` to False for each place with a ramp within reach; see `PhysicsWorld.are_flat`."""
+    """Set `flat` to False for each point with a ramp within `reach`; see `PhysicsWorld.are_flat`."""
     for k in range(len(places)):
         x, y = places[k, 0], places[k, 1]
         for i in range(len(ramps)):

@@ -1,4 +1,4 @@
-"""Regions of the field that detect game pieces without contact, including fast pieces that cross within a tick."""
+"""Regions of the field (zones), with tests for points and for segments, such as the path of a fast piece in a tick."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Zone(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class BoxZone:
-    """Axis-aligned box, field frame."""
+    """Zone in the shape of an axis-aligned box, field frame."""
 
     low: tuple[float, float, float]
     """Corner with the smallest coordinates [m]."""
@@ -64,7 +64,7 @@ class BoxZone:
 
 @dataclass(frozen=True, slots=True)
 class CylinderZone:
-    """Upright cylinder, field frame."""
+    """Zone in the shape of an upright cylinder, field frame."""
 
     center: tuple[float, float]
     """x and y of the axis [m]."""
@@ -97,8 +97,8 @@ class CylinderZone:
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
         """Return whether each segment from `start` to `end`, (n, 3) [m], touches the cylinder, shape (n,).
 
-        A segment is first clipped to the heights between bottom and top. The segment touches the cylinder if the
-        clipped part comes within the radius of the axis.
+        The method first clips a segment to the heights between bottom and top. The segment touches the cylinder if the
+        smallest distance of the clipped part from the axis is at most the radius.
         """
         enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
         meets = enter[:, 0] <= leave[:, 0]
@@ -114,7 +114,7 @@ class CylinderZone:
 
 @dataclass(frozen=True, slots=True)
 class CapsuleZone:
-    """Points within a radius of a line segment, for example a pipe, bar or ledge, field frame."""
+    """Zone of all points within a radius of a line segment, for example around a pipe, bar or ledge, field frame."""
 
     start: tuple[float, float, float]
     """First end of the segment [m]."""
@@ -166,7 +166,7 @@ def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -
 def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
     """Compute the smallest distance between each of n segments and the segment from a to b [m], shape (n,).
 
-    Two segments are closest either at inner points of both or at one of the four ends.
+    The closest points are either inner points of both segments, or at least one is an end of a segment.
 
     Args:
         start: Starts of the n segments [m], shape (n, 3).
@@ -196,7 +196,7 @@ def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> 
 
 
 def _slab(start: FloatArray, end: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute the fractions 0..1 at which segments enter and leave slabs; enter > leave if a segment misses a slab.
+    """Compute the fractions of segments, 0 to 1, at entry into slabs and at exit; entry > exit if a segment misses.
 
     Args:
         start: Starts of the segments [m], shape (n, axes).
