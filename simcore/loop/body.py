@@ -1,4 +1,4 @@
-"""Rigid bodies: rotation, motion, applied forces, and contacts of robots with the field and with other robots.
+"""Rigid bodies: rotation, motion, applied forces, and contacts of robots with field, swinging bodies and robots.
 
 A robot is one rigid body. Each wheel is a soft ball around the axle, and the compression of the ball gives the wheel
 load. Small soft balls also represent the corners and sides of bumpers and frame. An edge of a field element inside the
@@ -8,6 +8,9 @@ transfer, tipping, driving on ramps, falls, a robot on its back, and a robot on 
 A new contact can be deeper than the closing speed explains, for example when a user places a robot inside another
 robot, or when a robot tips beyond the angle at which bumpers collide in plan view. The excess depth (`put_in`, the
 initial overlap) gives no force. The loop shifts the robots apart without a change of velocity.
+
+A contact of a robot with a swinging body is as soft as the lighter of the two requires, because a cage has a fraction
+of the mass for which the stiffness of wheels and bumpers is chosen; see `limited_stiffness`.
 """
 
 from __future__ import annotations
@@ -29,14 +32,20 @@ __all__ = [
     "drift",
     "find_spring",
     "kick_and_drift",
+    "largest_mobility",
+    "limited_damping",
+    "limited_stiffness",
+    "list_near",
     "rotate",
     "rotate_back",
     "touch_each_other",
     "touch_field",
-    "touch_plates",
+    "touch_swinging",
+    "turned",
     "turned_rate",
     "unexplained",
     "update_axes",
+    "velocity_at",
     "way_out",
 ]
 
@@ -49,6 +58,8 @@ _SLIDES = 0.1  # coefficient of friction of skids and plates under a frame on th
 _RUBS = 0.4  # coefficient of friction of other parts of a robot on the field and on robots [-]; estimate
 _SLACK = 2e-4  # tolerance of the depth that the closing speed explains [m]
 _MOST_DAMPING = 0.8  # largest fraction of the speed that dampers remove in a step [-]; above 1 the speed would reverse
+_MOST_STIFFNESS = 0.1  # largest stiffness of a contact with a swinging body, over effective mass and step^2 [-]
+_SHARING = 4  # number of contacts with a swinging body among which the largest damping is divided
 _OUT_TIME = 0.03  # time constant with which an initial overlap decays [s]
 _OUT_SPEED = 0.05  # further speed at which an initial overlap decays [m/s]
 _FLOOR = -1
@@ -141,18 +152,25 @@ def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
 
 
 @inner
+def turned(inertia, rate, during, torque, h):
+    """Return an angular velocity after a torque [N m] has acted for h [s] at an angular velocity `during` [rad/s].
+
+    All vectors are in the principal axes with moments `inertia` [kg m^2].
+    """
+    ix, iy, iz = inertia[0], inertia[1], inertia[2]
+    wx, wy, wz = during
+    return (
+        rate[0] + h * (torque[0] - (iz - iy) * wy * wz) / ix,
+        rate[1] + h * (torque[1] - (ix - iz) * wz * wx) / iy,
+        rate[2] + h * (torque[2] - (iy - ix) * wx * wy) / iz,
+    )
+
+
+@inner
 def turned_rate(body, tx, ty, tz, h):
     """Return a body's angular velocity [rad/s] after a torque [N m] has acted for h [s], both in body axes."""
-    wx, wy, wz = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
-    inertia = body.model.inertia
-    ix = inertia[0]
-    iy = inertia[1]
-    iz = inertia[2]
-    return (
-        wx + h * (tx - (iz - iy) * wy * wz) / ix,
-        wy + h * (ty - (ix - iz) * wz * wx) / iy,
-        wz + h * (tz - (iy - ix) * wx * wy) / iz,
-    )
+    rate = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
+    return turned(body.model.inertia, rate, rate, (tx, ty, tz), h)
 
 
 @inner
@@ -181,13 +199,15 @@ def change_velocity(body, jx, jy, jz, ax, ay, az):
 def apply_impulse(body, jx, jy, jz, ax, ay, az):
     """Apply an impulse [N s] to a body at an offset from the center of mass or pivot [m].
 
-    The function adds the impulse and angular impulse to `body.impulse`. The velocity of a robot, or of a body that
-    carries robots, changes at once. The engine changes the velocity of other bodies after the call.
+    The function adds the impulse and angular impulse to `body.impulse`. The velocity of a robot or swinging body
+    changes at once, and a swinging body wakes. The engine changes the velocity of other bodies after the call.
     """
     mx = ay * jz - az * jy
     my = az * jx - ax * jz
     mz = ax * jy - ay * jx
-    if body.model.is_robot or body.model.carries:
+    if body.model.swings:
+        body.is_awake = 1
+    if body.model.is_robot or body.model.swings:
         change_velocity(body, jx, jy, jz, mx, my, mz)
     body.impulse[0] += jx
     body.impulse[1] += jy
@@ -339,7 +359,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
 
 
 @compiled
-def _velocity(body, ax, ay, az):
+def velocity_at(body, ax, ay, az):
     """Return the velocity of a body at an offset from the center of mass or pivot, field axes [m/s]."""
     vel = body.vel
     rate = body.rate
@@ -359,7 +379,31 @@ def _mobility(body, ax, ay, az, nx, ny, nz):
 
 
 @inner
-def _limited_damping(damping, mobility, count, h):
+def largest_mobility(body, ax, ay, az):
+    """Return an upper bound of the inverse effective mass at an offset from the center of mass or pivot [1/kg].
+
+    The bound holds for all directions: it is the trace of the rotational part, plus the inverse mass if there is no
+    pivot.
+    """
+    x, y, z = rotate_back(body.quat, ax, ay, az)
+    inertia = body.model.inertia
+    turning = (y * y + z * z) / inertia[0] + (z * z + x * x) / inertia[1] + (x * x + y * y) / inertia[2]
+    return turning if body.model.swings else turning + 1.0 / body.model.mass
+
+
+@inner
+def limited_stiffness(stiffness, mobility, h):
+    """Return the stiffness of a contact with a swinging body, limited for stability [N/m].
+
+    A spring-damper contact with stiffness k and damping c is stable in steps of h [s] if k h^2 / m + 2 c h / m < 4,
+    with the effective mass m. All dampers together reach c h / m = `_MOST_DAMPING`, which leaves 2.4 for the springs:
+    24 contacts with `_MOST_STIFFNESS` each.
+    """
+    return min(stiffness, _MOST_STIFFNESS / (mobility * h * h))
+
+
+@inner
+def limited_damping(damping, mobility, count, h):
     """Return the damping of one of `count` simultaneous contacts, limited for stability [N s/m].
 
     In a step of h [s] each damper removes at most the fraction `_MOST_DAMPING / count` of the speed at the contact. All
@@ -412,14 +456,14 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
     ax -= (model.radius - depth) * nx
     ay -= (model.radius - depth) * ny
     az -= (model.radius - depth) * nz
-    ux, uy, uz = _velocity(body, ax, ay, az)
+    ux, uy, uz = velocity_at(body, ax, ay, az)
     if model.is_wheel:  # the tire model computes the friction of wheels
         load = model.stiffness * depth - model.damping * (ux * nx + uy * ny + uz * nz)
         if load > 0.0:
             apply_force(robot, ax, ay, az, load * nx, load * ny, load * nz)
             _add_load(point, load, nx, ny, nz, ax, ay, az)
         return
-    damping = _limited_damping(model.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
+    damping = limited_damping(model.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
     _, fx, fy, fz = _press(
         robot, r, fleet.springs, _POINTS + (i - robot.model.first_point) * 100000 + what, fleet.clock[0], depth,
         nx, ny, nz, ax, ay, az, ux, uy, uz, model.stiffness, damping, _RUBS, h,
@@ -463,12 +507,15 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
 
 
 @inner
-def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
-    """Apply the forces of a field solid's edges on the box of bumpers or frame.
+def _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h):
+    """Apply the forces of the edges of a solid of the field, or of a swinging body, on the box of bumpers or frame.
 
     The forces act along the normal of the face with the smallest displacement that moves the box off all edges.
     """
     robot = fleet.robots[r]
+    body = bodies[robot.model.body]
+    owner = solids.body[s]
+    other = bodies[owner]  # if any
     part = fleet.parts[p].model
     middle = 0.5 * (part.bottom + part.top)
     half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
@@ -488,6 +535,15 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
             bz = corner[t, j + 2]
             if ax > bx or (ax == bx and (ay > by or (ay == by and az > bz))):
                 continue  # the adjacent triangle has this edge in the opposite direction
+            if owner >= 0:
+                ax, ay, az = rotate(other.quat, ax, ay, az)
+                bx, by, bz = rotate(other.quat, bx, by, bz)
+                ax += other.pos[0]
+                ay += other.pos[1]
+                az += other.pos[2]
+                bx += other.pos[0]
+                by += other.pos[1]
+                bz += other.pos[2]
             cx = body.com[0]
             cy = body.com[1]
             cz = body.com[2]
@@ -528,8 +584,22 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
         ax, ay, az = rotate(
             quat, ends[k, 0] + part.x - center[0], ends[k, 1] + part.y - center[1], ends[k, 2] + middle - center[2]
         )  # fmt: skip
-        ux, uy, uz = _velocity(body, ax, ay, az)
-        damping = _limited_damping(part.edge_damping, _mobility(body, ax, ay, az, nx, ny, nz), n, h)
+        ux, uy, uz = velocity_at(body, ax, ay, az)
+        mobility = _mobility(body, ax, ay, az, nx, ny, nz)
+        cx = 0.0
+        cy = 0.0
+        cz = 0.0
+        if owner >= 0:
+            cx = ax + body.com[0] - other.com[0]
+            cy = ay + body.com[1] - other.com[1]
+            cz = az + body.com[2] - other.com[2]
+            vx, vy, vz = velocity_at(other, cx, cy, cz)
+            ux -= vx
+            uy -= vy
+            uz -= vz
+            mobility = largest_mobility(body, ax, ay, az) + largest_mobility(other, cx, cy, cz)
+            stiffness = limited_stiffness(part.edge_stiffness, mobility, h)
+        damping = limited_damping(part.edge_damping, mobility, n, h)
         load, fx, fy, fz = _press(
             robot, r, fleet.springs, keys[k], fleet.clock[0], depth, nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness,
             damping, friction, h,
@@ -537,6 +607,47 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
         if load > 0.0:
             apply_force(robot, ax, ay, az, fx, fy, fz)
             add_touch(robot, solids.row[s])
+            if owner >= 0:
+                apply_impulse(other, -h * fx, -h * fy, -h * fz, cx, cy, cz)
+
+
+@inner
+def list_near(solids, place, wide, far, lowest, without_plan, near):
+    """List the solids of the field near a point, and return their number.
+
+    Args:
+        solids: Solids of the field and of bodies.
+        place: Point, field frame [m].
+        wide: Horizontal distance of the grid cells to search [m].
+        far: Distance between the point and the bounding box of a near solid [m].
+        lowest: Height that a near solid reaches [m].
+        without_plan: Whether to omit solids with which bumpers collide in plan view.
+        near: Filled with the rows of the solids, shape (64,).
+    """
+    low = solids.cell_low
+    nx_cells = solids.cell_count[0]
+    ny_cells = solids.cell_count[1]
+    count = 0
+    x0, x1 = cell_range(place[0] - wide, place[0] + wide, low[0], low[2], nx_cells)
+    y0, y1 = cell_range(place[1] - wide, place[1] + wide, low[1], low[2], ny_cells)
+    for cx in range(x0, x1 + 1):
+        for cy in range(y0, y1 + 1):
+            cell = cx * ny_cells + cy
+            for e in range(solids.cell_first[cell], solids.cell_first[cell + 1]):
+                s = solids.cell_solid[e]
+                if solids.is_in_plan[s] and without_plan:
+                    continue
+                if solids.box[s, 5] < lowest:
+                    continue
+                if is_outside(solids.box, s, place[0], place[1], place[2], far):
+                    continue
+                known = False
+                for k in range(count):
+                    known = known or near[k] == s
+                if not known and count < _MOST_NEAR:
+                    near[count] = s
+                    count += 1
+    return count
 
 
 @compiled
@@ -557,42 +668,20 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
     robot = fleet.robots[r]
     model = robot.model
     body = bodies[model.body]
-    low = solids.cell_low
-    nx_cells = solids.cell_count[0]
-    ny_cells = solids.cell_count[1]
     up = body.axes[2, 2]
     sine = math.sqrt(max(0.0, 1.0 - up * up))
     # lower bounds of the height of bumpers and frame, and of the whole robot
     lowest = body.pos[2] + min(model.low * up, model.high * up) - model.reach * sine
     soles = min(lowest, body.pos[2] - model.reach * sine) - 2.0 * _NEAR
     near = np.empty(_MOST_NEAR, np.int64)
-    count = 0
-    x0, x1 = cell_range(body.com[0] - model.reach, body.com[0] + model.reach, low[0], low[2], nx_cells)
-    y0, y1 = cell_range(body.com[1] - model.reach, body.com[1] + model.reach, low[1], low[2], ny_cells)
-    for cx in range(x0, x1 + 1):
-        for cy in range(y0, y1 + 1):
-            cell = cx * ny_cells + cy
-            for e in range(solids.cell_first[cell], solids.cell_first[cell + 1]):
-                s = solids.cell_solid[e]
-                if solids.is_in_plan[s] and robot.is_upright:
-                    continue
-                if solids.box[s, 5] < soles:
-                    continue
-                if is_outside(solids.box, s, body.com[0], body.com[1], body.com[2], body.model.reach):
-                    continue
-                known = False
-                for k in range(count):
-                    known = known or near[k] == s
-                if not known and count < _MOST_NEAR:
-                    near[count] = s
-                    count += 1
+    count = list_near(solids, body.com, model.reach, body.model.reach, soles, robot.is_upright, near)
     if count > 0:
         ends = np.empty((_MOST_ENDS, 3))
         keys = np.empty(_MOST_ENDS, np.int64)
         for k in range(count):
             if solids.box[near[k], 5] > lowest:
                 for p in range(model.first_part, model.last_part):
-                    _press_edges(fleet, r, body, p, solids, near[k], ends, keys, h)
+                    _press_edges(fleet, r, bodies, p, solids, near[k], ends, keys, h)
     is_low = count > 0 or (has_floor and lowest < 0.0)
     hits = np.empty((2 * (model.last_point - model.first_point), 9))
     center = body.model.center
@@ -650,74 +739,85 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         )  # fmt: skip
 
 
-@inner
-def touch_plates(fleet, r, bodies, solids, h):
-    """Apply the contact forces between a robot and the movable bodies that carry robots.
+@compiled
+def touch_swinging(fleet, r, bodies, solids, h):
+    """Apply the contact forces between a robot and swinging bodies, for example cages, and seesaws with robots on them.
 
+    Wheels and points of the robot touch the solids of the bodies, and edges of these solids touch bumpers and frame.
     The function also updates the robot's contact points and list of contacts. `touch_field` must run first.
     """
     robot = fleet.robots[r]
     body = bodies[robot.model.body]
-    center = body.model.center
     for b in range(len(bodies)):
-        plate = bodies[b]
-        if not plate.model.carries:
+        other = bodies[b]
+        if not other.model.swings:
             continue
-        dx = body.com[0] - plate.pos[0]
-        dy = body.com[1] - plate.pos[1]
-        dz = body.com[2] - plate.pos[2]
-        far = body.model.reach + plate.model.reach
+        dx = body.com[0] - other.pos[0]
+        dy = body.com[1] - other.pos[1]
+        dz = body.com[2] - other.pos[2]
+        far = body.model.reach + other.model.reach
         if dx * dx + dy * dy + dz * dz > far * far:
             continue
-        for i in range(robot.model.first_point, robot.model.last_point):
-            point = fleet.points[i]
-            sphere = point.model
-            radius = sphere.radius
-            ax, ay, az = rotate(body.quat, sphere.x - center[0], sphere.y - center[1], sphere.z - center[2])
-            x, y, z = rotate_back(
-                plate.quat, body.com[0] + ax - plate.pos[0], body.com[1] + ay - plate.pos[1],
-                body.com[2] + az - plate.pos[2],
-            )  # fmt: skip
-            for s in range(plate.model.first_solid, plate.model.last_solid):
-                if is_outside(solids.box, s, x, y, z, radius + _NEAR):
-                    continue
-                d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _NEAR, solids.first, solids.plane, solids.corner)
-                point.gap = min(point.gap, d - radius)
-                if d >= radius:
-                    continue
-                nx, ny, nz = rotate(plate.quat, nx, ny, nz)
-                px = ax - d * nx
-                py = ay - d * ny
-                pz = az - d * nz
-                cx = px + body.com[0] - plate.com[0]
-                cy = py + body.com[1] - plate.com[1]
-                cz = pz + body.com[2] - plate.com[2]
-                ux, uy, uz = _velocity(body, px, py, pz)
-                vx, vy, vz = _velocity(plate, cx, cy, cz)
-                ux -= vx
-                uy -= vy
-                uz -= vz
-                fx = 0.0
-                fy = 0.0
-                fz = 0.0
-                if sphere.is_wheel:
-                    load = sphere.stiffness * (radius - d) - sphere.damping * (ux * nx + uy * ny + uz * nz)
-                    if load > 0.0:
-                        point.on = b
-                        _add_load(point, load, nx, ny, nz, px, py, pz)
-                        fx = load * nx
-                        fy = load * ny
-                        fz = load * nz
-                else:
-                    key = _POINTS + (i - robot.model.first_point) * 100000 + s
-                    load, fx, fy, fz = _press(
-                        robot, r, fleet.springs, key, fleet.clock[0], radius - d, nx, ny, nz, px, py, pz, ux, uy, uz,
-                        sphere.stiffness, sphere.damping, _RUBS, h,
-                    )  # fmt: skip
-                if load > 0.0:
-                    apply_force(robot, px, py, pz, fx, fy, fz)
-                    apply_impulse(plate, -h * fx, -h * fy, -h * fz, cx, cy, cz)
-                    add_touch(robot, plate.model.row)
+        ends = np.empty((_MOST_ENDS, 3))
+        keys = np.empty(_MOST_ENDS, np.int64)
+        for s in range(other.model.first_solid, other.model.last_solid):
+            for p in range(robot.model.first_part, robot.model.last_part):
+                _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h)
+            for i in range(robot.model.first_point, robot.model.last_point):
+                _press_swinging(fleet, r, body, i, other, b, solids, s, h)
+
+
+@inner
+def _press_swinging(fleet, r, body, i, other, b, solids, s, h):
+    """Apply the contact force between a wheel or other contact point of a robot and a solid of a swinging body."""
+    robot = fleet.robots[r]
+    center = body.model.center
+    point = fleet.points[i]
+    sphere = point.model
+    radius = sphere.radius
+    ax, ay, az = rotate(body.quat, sphere.x - center[0], sphere.y - center[1], sphere.z - center[2])
+    x, y, z = rotate_back(
+        other.quat, body.com[0] + ax - other.pos[0], body.com[1] + ay - other.pos[1], body.com[2] + az - other.pos[2]
+    )
+    if is_outside(solids.box, s, x, y, z, radius + _NEAR):
+        return
+    d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _NEAR, solids.first, solids.plane, solids.corner)
+    if other.model.carries:
+        point.gap = min(point.gap, d - radius)
+    if d >= radius:
+        return
+    nx, ny, nz = rotate(other.quat, nx, ny, nz)
+    ax -= d * nx
+    ay -= d * ny
+    az -= d * nz
+    cx = ax + body.com[0] - other.com[0]
+    cy = ay + body.com[1] - other.com[1]
+    cz = az + body.com[2] - other.com[2]
+    ux, uy, uz = velocity_at(body, ax, ay, az)
+    vx, vy, vz = velocity_at(other, cx, cy, cz)
+    ux -= vx
+    uy -= vy
+    uz -= vz
+    mobility = largest_mobility(body, ax, ay, az) + largest_mobility(other, cx, cy, cz)
+    stiffness = limited_stiffness(sphere.stiffness, mobility, h)
+    damping = limited_damping(sphere.damping, mobility, _SHARING, h)
+    if sphere.is_wheel and other.model.carries:
+        load = stiffness * (radius - d) - damping * (ux * nx + uy * ny + uz * nz)
+        fx = load * nx
+        fy = load * ny
+        fz = load * nz
+        if load > 0.0:
+            point.on = b
+            _add_load(point, load, nx, ny, nz, ax, ay, az)
+    else:
+        load, fx, fy, fz = _press(
+            robot, r, fleet.springs, _POINTS + (i - robot.model.first_point) * 100000 + s, fleet.clock[0], radius - d,
+            nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness, damping, _RUBS, h,
+        )  # fmt: skip
+    if load > 0.0:
+        apply_force(robot, ax, ay, az, fx, fy, fz)
+        apply_impulse(other, -h * fx, -h * fy, -h * fz, cx, cy, cz)
+        add_touch(robot, other.model.row)
 
 
 # --- robots that lie on the floor or on another robot -----------------------------------------------------------------
@@ -793,13 +893,13 @@ def _press_into(fleet, r, q, body, other, h):
         cx = ax + body.com[0] - other.com[0]
         cy = ay + body.com[1] - other.com[1]
         cz = az + body.com[2] - other.com[2]
-        ux, uy, uz = _velocity(body, ax, ay, az)
-        vx, vy, vz = _velocity(other, cx, cy, cz)
+        ux, uy, uz = velocity_at(body, ax, ay, az)
+        vx, vy, vz = velocity_at(other, cx, cy, cz)
         mobility = _mobility(body, ax, ay, az, nx, ny, nz) + _mobility(other, cx, cy, cz, nx, ny, nz)
         load, fx, fy, fz = _press(
             robot, r, fleet.springs, -_POINTS - (i - robot.model.first_point) * 1000 - q, fleet.clock[0], depth,
             nx, ny, nz, ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness,
-            _limited_damping(point.damping, mobility, n, h), _RUBS, h,
+            limited_damping(point.damping, mobility, n, h), _RUBS, h,
         )  # fmt: skip
         if load > 0.0:
             apply_force(robot, ax, ay, az, fx, fy, fz)

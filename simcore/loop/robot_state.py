@@ -1,7 +1,7 @@
 """Records of robots and bodies, with separate fields for model (constants), request and state.
 
-A robot is a body with shafts, wheels and bumpers. An object that the engine moves (tube, cage) is only a body. Indices
-of shafts and wheels in a model count from the robot's first shaft or wheel.
+A robot is a body with shafts, wheels and bumpers. A swinging body (cage, seesaw) or an object that the engine moves
+(tube) is only a body. Indices of shafts and wheels in a model count from the robot's first shaft or wheel.
 """
 
 from __future__ import annotations
@@ -246,16 +246,20 @@ BATTERY = np.dtype(
 _BODY_MODEL = np.dtype(
     [
         ("row", _i),  # index among the bodies of the world
-        ("is_robot", _b),  # whether the body is a robot, which the loop moves; the engine moves other bodies
-        ("swings", _b),  # whether the body turns about a pivot
+        ("is_robot", _b),  # whether the body is a robot; the loop moves robots and swinging bodies, the engine others
+        ("swings", _b),  # whether the body turns about a pivot; its origin is then the center of mass
         ("carries", _b),  # whether robots drive on the body
+        ("hinge", _i),  # swinging body: axis of the hinge, 0 for x or 1 for y, -1 for a chain
+        ("spring", _f),  # hinge: stiffness of the spring that returns the body to angle 0 [N m/rad]
+        ("drag", _f),  # swinging body: decay rate of the angular velocity [1/s]
         ("mark", _i),  # bit of the body in `Balls.bodies`
         ("first_solid", _i),  # index of the first solid
         ("last_solid", _i),  # index after the last solid
         ("reach", _f),  # radius of the bounding sphere around the origin [m]
         ("mass", _f),  # mass [kg]
         ("center", _f, (3,)),  # center of mass, body frame, or pivot, field frame [m]
-        ("inertia", _f, (3,)),  # principal moments of inertia about the center of mass or pivot [kg m^2]
+        ("inertia", _f, (3,)),  # principal moments of inertia about the center of mass or pivot, infinite across a
+        # hinge [kg m^2]
         ("principal", _f, (3, 3)),  # principal axes, body frame, as columns
     ],
     align=True,
@@ -272,7 +276,8 @@ BODY = np.dtype(
         ("com", _f, (3,)),  # center of mass or pivot, field frame [m]
         ("vel", _f, (3,)),  # velocity of the center of mass, 0 for a pivot, field frame [m/s]
         ("rate", _f, (3,)),  # angular velocity, field frame [rad/s]
-        ("pull", _f, (3,)),  # if robots drive on the body: angular acceleration in the engine's last step [rad/s^2]
+        ("is_awake", _b),  # swinging body: whether the body moves; a contact force wakes the body
+        ("torque", _f, (3,)),  # swinging body: external torque about the pivot in the next call, field frame [N m]
         # --- in the last call ---
         ("mean_twist", _f, (6,)),  # mean of `vel` and `rate` over the call [m/s, rad/s]
         ("impulse", _f, (6,)),  # contact impulse in the call [N s], angular impulse about `com` [N m s]

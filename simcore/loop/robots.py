@@ -1,7 +1,7 @@
-"""One time step of all robots: motors, shafts, wheels, batteries, tires and bumpers.
+"""One time step of all robots and swinging bodies: motors, shafts, wheels, batteries, tires and bumpers.
 
-`advance_robots` applies the forces of one step to the velocities of all robots. `simcore.loop.step` then advances the
-poses and applies the impulses of balls.
+`advance_robots` applies the forces of one step to the velocities of all robots and swinging bodies.
+`simcore.loop.step` then advances the poses and applies the impulses of balls.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from simcore.loop.body import (
     rotate_back,
     touch_each_other,
     touch_field,
-    touch_plates,
+    touch_swinging,
     turned_rate,
     update_axes,
 )
@@ -29,6 +29,7 @@ from simcore.loop.motor import within
 from simcore.loop.robot_state import AZIMUTH, TARGET, WHEELS, Fleet, Records
 from simcore.loop.shaft import begin_motor, control, open_circuit, turn
 from simcore.loop.solids import Solids
+from simcore.loop.swing import swing, touch_stops
 from simcore.loop.tires import step_tires
 
 __all__ = ["advance_robots", "begin_robots", "end_robots", "optimize", "settle"]
@@ -79,7 +80,7 @@ def end_robots(fleet: Fleet, h: float) -> None:
 def advance_robots(
     fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float, part: float
 ):
-    """Advance the velocities, motors, shafts and batteries of all robots by one step.
+    """Advance the velocities of robots and swinging bodies, and motors, shafts and batteries, by one step.
 
     `simcore.loop.step` advances the poses.
 
@@ -110,29 +111,19 @@ def advance_robots(
         if robot.is_upright:
             touch_outlines(fleet, r, body, h, found)
         touch_field(fleet, r, bodies, solids, has_floor, h)
-        touch_plates(fleet, r, bodies, solids, h)
+        touch_swinging(fleet, r, bodies, solids, h)
         for q in range(r + 1, n):
             if _are_near(robot, fleet.robots[q], body, bodies[fleet.robots[q].model.body]):
                 if _meet_in_plan(fleet, robot, fleet.robots[q]):
                     touch_robots(fleet, r, q, bodies, h, found)
                 else:
                     touch_each_other(fleet, r, q, bodies, h)
-    _pull_plates(bodies, h)
+    for b in range(len(bodies)):
+        if bodies[b].model.swings and bodies[b].is_awake:
+            touch_stops(bodies[b], solids, has_floor, h)
+            swing(bodies[b], gravity, h)
     for r in range(n):
         _kick(fleet, r, bodies, gravity, h, part)
-
-
-@inner
-def _pull_plates(bodies, h):
-    """Apply the angular acceleration of the engine's last step to the bodies (plates) that carry robots.
-
-    Without this acceleration, the wheel loads would turn a plate at rest in each step. Robots on the plate would then
-    creep at 0.3 mm/s, 5 cm above the hinge.
-    """
-    for b in range(len(bodies)):
-        if bodies[b].model.carries:
-            for k in range(3):
-                bodies[b].rate[k] += h * bodies[b].pull[k]
 
 
 @inner
@@ -478,9 +469,9 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
         robot.is_put = 0
         fleet.clock[0] += 1
         touch_field(fleet, r, bodies, solids, has_floor, h)
-        touch_plates(fleet, r, bodies, solids, h)
+        touch_swinging(fleet, r, bodies, solids, h)
         for b in range(len(bodies)):
-            if bodies[b].model.carries:
+            if bodies[b].model.swings:
                 for k in range(3):
                     bodies[b].rate[k] = 0.0
         tx, ty, _ = rotate_back(body.quat, robot.twist[0], robot.twist[1], 0.0)

@@ -1,7 +1,8 @@
 """Main loop: advance the robots and balls of a world in steps of 1 ms.
 
-In each step `advance_robots` applies forces to the velocities of all robots, and the robots drift at these velocities.
-In the middle of the step `advance_balls` applies contact impulses to balls, and the opposite impulses to robots.
+In each step `advance_robots` applies forces to the velocities of all robots and swinging bodies, and these bodies drift
+at their velocities. In the middle of the step `advance_balls` applies contact impulses to balls, and the opposite
+impulses to robots and swinging bodies.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ _LISTED = 0.005  # longest use of one list of neighbors [s]
 
 @compiled
 def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids: Solids, floor: Floor, h: float) -> int:
-    """Advance all robots and balls by h [s]; other bodies drift at constant velocity.
+    """Advance all robots, swinging bodies and balls by h [s]; other bodies drift at constant velocity.
 
     Args:
         fleet: All robots.
-        bodies: Bodies of robots, and bodies of the engine, which drift at constant velocity.
+        bodies: Robots, swinging bodies, and bodies of the engine, which drift at constant velocity.
         balls: All balls; only balls on the field move.
         memory: Contact memory of the balls.
         solids: Solids of the field and of bodies.
@@ -49,10 +50,14 @@ def advance(fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids:
             update_axes(bodies[b])
             for k in range(6):
                 bodies[b].impulse[k] = 0.0
+                bodies[b].mean_twist[k] = 0.0
     parts = max(1, math.ceil(h / _LISTED - 1e-9))
     for _ in range(parts):
         _advance_listed(fleet, bodies, balls, memory, solids, floor, h / parts, h)
     end_robots(fleet, h)
+    for b in range(len(bodies)):
+        for k in range(3):
+            bodies[b].torque[k] = 0.0
     return -1
 
 
@@ -91,18 +96,17 @@ def _part_robots(fleet, bodies):
 
 @inner
 def _drift_bodies(bodies, h, call):
-    """Advance the poses of robots and active bodies by h [s] at constant velocity.
+    """Advance the poses of active bodies by h [s] at constant velocity, except sleeping swinging bodies.
 
-    The function also updates the robots' mean velocities over the call, which lasts `call` [s].
+    The function also updates the bodies' mean velocities over the call, which lasts `call` [s].
     """
     part = h / call
     for b in range(len(bodies)):
         body = bodies[b]
-        if body.model.is_robot:
+        if body.is_active and (body.is_awake or not body.model.swings):
             for k in range(3):
                 body.mean_twist[k] += part * body.vel[k]
                 body.mean_twist[3 + k] += part * body.rate[k]
-        if body.model.is_robot or body.is_active:
             drift(body, h)
 
 

@@ -492,14 +492,14 @@ class Match:
     # --- after ----------------------------------------------------------------------------------------------------
 
     def _gather(self) -> None:
-        """Advance clock and record, read the state of pieces and hanging bodies, and put back pieces off the field."""
+        """Advance clock and record, read the pieces' state, put back pieces off the field, and let bodies sleep."""
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
         self.pieces.gather(TICK)
         self.record.after_tick(self.time)
         for body in self.hanging:
-            body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
+            body.after_tick(TICK)
 
     def _see(self) -> None:
         """Record robot poses for cameras, expose the frames that are due, and publish the frames that are ready."""

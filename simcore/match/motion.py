@@ -1,7 +1,7 @@
 """Motion of all bodies during one tick, and the robots' contacts, for matches and bare worlds.
 
-`Motion.advance` is the loop. Each 5 ms step updates the devices, then moves robots and balls. The engine moves all
-other bodies, in one step or in several if the pieces require shorter steps. Sensors are read last.
+`Motion.advance` is the loop. Each 5 ms step updates the devices, then moves robots, swinging bodies and balls. The
+engine moves all other bodies, in one step or in several if the pieces require shorter steps. Sensors are read last.
 """
 
 from __future__ import annotations
@@ -143,13 +143,11 @@ class Motion:
 
     def advance(self, dt: float = TICK) -> None:
         """Advance devices and bodies by dt [s], a whole tick or part of a tick, and then read the sensors."""
-        world, robots, hanging = self._world, self._robots, self._hanging
+        world, robots = self._world, self._robots
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count
         parts = max(1, math.ceil(h / self._longest - 1e-9))
         for _ in range(count):
-            for body in hanging:
-                body.read()
             for robot in robots:
                 robot.step_devices(h)
             world.advance(h)
@@ -165,8 +163,6 @@ class Motion:
     def _step_engine(self, h: float, parts: int) -> None:
         """Advance the engine's bodies by h [s] in `parts` equal steps."""
         for number in range(parts):
-            for body in self._hanging:
-                body.before_substep(h / parts)
             if number == 0:
                 self._world.begin_engine(h)
             if self._pieces is not None:

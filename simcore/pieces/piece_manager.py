@@ -635,13 +635,13 @@ class GamePieceManager:
             float(np.sqrt(_squares(state.vel.take(awake, axis=0)).max(initial=0.0))) + self._world.gravity * dt
         )
         if not len(self._others):
-            self._world.balls.begin_tick([row for row, _, _ in self._world.hanging], [])
+            self._world.balls.begin_tick([], [])
             return math.inf
         self._let_touch_robots()
         self._wake_reached(awake, dt)
-        slots, rows = self._near_balls(dt)
+        slots = self._near_balls(dt)
         fixed = slots[self._pool.is_frozen[slots]]
-        self._world.balls.begin_tick([*rows, *self._pool.rows_of(slots)], self._pool.rows_of(fixed))
+        self._world.balls.begin_tick(self._pool.rows_of(slots), self._pool.rows_of(fixed))
         return self._longest_step()
 
     def apply_drag(self, h: float) -> None:
@@ -728,26 +728,18 @@ class GamePieceManager:
         for slot in asleep[reached].tolist():
             self._wake(slot)
 
-    def _near_balls(self, dt: float) -> tuple[IntArray, list[int]]:
-        """Return the slots of non-ball pieces and the rows of hanging bodies that balls could touch within dt [s]."""
+    def _near_balls(self, dt: float) -> IntArray:
+        """Return the slots of the pieces other than balls that balls could touch within dt [s]."""
         state, radius = self.state, self._pool.radius
         here = self.is_on_field
         balls, others = (here & self._is_ball).nonzero()[0], self._others[here[self._others]]
-        if not (len(balls) and len(others) + len(self._world.hanging)):
-            return others[:0], []
-        speed = np.sqrt(_squares(state.vel[balls])) * dt
-        reach = radius[balls] + speed + _MARGIN
-        rows = [
-            row
-            for row, pivot, far in self._world.hanging
-            if (_squares(state.pos[balls] - pivot) < (reach + far) ** 2).any()
-        ]
-        near: BoolArray = np.zeros(0, dtype=bool)
-        if len(others):
-            way = np.sqrt(_squares(state.vel[others])) * dt
-            away = _squares(state.pos[others][:, None] - state.pos[balls][None])
-            near = (away < (reach[None] + (radius[others] + way)[:, None]) ** 2).any(axis=1)
-        return others[near], rows
+        if not (len(balls) and len(others)):
+            return others[:0]
+        reach = radius[balls] + np.sqrt(_squares(state.vel[balls])) * dt + _MARGIN
+        way = np.sqrt(_squares(state.vel[others])) * dt
+        away = _squares(state.pos[others][:, None] - state.pos[balls][None])
+        near: BoolArray = (away < (reach[None] + (radius[others] + way)[:, None]) ** 2).any(axis=1)
+        return others[near]
 
     def _longest_step(self) -> float:
         """Compute the longest engine step that awake pieces in the engine allow [s]."""

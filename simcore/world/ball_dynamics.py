@@ -12,7 +12,6 @@ from simcore.loop.robot_state import BODY, no_robots, records
 from simcore.loop.solids import Solids
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
 from simcore.loop.step import advance, prepare
-from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 from simcore.world.bodies import Bodies
 from simcore.world.contact_law import TerrainSurface
@@ -67,11 +66,8 @@ class BallDynamics:
         self._bodies, self._builder = bodies, solids
         friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
-        self._others: list[int] = []  # numbers of the bodies other than robots that balls can touch in this tick
+        self._others: list[int] = []  # numbers of the engine's bodies that balls can touch in this tick
         self._fixed: set[int] = set()  # numbers of the sleeping bodies among them
-        self._turned: dict[
-            int, FloatArray
-        ] = {}  # last angular velocities of carriers, changed by the impulses of the loop
         self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
         """State of all balls."""
         self.memory = make_memory(0)
@@ -104,36 +100,28 @@ class BallDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set the bodies that balls can touch in a tick, in addition to robots and bodies that carry robots.
+        """Set the engine's bodies that balls can touch in a tick, in addition to robots and swinging bodies.
 
         The method also clears the contact marks of the balls.
 
         Args:
-            others: Rows of the bodies other than robots.
+            others: Rows of the engine's bodies.
             fixed: Rows of the sleeping bodies among `others`.
         """
         self.balls.bodies[:] = 0
         bodies = self._bodies
-        bodies.records["is_active"] = bodies.records["model"]["is_robot"]
-        self._others = [number for number in map(bodies.number_of.__getitem__, others) if number not in bodies.carriers]
-        bodies.records["is_active"][bodies.carriers] = 1
-        bodies.records["is_active"][self._others] = 1
+        self._others = [bodies.number_of[row] for row in others]
+        bodies.records["is_active"] = 0
+        bodies.records["is_active"][[*bodies.robots, *bodies.swinging, *self._others]] = 1
         self._fixed = {bodies.number_of[row] for row in fixed}
 
-    def read_bodies(self, engine: Engine, h: float) -> None:
-        """Read poses and velocities of the engine's bodies that balls or robots can touch, for a step of h [s].
-
-        For bodies that carry robots, the method also computes the angular acceleration in the engine's last step.
-        """
+    def read_bodies(self, engine: Engine) -> None:
+        """Read poses and velocities of the engine's bodies that balls can touch."""
         bodies = self._bodies
-        for number in (*self._others, *bodies.carriers):
+        for number in self._others:
             body = bodies.records[number]
             body["pos"], body["quat"] = engine.pose(bodies.rows[number])
-            vel, body["rate"] = engine.velocity(bodies.rows[number])
-            body["vel"] = (0.0, 0.0, 0.0) if body["model"]["swings"] else vel
-            if body["model"]["carries"]:  # change by hinge and engine, without the impulses of the loop
-                body["pull"] = (body["rate"] - self._turned.get(number, body["rate"])) / h
-                self._turned[number] = body["rate"].copy()
+            body["vel"], body["rate"] = engine.velocity(bodies.rows[number])
 
     def push_bodies(self, engine: Engine) -> None:
         """Apply the impulses from the loop to the engine's bodies, before the engine's step, and wake these bodies.
@@ -141,22 +129,17 @@ class BallDynamics:
         The method skips sleeping bodies that the loop treats as fixed.
         """
         bodies = self._bodies
-        for number in (*self._others, *bodies.carriers):
+        for number in self._others:
             body = bodies.records[number]
             model, impulse = body["model"], body["impulse"]
             if number in self._fixed or not impulse.any():
                 continue
             row = bodies.rows[number]
-            pos, quat = engine.pose(row)
-            axes = matrix(quat) @ model["principal"]
-            turn = axes @ ((impulse[3:] @ axes) / model["inertia"])
+            axes = matrix(engine.pose(row)[1]) @ model["principal"]
             vel, rate = engine.velocity(row)
-            spin = rate + turn
-            linear = np.cross(spin, pos - model["center"]) if model["swings"] else vel + impulse[:3] / model["mass"]
-            if model["carries"]:
-                self._turned[number] += turn
+            spin = rate + axes @ ((impulse[3:] @ axes) / model["inertia"])
             engine.wake(row)
-            engine.set_velocity(row, linear.tolist(), spin.tolist())
+            engine.set_velocity(row, (vel + impulse[:3] / model["mass"]).tolist(), spin.tolist())
 
     @property
     def standing(self) -> StandingField:

@@ -1,21 +1,42 @@
-"""Records of a world's rigid bodies for the loop: robots, and the engine's bodies that balls can touch."""
+"""Records of a world's rigid bodies for the loop: robots, swinging bodies, and bodies that only the engine moves."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
+from simcore.loop.body import kick_and_drift
 from simcore.loop.robot_state import BODY, Records, join, records
+from simcore.typing import FloatArray
+from simcore.world.engine import Engine
 from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.world.shapes import Shape, bounding_radius
 from simcore.world.solids_builder import SolidsBuilder
 
-__all__ = ["Bodies"]
+__all__ = ["Bodies", "Pivot"]
 
 _MARKS = 62  # largest number of robots that the contact marks of a ball can distinguish
 
+_kick_and_drift: Callable[..., None] = kick_and_drift
+
+
+class Pivot(NamedTuple):
+    """Fixed point about which a body swings, or hinge about which a body turns."""
+
+    place: Vector
+    """Fixed point, field frame [m]."""
+    hinge: str | None = None
+    """Axis of the hinge, `x` or `y`; None for free rotation about the fixed point."""
+    spring: float = 0.0
+    """Stiffness of the spring that returns a hinged body to the initial pose [N m/rad]."""
+    damping: float = 0.0
+    """Decay rate of the angular velocity [1/s]."""
+
 
 class Bodies:
-    """Records of the robots and of the engine's bodies that balls can touch, one per body.
+    """Records of the robots, swinging bodies and other bodies that balls can touch, one per body.
 
     Args:
         solids: Builder to which `add` passes the shapes.
@@ -29,10 +50,12 @@ class Bodies:
         """Row of each body in the world, by number."""
         self.number_of: dict[int, int] = {}
         """Number of each body, by row."""
-        self.carriers: list[int] = []
-        """Numbers of the bodies that robots drive on."""
         self.robots: list[int] = []
         """Numbers of the robots' bodies, in the order in which the robots were added."""
+        self.swinging: list[int] = []
+        """Numbers of the bodies on a pivot."""
+        self._moments: dict[int, FloatArray] = {}  # moments of inertia of swinging bodies about the center of mass
+        self._resting: set[int] = set()  # swinging bodies that sleep in the engine
 
     def add(
         self,
@@ -44,7 +67,7 @@ class Bodies:
         *,
         center: Vector = (0.0, 0.0, 0.0),
         inertia_axes: Quaternion = IDENTITY,
-        pivot: Vector | None = None,
+        pivot: Pivot | None = None,
         pos: Vector = (0.0, 0.0, 0.0),
         is_robot: bool = False,
         drivable: bool = False,
@@ -56,13 +79,14 @@ class Bodies:
             shape: Collision shape.
             surface: Friction [-], restitution [-] and rolling lever [m].
             mass: Mass [kg].
-            inertia: Principal moments of inertia about the center of mass, or about `pivot` if given [kg m^2].
+            inertia: Principal moments of inertia about the center of mass [kg m^2].
             center: Center of mass in the body frame [m].
             inertia_axes: Attitude of the principal axes in the body frame.
-            pivot: Fixed point about which the body swings, field frame [m]; None for a free body.
+            pivot: Pivot above, below or in the center of mass, which is then the origin; None for a free body.
             pos: Origin of the body, field frame [m].
-            is_robot: Whether the body is a robot; the loop moves robots, and balls can always touch robots.
-            drivable: Whether robots drive on the body; balls can always touch drivable bodies.
+            is_robot: Whether the body is a robot. The loop moves robots and bodies on a pivot, and balls can always
+                touch these bodies.
+            drivable: Whether robots drive on the body.
         """
         number = len(self.rows)
         self.rows.append(row)
@@ -73,17 +97,24 @@ class Bodies:
             shape, (0.0, 0.0, 0.0), IDENTITY, surface, row=row, body=number, drivable=drivable
         )
         model["last_solid"] = self._solids.count
-        model["row"], model["is_robot"], model["swings"] = row, is_robot, pivot is not None
+        model["row"], model["is_robot"], model["carries"] = row, is_robot, drivable
         model["reach"], model["mass"], model["inertia"] = bounding_radius(shape), mass, inertia
-        model["principal"], model["center"] = matrix(inertia_axes), center if pivot is None else pivot
+        model["principal"], model["center"] = matrix(inertia_axes), center
         body["pos"], body["quat"], body["axes"] = pos, IDENTITY, np.eye(3)
-        body["com"] = model["center"] if pivot is not None else np.add(pos, center)
-        if drivable:
-            model["carries"], body["is_active"] = 1, 1
-            self.carriers.append(number)
+        body["com"] = np.add(pos, center)
         if is_robot:
             model["mark"], body["is_active"] = 1 << min(len(self.robots), _MARKS), 1
             self.robots.append(number)
+        if pivot is not None:
+            model["swings"], body["is_active"] = 1, 1
+            model["center"] = body["com"] = pivot.place
+            model["spring"], model["drag"] = pivot.spring, pivot.damping
+            swing = mass * (pos[2] - pivot.place[2]) ** 2
+            about = np.add(inertia, (swing, swing, 0.0))
+            model["hinge"] = -1 if pivot.hinge is None else "xy".index(pivot.hinge)
+            model["inertia"] = about if pivot.hinge is None else np.where(np.arange(3) == model["hinge"], about, np.inf)
+            self.swinging.append(number)
+            self._moments[number] = np.array(inertia)
         self.records = join((self.records, body))
         return number
 
@@ -91,3 +122,67 @@ class Bodies:
         """Return a view of the record of the body with a given row, shape (1,)."""
         number = self.number_of[row]
         return self.records[number : number + 1]
+
+    def is_moved_by_loop(self, row: int) -> bool:
+        """Return whether the loop moves the body with a given row: a robot or a body on a pivot."""
+        number = self.number_of.get(row, -1)
+        return number in self.robots or number in self.swinging
+
+    # --- the engine's bodies --------------------------------------------------------------------------------------
+
+    def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
+        """Copy the mean velocities of robots and swinging bodies in a step to the engine, for contacts with its bodies.
+
+        Args:
+            engine: Engine of all other bodies.
+            before: Positions [m] and attitudes of all bodies at the start of the step, shape (n, 7).
+            h: Length of the step [s].
+            gravity: Gravitational acceleration in the engine, downward; added to the velocity to cancel gravity in
+                the engine's step [m/s^2].
+        """
+        for number in (*self.robots, *self.swinging):
+            row, body = self.rows[number], self.records[number]
+            is_swinging = bool(body["model"]["swings"])
+            if is_swinging and number in self._resting and not body["is_awake"]:
+                continue
+            vel, rate = body["mean_twist"][:3], body["mean_twist"][3:]
+            if is_swinging:
+                vel = np.cross(rate, before[number, :3] - body["com"])
+            engine.set_pose(row, before[number, :3].tolist(), before[number, 3:].tolist())
+            if is_swinging and not body["is_awake"]:
+                engine.sleep(row)
+                self._resting.add(number)
+                continue
+            if number in self._resting:
+                engine.wake(row)
+                self._resting.remove(number)
+            vx, vy, vz = vel.tolist()
+            engine.set_velocity(row, (vx, vy, vz + gravity * h), rate.tolist())
+
+    def take_from(self, engine: Engine, before: FloatArray, h: float) -> None:
+        """Apply the velocity change from contacts with the engine's bodies in h [s] to robots and swinging bodies.
+
+        The method also moves these bodies by the displacement of this velocity change over h. Impulse and angular
+        impulse of the contacts turn a swinging body about the pivot.
+
+        Args:
+            engine: Engine of all other bodies.
+            before: Positions [m] and attitudes of all bodies at the start of the step, shape (n, 7).
+            h: Length of the step [s].
+        """
+        for number in (*self.robots, *self.swinging):
+            row, body = self.rows[number], self.records[number]
+            if not engine.touching(row):
+                continue
+            linear, angular = engine.velocity(row)
+            vel, rate = linear - body["mean_twist"][:3], angular - body["mean_twist"][3:]
+            if body["model"]["swings"]:
+                arm, axes = before[number, :3] - body["com"], matrix(before[number, 3:].tolist())
+                vel = linear - np.cross(body["mean_twist"][3:], arm)
+                spin = axes @ (self._moments[number] * (rate @ axes))
+                rate = axes @ (((spin + np.cross(arm, body["model"]["mass"] * vel)) @ axes) / body["model"]["inertia"])
+                vel = np.zeros(3)
+                if not rate.any():
+                    continue
+                body["is_awake"] = 1
+            _kick_and_drift(self.records, number, *vel.tolist(), *rate.tolist(), h)

@@ -40,7 +40,6 @@ from simcore.world.rotation import (
     Vector,
     frame_pose,
     matrix,
-    multiply,
     outer_pose,
     rotate,
     rotate_back,
@@ -72,7 +71,6 @@ _WARM_START = 0.95
 """Fraction of the previous step's forces with which the solver starts."""
 _CONTACT_DISTANCE = 0.001  # [m]
 _SLIGHT_SPIN = 1e-4  # [rad/s], negligible change of spin per step by the gyroscopic torque
-_POINT_RADIUS = 0.01  # [m], of the static to which a pivot is tied
 
 
 def load_pybullet() -> Any:
@@ -181,15 +179,13 @@ class BulletEngine(Engine):
         self._collision.append((definition.group, definition.mask))
         self._row_of[body] = row
         self._definitions.append(definition)
-        is_top = definition.inertia is not None and definition.pivot is None and len(set(definition.inertia)) > 1
+        is_top = definition.inertia is not None and len(set(definition.inertia)) > 1
         if is_top and definition.keeps_spin:
             self._tops.append(row)
         if s.stiffness is not None and definition.mass > 0.0:
             self._set_stiffness(row, s.stiffness)
         if definition.center_of_mass != (0.0, 0.0, 0.0) or definition.inertia_axes != IDENTITY:
             self.set_pose(row, definition.pos, definition.quat)
-        if definition.pivot is not None:
-            self._hang(body, definition, definition.pivot)
         return row
 
     def _make(self, definition: BodyDefinition) -> int:
@@ -232,21 +228,6 @@ class BulletEngine(Engine):
         )
         p.setCollisionFilterGroupMask(body, -1, d.group, d.mask, **self._kw)
         return int(body)
-
-    def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Connect a body to a new static without collisions at the pivot.
-
-        The static is necessary because PyBullet has no point joint to the world.
-        """
-        p, d = self._p, definition
-        point = self._shapes.static(Sphere(_POINT_RADIUS))
-        fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
-        p.setCollisionFilterGroupMask(fixed, -1, 0, 0, **self._kw)
-        center = np.add(d.pos, rotate(d.quat, d.center_of_mass))
-        arm = rotate_back(multiply(d.quat, d.inertia_axes), np.subtract(pivot, center).tolist())
-        p.createConstraint(
-            *(body, -1, fixed, -1, p.JOINT_POINT2POINT, (0.0, 0.0, 0.0), arm, (0.0, 0.0, 0.0)), **self._kw
-        )
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
         self._unfix(row)  # a moved static would lose its inertia

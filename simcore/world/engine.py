@@ -47,8 +47,6 @@ class BodyDefinition:
     """Attitude of the shape, field frame, x, y, z, w."""
     keeps_spin: bool = True
     """Whether the engine integrates free rotation to second order, to conserve the energy of a tumbling body."""
-    pivot: Vector | None = None
-    """Fixed point about which a moving body turns, field frame [m]; None for a free body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

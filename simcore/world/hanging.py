@@ -1,8 +1,6 @@
 """Bodies that swing on a chain or turn about a hinge fixed to the field, pushed by robots and game pieces.
 
-The engine connects a body to the pivot and moves the body like a game piece. This module adds the friction of a chain,
-a torque that returns a body on a chain to zero yaw, the friction and spring of a hinge, the pull of climbers, and
-sleep. A hinged body turns only about the hinge because the engine gets large moments of inertia about the other axes.
+The compiled loop moves these bodies (`simcore.loop.swing`). This module adds the pull of climbers, and sleep.
 """
 
 from __future__ import annotations
@@ -14,11 +12,13 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError
+from simcore.loop.robot_state import Records
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
 from simcore.typing import Alliance
+from simcore.world.bodies import Pivot
 from simcore.world.contact_law import WALL, TerrainSurface
 from simcore.world.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
-from simcore.world.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
+from simcore.world.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius
 from simcore.world.world import PhysicsWorld
 
 __all__ = ["HangingBody", "HangingConfig"]
@@ -28,7 +28,6 @@ _SPRING = Quantity("N m/rad", 0.0, 1e5)
 _STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]; 2 mm at the end of a chain of 1 m
 _STILL_TIME = 0.5  # [s], time at rest before the body sleeps
 _TOUCHING_SPEED = 0.3  # [m/s]; at lower speeds, the engine wakes touched bodies in time
-_TWIST_RATE = 3.0  # [rad/s]; estimate: two chain links turn a body back within a second, without overshoot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,8 +76,7 @@ class HangingBody:
     """
 
     def __init__(self, world: PhysicsWorld, config: HangingConfig) -> None:
-        self.config = config
-        self._engine = world.engine
+        self.config, self._bodies = config, world.bodies
         x, y, z = config.pivot
         self.row = world.add_hanging_body(
             config.name,
@@ -86,27 +84,42 @@ class HangingBody:
             mass=config.mass,
             surface=config.surface,
             pos=(x, y, z - config.drop),
-            pivot=config.pivot,
-            hinge=config.hinge,
+            pivot=Pivot(config.pivot, config.hinge, config.spring, config.damping),
             drivable=config.drivable,
         )
         self._axis = 0 if config.hinge is None else "xy".index(config.hinge)
-        across = config.mass * float(mass_properties(config.shape).inertia[self._axis, self._axis])
-        self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
-        self._own_share = across / self._inertia
+        self._inertia = float(self._record["model"]["inertia"][0, self._axis])  # about the pivot [kg m^2]
         self.radius = bounding_radius(config.shape)
         """Radius of a sphere around the center of mass that encloses the body [m]."""
         self._half = bounding_box(config.shape)[1]
-        self._torque = (0.0, 0.0, 0.0)
         self._still = 0.0
-        self.is_awake = False
-        """Whether the body is awake."""
-        self.pos: Vector = (x, y, z - config.drop)
+
+    @property
+    def _record(self) -> Records:
+        return self._bodies.of(self.row)
+
+    @property
+    def is_awake(self) -> bool:
+        """Whether the body is awake; contact with a moving object wakes the body."""
+        return bool(self._record["is_awake"][0])
+
+    @property
+    def pos(self) -> Vector:
         """Center of mass, field frame [m]."""
-        self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
-        self.rate: Vector = (0.0, 0.0, 0.0)
+        x, y, z = self._record["pos"][0].tolist()
+        return x, y, z
+
+    @property
+    def quat(self) -> Quaternion:
+        """Attitude, field frame."""
+        x, y, z, w = self._record["quat"][0].tolist()
+        return x, y, z, w
+
+    @property
+    def rate(self) -> Vector:
         """Angular velocity, field frame [rad/s]."""
-        self._engine.sleep(self.row)
+        x, y, z = self._record["rate"][0].tolist()
+        return x, y, z
 
     # --- interface for climbers -----------------------------------------------------------------------------------
 
@@ -128,91 +141,33 @@ class HangingBody:
         return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
 
     def pull(self, place: Vector, force: Vector) -> None:
-        """Apply a force [N] at a point [m], field frame, in the next sub-step, and wake the body.
+        """Apply a force [N] at a point [m], field frame, in the next step of 5 ms, and wake the body.
 
-        The pivot supports the force component along the line from the point to the pivot.
+        The pivot supports the force component along the line from the point to the pivot, and takes the torque about
+        the line from the center of mass of a body on a chain to the pivot.
         """
-        tx, ty, tz = cross(self._arm(place), force)
-        x, y, z = self._torque
-        self._torque = (x + tx, y + ty, z + tz)
-        self._wake()
+        record, torque = self._record[0], np.array(cross(self._arm(place), force))
+        if self.config.hinge is None:
+            arm = np.array(self._arm(self.pos))
+            torque -= arm * (torque @ arm) / (arm @ arm)
+        record["torque"] += torque
+        record["is_awake"] = 1
 
     # --- motion ---------------------------------------------------------------------------------------------------
 
-    def read(self) -> None:
-        """Read the pose and angular velocity of an awake body from the engine.
-
-        The method must run before climbers use the body.
-        """
-        if self.is_awake:
-            self.pos, self.quat = self._engine.pose(self.row)
-            vel, rate = self._engine.velocity(self.row)
-            if self.config.hinge is not None:
-                self.rate = self._about_hinge(rate[self._axis])
-                return
-            # The angular velocity comes from the angular momentum about the pivot: the joint conserves the momentum
-            # even while position and velocity disagree.
-            arm, own = self._arm(self.pos), self._own_share
-            length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
-            along = (rate[0] * arm[0] + rate[1] * arm[1] + rate[2] * arm[2]) / length2
-            x, y, z = cross(arm, vel)
-            share = (1.0 - own) / length2
-            self.rate = (
-                share * x + own * (rate[0] - along * arm[0]) + along * arm[0],
-                share * y + own * (rate[1] - along * arm[1]) + along * arm[1],
-                share * z + own * (rate[2] - along * arm[2]) + along * arm[2],
-            )
-
-    def before_substep(self, h: float) -> None:
-        """Apply the friction, the spring or yaw torque, and the pull of climbers for the next sub-step of h [s]."""
-        if not self.is_awake:
+    def after_tick(self, dt: float) -> None:
+        """Let a body sleep after 0.5 s at rest without contact, after a tick of dt [s]."""
+        record = self._record[0]
+        if not record["is_awake"]:
+            self._still = 0.0
             return
-        arm = self._arm(self.pos)
-        if self.config.hinge is not None:
-            spring, axis = self.config.spring / self._inertia, self._axis
-            kept = self.rate[axis] * math.exp(-self.config.damping * h)  # damping acts on the motion, not on the spring
-            turn = kept + (self._torque[axis] / self._inertia - spring * self.angle) * h
-            self.rate = self._about_hinge(turn / (1.0 + spring * h * h))
-            self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
-            self._torque = (0.0, 0.0, 0.0)
-            return
-        length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
-        along = self.rate[0] * arm[0] + self.rate[1] * arm[1] + self.rate[2] * arm[2]
-        keep = math.exp(-self.config.damping * h)
-        twist = -along / math.sqrt(length2)  # about the line up to the pivot
-        wanted = (twist - _TWIST_RATE**2 * yaw_of(self.quat) * h) / (1.0 + _TWIST_RATE * h) ** 2
-        more = -wanted / math.sqrt(length2)
-        rate = [keep * (w - along * a / length2) + more * a for w, a in zip(self.rate, arm, strict=True)]
-        self.rate = (rate[0], rate[1], rate[2])
-        self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
-        if self._torque != (0.0, 0.0, 0.0):
-            fx, fy, fz = cross(self._torque, arm)
-            self._engine.apply_forces([self.row], np.array([[fx, fy, fz]]) / length2)
-            self._torque = (0.0, 0.0, 0.0)
-
-    def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
-        """Wake a sleeping body that moves, wake a hinged body if `in_reach`, and let a body sleep after 0.5 s at rest.
-
-        Args:
-            dt: Length of the tick [s].
-            in_reach: Whether any moving object could have touched the body.
-        """
-        is_hinged = self.config.hinge is not None
-        if not self.is_awake:
-            if in_reach and (is_hinged or any(map(any, self._engine.velocity(self.row)))):
-                self._wake()
-            return
-        self.read()
-        if is_hinged:  # a hinged body can rest at any angle, and a robot on it may be slow
-            is_still = not in_reach and abs(self.rate[self._axis]) < _STILL_RATE
-        else:
+        is_still = math.hypot(*self.rate) < _STILL_RATE and not record["impulse"].any()
+        if self.config.hinge is None:  # a hinged body can rest at any angle
             x, y, _ = self._arm(self.pos)
-            tilt = math.hypot(x, y) / self.config.drop
-            is_still = max(tilt, abs(yaw_of(self.quat))) < _STILL_ANGLE and math.hypot(*self.rate) < _STILL_RATE
+            is_still = is_still and max(math.hypot(x, y) / self.config.drop, abs(yaw_of(self.quat))) < _STILL_ANGLE
         self._still = self._still + dt if is_still else 0.0
         if self._still > _STILL_TIME:
-            self.is_awake, self.rate = False, (0.0, 0.0, 0.0)
-            self._engine.sleep(self.row)
+            record["is_awake"], record["rate"] = 0, 0.0
 
     @property
     def angle(self) -> float:
@@ -235,14 +190,6 @@ class HangingBody:
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
         x, y, z = self.pos
         return x, y, 0.0, dx, dy, self.speed, (z - dz, z + dz), _TOUCHING_SPEED
-
-    def _wake(self) -> None:
-        if not self.is_awake:
-            self.is_awake, self._still = True, 0.0
-            self._engine.wake(self.row)
-
-    def _about_hinge(self, rate: float) -> Vector:
-        return (rate, 0.0, 0.0) if self._axis == 0 else (0.0, rate, 0.0)
 
     def _arm(self, place: Vector) -> Vector:
         return minus(place, self.config.pivot)

@@ -359,8 +359,6 @@ _ITERATIONS, _TOLERANCE = 50, 1e-8  # of the Newton solver
 _IMPEDANCE = 0.99  # fraction of a load that a contact carries at once, the spring the rest: 55 kg sink by 0.01 mm
 _CREEP = 10.0  # ratio of friction stiffness to normal stiffness: reduces the creep of a body on a slope
 _TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a for a patch of radius a of some mm
-_TIE_TIME = 0.004  # [s], time constant with which a hanging body returns to its pivot
-_TIE_STRICTNESS = 0.9999  # fraction of a load that a pivot carries at once
 _MEMORY = 48_000_000  # [bytes] for contacts; the system allocates pages when they are first touched
 _MEMORY_PER_BODY = 250_000  # [bytes]
 _MOST_CLASSES = 31  # bits of MuJoCo's masks
@@ -483,8 +481,6 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
             x, y, z, w = definition.inertia_axes
             cx, cy, cz = rotate_back(definition.inertia_axes, definition.center_of_mass)
             moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), (-x, -y, -z, w), numbers)
-            if definition.pivot is not None:
-                _hang(mujoco, spec, body, row, definition)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -577,21 +573,6 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
         model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: otherwise a shape at the old center would stay there
         boxes = slice(model.body_bvhadr[body], model.body_bvhadr[body] + model.body_bvhnum[body])
         model.bvh_aabb[boxes, :3] -= away
-
-
-def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
-    """Connect a body to the pivot in `definition`, and set the initial pose.
-
-    In the initial pose, the pivot and the connected point of the body coincide.
-    """
-    assert definition.pivot is not None
-    quat = multiply(definition.quat, definition.inertia_axes)
-    center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
-    x, y, z, w = quat
-    body.name, body.pos, body.quat = f"row {row}", center.tolist(), [w, x, y, z]
-    tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=body.name)
-    tie.data[:3] = rotate_back(quat, np.subtract(definition.pivot, center).tolist())
-    tie.solref, tie.solimp = [_TIE_TIME, 1.0], [_TIE_STRICTNESS, _TIE_STRICTNESS, 1.0, 0.5, 1.0]
 
 
 def _uniform(definition: BodyDefinition) -> Vector:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol
 
@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import ConfigError, EngineError
-from simcore.loop.body import kick_and_drift
 from simcore.loop.robot_state import (
     BATTERY,
     OUTLINE,
@@ -35,7 +34,6 @@ from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 from simcore.world.bodies import Bodies
 from simcore.world.contact_law import TerrainSurface
-from simcore.world.engine import Engine
 from simcore.world.rotation import Quaternion, Vector, from_yaw, matrix
 from simcore.world.shapes import Compound, Mesh, Part, Shape, outline, outline_points
 
@@ -76,9 +74,6 @@ class BumperPart:
     """Restitution factor [-]; the coefficient of restitution of a pair is the product of the two factors."""
     stiffness: float
     """Contact force per meter of penetration and per meter of the touching side [N/m^2]."""
-
-
-_kick_and_drift: Callable[..., None] = kick_and_drift
 
 
 class RecordRows:
@@ -384,36 +379,6 @@ class RobotDynamics:
         raise EngineError(
             f"robot {number}: its pose or velocity is not finite: {body['pos'].tolist()}, {body['vel'].tolist()}"
         )
-
-    # --- the engine's bodies ---------------------------------------------------------------------------------------
-
-    def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Copy the mean velocities of robots in a step to the engine, so that the engine's bodies collide with robots.
-
-        Args:
-            engine: Engine of all other bodies.
-            before: Positions [m] and attitudes of all bodies at the start of the step, shape (n, 7).
-            h: Length of the step [s].
-            gravity: Gravitational acceleration in the engine, downward; added to the velocity to cancel gravity in
-                the engine's step [m/s^2].
-        """
-        for number in self._bodies.robots:
-            row, mean = self._bodies.rows[number], self._bodies.records["mean_twist"][number].tolist()
-            engine.set_pose(row, before[number, :3].tolist(), before[number, 3:].tolist())
-            engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
-
-    def take_from(self, engine: Engine, h: float) -> None:
-        """Apply the velocity change from contacts with the engine's bodies in h [s] to the robots.
-
-        The function also moves the robots by the displacement of this velocity change over h.
-        """
-        for number in self._bodies.robots:
-            row, body = self._bodies.rows[number], self._bodies.records[number]
-            if not engine.touching(row):
-                continue
-            (vx, vy, vz), (wx, wy, wz) = engine.velocity(row)
-            ux, uy, uz, px, py, pz = body["mean_twist"].tolist()
-            _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
 
     def _slice_field(self) -> None:
         """Select the field outlines at the current heights of all parts."""

@@ -1,8 +1,8 @@
 """Physics world: floor, statics, robots and game pieces, and the step that moves them.
 
-The compiled loop moves robots and balls. The engine moves all other bodies. The engine starts when the first of these
-other bodies is added, and then gets copies of the static field and of the robots. The copies collide only with the
-engine's other bodies.
+The compiled loop moves robots, swinging bodies and balls. The engine moves all other bodies. The engine starts when the
+first of these other bodies is added, and then gets copies of the static field, of robots and of swinging bodies. The
+copies collide only with the engine's other bodies.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import numpy as np
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.loop.compiled import compiled
 from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
-from simcore.loop.step import advance
+from simcore.loop.step import advance, prepare
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 from simcore.world.ball_dynamics import BallDynamics, factors
-from simcore.world.bodies import Bodies
-from simcore.world.contact_law import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.world.bodies import Bodies, Pivot
+from simcore.world.contact_law import CARPET, TerrainSurface
 from simcore.world.engine import BodyDefinition, Engine
 from simcore.world.engine_choice import VARIABLE, make_engine, require_known
 from simcore.world.footprints import corners, overlaps
@@ -35,8 +35,6 @@ from simcore.world.shapes import (
     Cylinder,
     Shape,
     Sphere,
-    bounding_box,
-    bounding_radius,
     mass_properties,
     principal_axes,
 )
@@ -58,13 +56,13 @@ class CollisionGroup:
     STATIC = 1
     """Static field."""
     PIECE = 2
-    """Game pieces that are not balls, and hanging bodies; the engine has no balls."""
+    """Game pieces that are not balls; the engine has no balls."""
     ROBOT = 4
+    """Robots and swinging bodies, which the loop moves."""
 
 
-_HINGED = 1e4  # moment of inertia of a hinged body about axes other than its hinge, per largest real moment
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-_SWINGS = 0.03  # [m]; smallest distance of a placed robot from a hanging body, which would throw a closer robot
+_SWINGS = 0.03  # [m]; smallest distance of a placed robot from a swinging body
 
 
 class PhysicsWorld:
@@ -108,18 +106,14 @@ class PhysicsWorld:
         self._names: list[str] = []  # by row
         self._definitions: list[BodyDefinition] = []  # by row
         self.has_engine = False
-        """Whether the engine has started; the engine starts at the first use, for example when a body other than a
-        ball, a robot or a static is added."""
+        """Whether the engine has started; the engine starts at the first use, for example when a piece other than a
+        ball is added."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
-        self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
         """Row of each robot's body, in the order in which the robots were added."""
-        self.hanging: list[tuple[int, Vector, float]] = []
-        """Row, pivot, field frame [m], and upper bound on the distance of any point of the body from the pivot [m], for
-        each hanging body."""
         self._builder = SolidsBuilder()
         self.bodies = Bodies(self._builder)
-        """Robots, and the engine's bodies that balls can touch."""
+        """Robots, swinging bodies, and the engine's bodies that balls can touch."""
         self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
         """Balls of the world, with state and contact memory."""
         self.robots = RobotDynamics(self.bodies)
@@ -141,7 +135,7 @@ class PhysicsWorld:
             self.has_engine = True
             for row, definition in enumerate(self._definitions):
                 assert self._engine.add_body(definition) == row
-            for number in self.bodies.robots:
+            for number in (*self.bodies.robots, *self.bodies.swinging):
                 body = self.bodies.records[number]
                 self._engine.set_pose(self.bodies.rows[number], body["pos"].tolist(), body["quat"].tolist())
         assert self._engine is not None
@@ -298,11 +292,10 @@ class PhysicsWorld:
         mass: float,
         surface: TerrainSurface,
         pos: Sequence[float],
-        pivot: Vector,
-        hinge: str | None = None,
+        pivot: Pivot,
         drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a fixed point or a hinge, and return the row of the body.
+        """Add a sleeping body that swings about a fixed point or a hinge, and return the row of the body.
 
         Hanging bodies do not block lines of sight.
 
@@ -311,34 +304,20 @@ class PhysicsWorld:
             shape: Collision shape with the center of mass at the origin.
             mass: Mass [kg].
             surface: Surface of the body.
-            pos: Center of mass at rest, field frame [m].
-            pivot: Fixed point, field frame [m].
-            hinge: Axis of the hinge, `x` or `y`; None for free rotation about the pivot.
-            drivable: Whether robots drive on the body; a drivable body has no friction with the engine's bodies.
+            pos: Center of mass at rest, field frame [m], above or below the pivot.
+            pivot: Fixed point or hinge.
+            drivable: Whether robots drive on the body.
         """
-        moments = [mass * float(moment) for moment in np.diag(mass_properties(shape).inertia)]
-        if hinge is not None:
-            stiff = _HINGED * max(moments)
-            moments = [moment if axis == hinge else stiff for axis, moment in zip("xyz", moments, strict=True)]
-        ix, iy, iz = moments
+        prepare()
+        ix, iy, iz = (mass * np.diag(mass_properties(shape).inertia)).tolist()
         row = self._add(
-            *(name, shape, pos, FRICTIONLESS if drivable else surface),
-            mass=mass,
-            inertia=(ix, iy, iz) if hinge else None,
-            pivot=pivot,
-            group=CollisionGroup.PIECE,
-            mask=_PIECE_MASK & ~CollisionGroup.ROBOT if drivable else _PIECE_MASK,
-        )
-        far = math.dist(pos, pivot) + bounding_radius(shape)
-        if not drivable:
-            self._hanging[row] = bounding_box(shape)[1]
-        swing = mass * math.dist(pos, pivot) ** 2
-        self.bodies.add(
-            row, shape, factors(surface), mass, (ix + swing, iy + swing, iz), pivot=pivot,
-            pos=_checked_pos(name, pos), drivable=drivable,
+            *(name, shape, pos, surface), mass=mass, inertia=(ix, iy, iz), keeps_spin=False,
+            group=CollisionGroup.ROBOT, mask=CollisionGroup.PIECE,
         )  # fmt: skip
-        self.hanging.append((row, pivot, far))
-        self.engine.wake(row)
+        self.bodies.add(
+            row, shape, factors(surface), mass, (ix, iy, iz), pivot=pivot, pos=_checked_pos(name, pos),
+            drivable=drivable,
+        )  # fmt: skip
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
@@ -360,6 +339,15 @@ class PhysicsWorld:
         if row in self.robot_rows:
             self.robots.put(row, at, (a / norm, b / norm, c / norm, d / norm))
             return
+        if self.bodies.is_moved_by_loop(row):
+            body = self.bodies.of(row)
+            body["pos"], body["quat"], body["rate"], body["is_awake"] = (
+                at,
+                (a / norm, b / norm, c / norm, d / norm),
+                0,
+                1,
+            )
+            return
         self.engine.set_pose(row, at, (a / norm, b / norm, c / norm, d / norm))
         self.engine.wake(row)
 
@@ -373,9 +361,9 @@ class PhysicsWorld:
             raise NonFiniteError(
                 f"{self._names[row]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
             )
-        if row in self.robot_rows:
+        if self.bodies.is_moved_by_loop(row):
             body = self.bodies.of(row)
-            body["vel"], body["rate"] = linear, angular
+            body["vel"], body["rate"], body["is_awake"] = linear, angular, 1
             return
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
@@ -402,18 +390,27 @@ class PhysicsWorld:
             return True, is_ramp
         reach = math.hypot(half_length, half_width)
         low, high = np.array((x - reach, y - reach, bottom)), np.array((x + reach, y + reach, top))
-        for other in self.robot_rows:
-            body = self.bodies.of(other)
-            if other != row and _is_near(low, high, body["pos"][0], float(body["model"]["reach"][0])):
-                corner_a, corner_b = self._extent(other)
+        for number in (*self.bodies.robots, *self._cages):
+            body = self.bodies.records[number]
+            if self.bodies.rows[number] != row and _is_near(low, high, body["pos"], float(body["model"]["reach"])):
+                corner_a, corner_b = self._extent(number)
                 if (corner_a < high).all() and (corner_b > low).all():
                     return True, is_ramp
-        hanging = self._hanging.keys() & self.engine.overlapping(low.tolist(), high.tolist()) if self._hanging else ()
-        return bool(hanging), is_ramp
+        return False, is_ramp
 
-    def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the low and high corners of a robot's bounding box, field frame [m]."""
-        body, solids = self.bodies.of(row)[0], self.solids
+    @property
+    def _cages(self) -> list[int]:
+        """Numbers of the swinging bodies that robots do not drive on."""
+        return [number for number in self.bodies.swinging if not self.bodies.records["model"]["carries"][number]]
+
+    @property
+    def _plates(self) -> list[int]:
+        """Numbers of the bodies that robots drive on."""
+        return np.nonzero(self.bodies.records["model"]["carries"])[0].tolist()
+
+    def _extent(self, number: int) -> tuple[FloatArray, FloatArray]:
+        """Return the low and high corners of the bounding box of a robot or swinging body, field frame [m]."""
+        body, solids = self.bodies.records[number], self.solids
         boxes = solids.box[int(body["model"]["first_solid"]) : int(body["model"]["last_solid"])]
         low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
         axes = matrix(tuple(body["quat"].tolist()))
@@ -439,13 +436,11 @@ class PhysicsWorld:
         Hanging bodies have a margin of 30 mm in plan view. The arguments are the same as for `obstacles`, without
         `row`.
         """
-        reach = math.hypot(half_length, half_width)
-        low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
         outline = corners(x, y, yaw, 2.0 * half_length, 2.0 * half_width)
-        for row in self._hanging.keys() & self.engine.overlapping(low, high) if self._hanging else ():
-            (hx, hy, _), quat = self.engine.pose(row)
-            dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
-            if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
+        for number in self._cages:
+            (ax, ay, az), (bx, by, bz) = (corner.tolist() for corner in self._extent(number))
+            around = corners(0.5 * (ax + bx), 0.5 * (ay + by), 0.0, bx - ax + 2.0 * _SWINGS, by - ay + 2.0 * _SWINGS)
+            if az < top and bz > bottom and overlaps(outline, around):
                 return True
         return self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)[0]
 
@@ -476,9 +471,9 @@ class PhysicsWorld:
             return np.zeros(len(places), dtype=bool)
         flat: BoolArray = np.ones(len(places), dtype=bool)
         _find_ramps(self._ramps, places, reach, flat)
-        for row, pivot, far in self.hanging:
-            if row not in self._hanging:
-                flat &= ~(np.hypot(*(places - pivot[:2]).T) < reach + far)
+        for body in self.bodies.records[self._plates]:
+            far = float(body["model"]["reach"] + np.linalg.norm(body["pos"] - body["com"]))
+            flat &= ~(np.hypot(*(places - body["com"][:2]).T) < reach + far)
         return flat
 
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
@@ -565,7 +560,7 @@ class PhysicsWorld:
         place = np.array((x, y))
         is_near = (ramps[:, :2] < place + reach).all(axis=1) & (ramps[:, 3:5] > place - reach).all(axis=1)
         height = float(ramps[is_near, 5].max(initial=0.0))
-        for plate in self.bodies.carriers:
+        for plate in self._plates:
             body = self.bodies.records[plate]
             extent = float(body["model"]["reach"])
             if math.dist((x, y), body["pos"][:2].tolist()) < reach + extent:
@@ -604,14 +599,14 @@ class PhysicsWorld:
                 self.end_engine(dt / n)
 
     def advance(self, h: float) -> None:
-        """Advance robots and balls by h [s], before the engine's steps over the same time.
+        """Advance robots, swinging bodies and balls by h [s], before the engine's steps over the same time.
 
         Raises:
             EngineError: If the state of a robot is not finite.
         """
         bodies = self.bodies
         if self.has_engine:
-            self.balls.read_bodies(self.engine, h)
+            self.balls.read_bodies(self.engine)
             self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
         self.robots.choose_outlines()
         lost = advance(
@@ -622,13 +617,13 @@ class PhysicsWorld:
         self.robots.report_brownouts()
 
     def begin_engine(self, h: float) -> None:
-        """Pass the motion of robots and the impulses of balls over h [s] to the engine, before the engine's steps."""
+        """Pass the motion of the loop's bodies and the impulses of balls over h [s] to the engine, before its steps."""
         self.balls.push_bodies(self.engine)
-        self.robots.show_to(self.engine, self._before, h, self.gravity)
+        self.bodies.show_to(self.engine, self._before, h, self.gravity)
 
     def end_engine(self, h: float) -> None:
-        """Apply the impulses of the engine's other bodies to the robots, after the engine's steps over h [s]."""
-        self.robots.take_from(self.engine, h)
+        """Apply the impulses of the engine's other bodies to the loop's bodies, after the engine's steps over h [s]."""
+        self.bodies.take_from(self.engine, self._before, h)
 
 
 def _is_near(low: FloatArray, high: FloatArray, pos: FloatArray, reach: float) -> bool:

@@ -29,7 +29,7 @@ from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.world.footprints import corners
-from simcore.world.rotation import rotate
+from simcore.world.rotation import rotate, rotate_back
 from simcore.world.shapes import mass_properties
 
 G = 9.80665
@@ -178,10 +178,9 @@ class Watch:
             if robot.config.moving_masses:  # their height is in the robot's, their motion in the mechanisms
                 total += sum(0.5 * one.inertia * one.velocity**2 for one in robot.mechanisms.values())
         for body in match.hanging:
-            m, (vel, rate) = body.config.mass, np.array(match.world.engine.velocity(body.row))
-            own = np.diag(mass_properties(body.config.shape).inertia)
-            z = match.world.engine.pose(body.row)[0][2]
-            total += m * (G * z + 0.5 * float(vel @ vel) + 0.5 * float(own @ rate**2))
+            m, rate = body.config.mass, np.array(rotate_back(body.quat, body.rate))
+            own, vel = np.diag(mass_properties(body.config.shape).inertia), np.array(body.velocity_at(body.pos))
+            total += m * (G * body.pos[2] + 0.5 * float(vel @ vel) + 0.5 * float(own @ rate**2))
             total += 0.5 * body.config.spring * body.angle**2 if body.config.hinge else 0.0
         return total
 
