@@ -21,7 +21,6 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -238,26 +237,6 @@ class BulletEngine(Engine):
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
         self._p.resetBaseVelocity(self._ids[row], linear, angular, self._open())
 
-    def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change mass [kg], center of mass [m] and principal moments of inertia [kg m^2]; the velocity stays.
-
-        PyBullet cannot move the center of mass within a body, so a new body replaces the old body (0.5 ms).
-        """
-        old, p, client = self._definitions[row], self._p, self._open()
-        new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
-        if center_of_mass == old.center_of_mass:
-            p.changeDynamics(self._ids[row], -1, mass=mass, localInertiaDiagonal=inertia, physicsClientId=client)
-            return
-        self._definitions[row] = old
-        (pos, quat), (linear, angular) = self.pose(row), self.velocity(row)
-        group, mask = self._collision[row]
-        del self._row_of[self._ids[row]]
-        p.removeBody(self._ids[row], physicsClientId=client)
-        body = self._ids[row] = self._make(replace(new, group=group, mask=mask))
-        self._definitions[row], self._row_of[body] = new, row
-        self.set_pose(row, pos, quat)
-        self.set_velocity(row, linear, angular)
-
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         center, turned = self._p.getBasePositionAndOrientation(self._ids[row], self._open())
         d = self._definitions[row]
@@ -327,10 +306,6 @@ class BulletEngine(Engine):
             contactDamping=contact_damping(stiffness, self._definitions[row].mass),
             physicsClientId=self._open(),
         )
-
-    def overlap(self, row: int) -> float:
-        contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
-        return max(0.0, -min([contact[8] for contact in contacts], default=0.0))
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
         found = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
@@ -405,10 +380,6 @@ class BulletEngine(Engine):
             row=np.array([self._row_of.get(hit[0], -1) for hit in hits], dtype=np.int64),
             normal=np.array([hit[4] for hit in hits]).reshape(-1, 3),
         )
-
-    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        found = self._p.getOverlappingObjects(low, high, self._open()) or ()
-        return [self._row_of[body] for body, _ in found if body in self._row_of]
 
     def _open(self) -> int:
         if self._client is None:

@@ -95,20 +95,6 @@ class Engine(Protocol):
         """
         ...
 
-    def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change the mass properties of a body and wake the body.
-
-        The pose of the origin does not change. The new center of mass gets the velocity of the old center of mass. The
-        engine finds the body's contacts again in the next step.
-
-        Args:
-            row: Row of the body.
-            mass: Mass [kg].
-            center_of_mass: Center of mass in the frame of the shape [m].
-            inertia: Principal moments of inertia about the center of mass [kg m^2].
-        """
-        ...
-
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         """Return the origin [m] and attitude of a body, field frame."""
         ...
@@ -149,10 +135,6 @@ class Engine(Protocol):
         """Stop a body; the body then acts as a static until a call of `wake` or `sleep`."""
         ...
 
-    def overlap(self, row: int) -> float:
-        """Return the largest overlap of a body with other bodies in the last step [m]; 0 without overlap."""
-        ...
-
     def depth(self, row: int) -> float:
         """Return the largest overlap of a body with statics at the current pose [m]; 0 without overlap."""
         ...
@@ -186,10 +168,6 @@ class Engine(Protocol):
             end: Ends of the segments, field frame [m], shape (n, 3).
             mask: Collision groups that the segments can hit.
         """
-        ...
-
-    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return the rows of the bodies with bounding boxes that overlap a box, field frame [m]."""
         ...
 
     def reset(self) -> None:

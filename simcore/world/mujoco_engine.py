@@ -18,7 +18,7 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -130,16 +130,6 @@ class MuJoCoEngine(Engine):
         self._qvel[body, :3] = linear
         self._qvel[body, 3:] = rotate_back(self._attitude(body), (angular[0], angular[1], angular[2]))
 
-    def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        (pos, quat), old, body = self.pose(row), self._definitions[row], self._body[row]
-        new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
-        self._qpos[body, :3], _ = frame_pose(pos, quat, new.center_of_mass, new.inertia_axes)
-        if self._is_built:
-            away = np.subtract(center_of_mass, old.center_of_mass).tolist()
-            _set_mass(self._m, body, mass, inertia, rotate_back(old.inertia_axes, away))
-            self._own_mass[body] = mass, *inertia
-        self._moved[body] = self._is_stale = True
-
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         self._require_open()
         d, body = self._definitions[row], self._body[row]
@@ -248,12 +238,6 @@ class MuJoCoEngine(Engine):
 
     # --- contacts -----------------------------------------------------------------------------------------------
 
-    def overlap(self, row: int) -> float:
-        self._refresh()
-        contact = self._d.contact
-        mine = (self._row_of_geom[contact.geom] == row).any(axis=1)
-        return max(0.0, -float(contact.dist[mine].min(initial=0.0)))
-
     def depth(self, row: int) -> float:
         self._refresh()
         return self._model.depth(row)
@@ -339,10 +323,6 @@ class MuJoCoEngine(Engine):
             normal=np.array([hit[2] for hit in found]).reshape(-1, 3),
         )
 
-    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        self._refresh()
-        return self._model.overlapping(low, high)
-
     def _require_open(self) -> None:
         if not self._is_open:
             raise EngineError("the physics world is closed; make a new one")
@@ -409,13 +389,6 @@ class _CompiledModel:
                 return passed, int(self.row_of_geom[geom[0]]), normal[:, 0].tolist()
             passed += 1e-9  # the ray left a body from the inside
         return 1.0, -1, (0.0, 0.0, 0.0)
-
-    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return the rows of the bodies with collisions whose bounding boxes overlap a box, field frame [m]."""
-        lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
-        here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
-        rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
-        return rows
 
     def depth(self, row: int) -> float:
         """Return the largest overlap of a body with statics [m]; see `Engine.depth`."""
@@ -548,15 +521,14 @@ def _is_rigid(surface: TerrainSurface, mass: float) -> bool:
     return mass == surface.friction == surface.restitution == 0.0
 
 
-def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], away: Vector = (0.0, 0.0, 0.0)) -> None:
-    """Set mass, inertia and center of mass of a moving body in a compiled model, and update all derived values.
+def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float]) -> None:
+    """Set mass and inertia of a moving body in a compiled model, and update all derived values.
 
     Args:
         model: Compiled model, an `MjModel`.
         number: Number of the moving body, from 0; the world is body 0 of the model.
         mass: Mass [kg].
-        inertia: Principal moments of inertia about the new center of mass [kg m^2].
-        away: Vector from the old center of mass to the new one, body frame [m].
+        inertia: Principal moments of inertia about the center of mass [kg m^2].
     """
     body, dofs = number + 1, slice(6 * number, 6 * number + 6)
     change = mass - model.body_mass[body]
@@ -567,12 +539,6 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
     model.body_invweight0[body] = light
     model.dof_invweight0[dofs] = np.repeat(light, 3)
     model.dof_M0[dofs] = [mass] * 3 + list(inertia)
-    if any(away):
-        geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
-        model.geom_pos[geoms] -= away
-        model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: otherwise a shape at the old center would stay there
-        boxes = slice(model.body_bvhadr[body], model.body_bvhadr[body] + model.body_bvhnum[body])
-        model.bvh_aabb[boxes, :3] -= away
 
 
 def _uniform(definition: BodyDefinition) -> Vector:

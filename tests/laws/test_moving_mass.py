@@ -29,12 +29,8 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import LoneChassis
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK
-from simcore.world.contact_law import WALL
-from simcore.world.engine import BodyDefinition
-from simcore.world.engine_choice import make_engine
 from simcore.world.linkage import Joint
-from simcore.world.rotation import from_rpy
-from simcore.world.shapes import Box, Sphere
+from simcore.world.shapes import Sphere
 from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
@@ -285,35 +281,3 @@ def test_gripping_tires_turn_a_robot_about_its_wheel_center_wherever_its_mass_is
             assert chassis.rate[2] == pytest.approx(2.0, rel=0.03)
             assert math.hypot(*chassis.vel) == pytest.approx(chassis.rate[2] * math.hypot(0.1, 0.04), rel=0.02)
     assert max(ways) < 0.02
-
-
-@pytest.mark.engines("bullet", "mujoco")
-def test_changing_the_center_of_mass_leaves_the_shape_of_a_body_in_place(engine_name):
-    """The pose of the shape is unchanged; then the free body turns about its new center, and rays hit its shape."""
-    engine = make_engine(engine_name, gravity=0.0)
-    try:
-        shape = Box((0.4, 0.2, 0.6))
-        row = engine.add_body(
-            BodyDefinition(shape=shape, surface=WALL, mass=2.0, inertia=(0.1, 0.2, 0.3), pos=(1.0, 2.0, 3.0),
-                           quat=from_rpy(0.1, 0.2, 0.3))
-        )  # fmt: skip
-        engine.step(0.01)
-        engine.set_velocity(row, (1.0, 0.5, 0.0), (0.0, 0.0, 0.0))
-        pos, quat = engine.pose(row)
-        engine.set_mass(row, 3.0, (0.05, -0.1, 0.2), (0.2, 0.3, 0.4))
-        after, turned = engine.pose(row)
-        assert after == pytest.approx(pos, abs=1e-12) and turned == pytest.approx(quat, abs=1e-12)
-        assert engine.velocity(row)[0] == pytest.approx((1.0, 0.5, 0.0))
-        hit = engine.rays(np.array([[*pos[:2], pos[2] + 2.0]]), np.array([pos]), 0xFFFF)
-        assert hit.row[0] == row and 0.8 < hit.fraction[0] < 0.9
-        engine.set_velocity(row, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-        center = engine.centers([row])[0]
-        for _ in range(50):
-            engine.step(0.01)
-        assert engine.centers([row])[0] == pytest.approx(center, abs=1e-3)
-        assert math.dist(engine.pose(row)[0], pos) > 0.02
-        engine.apply_forces([row], np.array([[3.0, 0.0, 0.0]]))
-        engine.step(0.01)
-        assert engine.velocity(row)[0][0] == pytest.approx(0.01, rel=1e-6)
-    finally:
-        engine.close()
