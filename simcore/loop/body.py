@@ -32,10 +32,12 @@ __all__ = [
     "drift",
     "find_spring",
     "kick_and_drift",
-    "largest_mobility",
     "limited_damping",
     "limited_stiffness",
     "list_near",
+    "mobility_at",
+    "place_in_body",
+    "place_in_field",
     "rotate",
     "rotate_back",
     "touch_each_other",
@@ -46,6 +48,7 @@ __all__ = [
     "unexplained",
     "update_axes",
     "velocity_at",
+    "way_off",
     "way_out",
 ]
 
@@ -58,10 +61,12 @@ _SLIDES = 0.1  # coefficient of friction of skids and plates under a frame on th
 _RUBS = 0.4  # coefficient of friction of other parts of a robot on the field and on robots [-]; estimate
 _SLACK = 2e-4  # tolerance of the depth that the closing speed explains [m]
 _MOST_DAMPING = 0.8  # largest fraction of the speed that dampers remove in a step [-]; above 1 the speed would reverse
-_MOST_STIFFNESS = 0.1  # largest stiffness of a contact with a swinging body, over effective mass and step^2 [-]
-_SHARING = 4  # number of contacts with a swinging body among which the largest damping is divided
+_MOST_STIFFNESS = 1.2  # largest stiffness of all contacts with a swinging body, over effective mass and step^2 [-]
+_SHARING = 12  # number of contacts with a swinging body among which this stiffness is divided at least
+_MOST_HITS = 64  # largest number of contacts of a robot with a swinging body
 _OUT_TIME = 0.03  # time constant with which an initial overlap decays [s]
 _OUT_SPEED = 0.05  # further speed at which an initial overlap decays [m/s]
+_ALONG = 0.5  # stiffness of a robot's contact along the surface, over that along the normal [-]; estimate
 _FLOOR = -1
 _EDGES, _POINTS = 10**10, 10**12  # first contact key of edges, first contact key of points
 
@@ -80,6 +85,19 @@ def rotate(quat: Sequence[float], x: float, y: float, z: float) -> tuple[float, 
 def rotate_back(quat, x, y, z):
     """Transform a vector from field axes to body axes with an attitude quaternion (x, y, z, w)."""
     return rotate((-quat[0], -quat[1], -quat[2], quat[3]), x, y, z)
+
+
+@inner
+def place_in_field(body, x, y, z):
+    """Transform a position from the body frame to the field frame [m]."""
+    x, y, z = rotate(body.quat, x, y, z)
+    return x + body.pos[0], y + body.pos[1], z + body.pos[2]
+
+
+@inner
+def place_in_body(body, x, y, z):
+    """Transform a position from the field frame to the body frame [m]."""
+    return rotate_back(body.quat, x - body.pos[0], y - body.pos[1], z - body.pos[2])
 
 
 @inner
@@ -276,7 +294,7 @@ def way_out(put_in, h):
 
 
 @inner
-def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, friction, h):
+def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, along, friction, h):
     """Compute the force of a soft contact with a friction spring, and update the record of the contact.
 
     For walls and other steep surfaces, the function also adds the displacement out of an initial overlap to
@@ -300,6 +318,7 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
         uz: z component of the relative velocity [m/s].
         k: Normal stiffness [N/m].
         c: Normal damping [N s/m].
+        along: Stiffness and damping along the surface, over those along the normal [-].
         friction: Coefficient of friction [-].
         h: Time step [s].
 
@@ -332,8 +351,8 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
     x -= out * nx
     y -= out * ny
     z -= out * nz
-    stiffness = 0.5 * k
-    damping = 0.5 * c
+    stiffness = along * k
+    damping = along * c
     fx = -stiffness * x - damping * ux
     fy = -stiffness * y - damping * uy
     fz = -stiffness * z - damping * uz
@@ -371,15 +390,19 @@ def velocity_at(body, ax, ay, az):
 
 
 @compiled
-def _mobility(body, ax, ay, az, nx, ny, nz):
-    """Return the inverse effective mass of a robot at an offset from the center of mass along a unit vector [1/kg]."""
+def mobility_at(body, ax, ay, az, nx, ny, nz):
+    """Return the inverse effective mass of a body along a unit vector [1/kg], at an offset [m].
+
+    The offset is that from the center of mass or pivot.
+    """
     x, y, z = rotate_back(body.quat, ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx)
     inertia = body.model.inertia
-    return 1.0 / body.model.mass + x * x / inertia[0] + y * y / inertia[1] + z * z / inertia[2]
+    turning = x * x / inertia[0] + y * y / inertia[1] + z * z / inertia[2]
+    return turning if body.model.swings else 1.0 / body.model.mass + turning
 
 
 @inner
-def largest_mobility(body, ax, ay, az):
+def _largest_mobility(body, ax, ay, az):
     """Return an upper bound of the inverse effective mass at an offset from the center of mass or pivot [1/kg].
 
     The bound holds for all directions: it is the trace of the rotational part, plus the inverse mass if there is no
@@ -392,14 +415,27 @@ def largest_mobility(body, ax, ay, az):
 
 
 @inner
-def limited_stiffness(stiffness, mobility, h):
-    """Return the stiffness of a contact with a swinging body, limited for stability [N/m].
+def _approach(body, other, ax, ay, az):
+    """Return the offset of a point from another body's center of mass or pivot [m], and the relative velocity [m/s].
 
-    A spring-damper contact with stiffness k and damping c is stable in steps of h [s] if k h^2 / m + 2 c h / m < 4,
-    with the effective mass m. All dampers together reach c h / m = `_MOST_DAMPING`, which leaves 2.4 for the springs:
-    24 contacts with `_MOST_STIFFNESS` each.
+    The point is at an offset [m] from the first body's center of mass, and the velocity is that of the first body.
     """
-    return min(stiffness, _MOST_STIFFNESS / (mobility * h * h))
+    cx = ax + body.com[0] - other.com[0]
+    cy = ay + body.com[1] - other.com[1]
+    cz = az + body.com[2] - other.com[2]
+    ux, uy, uz = velocity_at(body, ax, ay, az)
+    vx, vy, vz = velocity_at(other, cx, cy, cz)
+    return cx, cy, cz, ux - vx, uy - vy, uz - vz
+
+
+@inner
+def limited_stiffness(stiffness, mobility, count, h):
+    """Return the stiffness of one of `count` simultaneous contacts with a swinging body, limited for stability [N/m].
+
+    Contacts with stiffness k and damping c are stable in steps of h [s] if the sum of k h^2 / m + 2 c h / m, with the
+    effective mass m of each contact, is below 4. The second terms add up to 2 `_MOST_DAMPING` at most.
+    """
+    return min(stiffness, _MOST_STIFFNESS / (mobility * count * h * h))
 
 
 @inner
@@ -430,7 +466,8 @@ def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
     """Store a contact in row n of `hits`.
 
     The row contains the index of the point, the index of the touched object, the depth [m], the unit normal, and the
-    offset of the point from the center of mass [m].
+    offset of the point from the center of mass [m]. For edges, the first two are the index of the part and the contact
+    key, the offset is that of the contact, and a tenth entry is the coefficient of friction.
     """
     hit = hits[n]
     hit[0] = i
@@ -463,10 +500,10 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
             apply_force(robot, ax, ay, az, load * nx, load * ny, load * nz)
             _add_load(point, load, nx, ny, nz, ax, ay, az)
         return
-    damping = limited_damping(model.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
+    damping = limited_damping(model.damping, mobility_at(body, ax, ay, az, nx, ny, nz), count, h)
     _, fx, fy, fz = _press(
         robot, r, fleet.springs, _POINTS + (i - robot.model.first_point) * 100000 + what, fleet.clock[0], depth,
-        nx, ny, nz, ax, ay, az, ux, uy, uz, model.stiffness, damping, _RUBS, h,
+        nx, ny, nz, ax, ay, az, ux, uy, uz, model.stiffness, damping, _ALONG, _RUBS, h,
     )  # fmt: skip
     apply_force(robot, ax, ay, az, fx, fy, fz)
 
@@ -478,10 +515,13 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
 def _clip(ax, ay, az, bx, by, bz, half, ends, n):
     """Clip an edge to a box around the origin, append both clipped ends to `ends`, and return the number of ends.
 
-    An edge outside the box adds no ends.
+    The row of an end contains the position [m], the axis of the face of the box that clips the edge (-1 for none), and
+    the vector along the whole edge [m]. An edge outside the box adds no ends.
     """
     t0 = 0.0
     t1 = 1.0
+    enters = -1
+    leaves = -1
     for axis in range(3):
         a = ax if axis == 0 else ay if axis == 1 else az
         d = (bx if axis == 0 else by if axis == 1 else bz) - a
@@ -492,9 +532,12 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
                 if over >= 0.0:
                     return n
             elif rise > 0.0:
-                t1 = min(t1, -over / rise)
-            else:
-                t0 = max(t0, -over / rise)
+                if -over / rise < t1:
+                    t1 = -over / rise
+                    leaves = axis
+            elif -over / rise > t0:
+                t0 = -over / rise
+                enters = axis
     if t0 >= t1 or n + 2 > _MOST_ENDS:
         return n
     for k in range(2):
@@ -502,15 +545,53 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
         ends[n, 0] = ax + t * (bx - ax)
         ends[n, 1] = ay + t * (by - ay)
         ends[n, 2] = az + t * (bz - az)
+        ends[n, 3] = enters if k == 0 else leaves
+        ends[n, 4] = bx - ax
+        ends[n, 5] = by - ay
+        ends[n, 6] = bz - az
         n += 1
     return n
 
 
 @inner
-def _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h):
-    """Apply the forces of the edges of a solid of the field, or of a swinging body, on the box of bumpers or frame.
+def way_off(fx, fy, fz, gx, gy, gz, ex, ey, ez):
+    """Return the unit normal of a solid's contact with an end of a clipped edge, and the cosine to the face normal.
 
-    The forces act along the normal of the face with the smallest displacement that moves the box off all edges.
+    At an end of the edge itself, the normal is that of the face, f. Where another face with the normal g clips the
+    edge, an edge of the solid along f x g touches the edge, and the normal e x (f x g) is perpendicular to both. With
+    the normal of the face, an inclined edge that slides along the solid would gain energy.
+
+    Args:
+        fx: x component of the unit normal of the face.
+        fy: y component.
+        fz: z component.
+        gx: x component of the unit normal of the face that clips the edge, 0 at an end of the edge itself.
+        gy: y component.
+        gz: z component.
+        ex: x component of a vector along the edge.
+        ey: y component.
+        ez: z component.
+    """
+    f = ex * fx + ey * fy + ez * fz
+    g = ex * gx + ey * gy + ez * gz
+    x = g * fx - f * gx
+    y = g * fy - f * gy
+    z = g * fz - f * gz
+    size = math.sqrt(x * x + y * y + z * z)
+    cosine = x * fx + y * fy + z * fz
+    if size < 1e-9 * (abs(f) + abs(g)) or size == 0.0:
+        return fx, fy, fz, 1.0
+    if cosine < 0.0:
+        size = -size
+    return x / size, y / size, z / size, cosine / size
+
+
+@inner
+def _find_edges(fleet, r, bodies, p, solids, s, ends, keys, hits, first):
+    """Find the contacts of the edges of a solid of the field, or of a swinging body, with the box of bumpers or frame.
+
+    The contacts have the normal of the face with the smallest displacement that moves the box off all edges. The
+    function stores them in `hits`, see `_note_hit`, from row `first` on, and returns the index after the last one.
     """
     robot = fleet.robots[r]
     body = bodies[robot.model.body]
@@ -536,14 +617,8 @@ def _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h):
             if ax > bx or (ax == bx and (ay > by or (ay == by and az > bz))):
                 continue  # the adjacent triangle has this edge in the opposite direction
             if owner >= 0:
-                ax, ay, az = rotate(other.quat, ax, ay, az)
-                bx, by, bz = rotate(other.quat, bx, by, bz)
-                ax += other.pos[0]
-                ay += other.pos[1]
-                az += other.pos[2]
-                bx += other.pos[0]
-                by += other.pos[1]
-                bz += other.pos[2]
+                ax, ay, az = place_in_field(other, ax, ay, az)
+                bx, by, bz = place_in_field(other, bx, by, bz)
             cx = body.com[0]
             cy = body.com[1]
             cz = body.com[2]
@@ -552,14 +627,14 @@ def _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h):
                 or min(az, bz) > cz + far or max(az, bz) < cz - far
             ):  # fmt: skip
                 continue
-            ax, ay, az = rotate_back(quat, ax - body.pos[0], ay - body.pos[1], az - body.pos[2])
-            bx, by, bz = rotate_back(quat, bx - body.pos[0], by - body.pos[1], bz - body.pos[2])
+            ax, ay, az = place_in_body(body, ax, ay, az)
+            bx, by, bz = place_in_body(body, bx, by, bz)
             before = n
             n = _clip(ax - part.x, ay - part.y, az - middle, bx - part.x, by - part.y, bz - middle, half, ends, n)
             for k in range(before, n):
                 keys[k] = _EDGES + ((p - robot.model.first_part) * 1000000 + 3 * t + e) * 2 + k - before
-    if n == 0:
-        return
+    if n == 0 or first + n > len(hits):
+        return first
     best = math.inf
     face = 0
     for axis in range(3):
@@ -572,43 +647,39 @@ def _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h):
                 face = 2 * axis + (1 if sign > 0.0 else 0)
     axis = face // 2
     sign = 1.0 if face % 2 else -1.0
-    # the edge leaves the box along the outward normal of the face, so the robot moves in the opposite direction
-    nx = -sign * body.axes[0, axis]
-    ny = -sign * body.axes[1, axis]
-    nz = -sign * body.axes[2, axis]
     center = body.model.center
-    stiffness = part.edge_stiffness
-    friction = _SLIDES if face == 4 else _RUBS
     for k in range(n):
-        depth = half[axis] - sign * ends[k, axis]
         ax, ay, az = rotate(
             quat, ends[k, 0] + part.x - center[0], ends[k, 1] + part.y - center[1], ends[k, 2] + middle - center[2]
         )  # fmt: skip
+        fx, fy, fz = (sign if axis == 0 else 0.0, sign if axis == 1 else 0.0, sign if axis == 2 else 0.0)
+        clips = int(ends[k, 3])
+        gx, gy, gz = (1.0 if clips == 0 else 0.0, 1.0 if clips == 1 else 0.0, 1.0 if clips == 2 else 0.0)
+        nx, ny, nz, cosine = way_off(fx, fy, fz, gx, gy, gz, ends[k, 4], ends[k, 5], ends[k, 6])
+        nx, ny, nz = rotate(quat, -nx, -ny, -nz)  # the robot moves away from the edge
+        depth = cosine * (half[axis] - sign * ends[k, axis])
+        _note_hit(hits, first + k, p, keys[k], depth, nx, ny, nz, ax, ay, az)
+        hits[first + k, 9] = _SLIDES if face == 4 else _RUBS
+    return first + n
+
+
+@inner
+def _press_edges(fleet, r, body, hits, n, row, h):
+    """Apply the forces of the first n contacts of field edges in `hits` on a robot; `row` is that of the element."""
+    robot = fleet.robots[r]
+    for k in range(n):
+        nx, ny, nz = hits[k, 3], hits[k, 4], hits[k, 5]
+        ax, ay, az = hits[k, 6], hits[k, 7], hits[k, 8]
+        part = fleet.parts[int(hits[k, 0])].model
         ux, uy, uz = velocity_at(body, ax, ay, az)
-        mobility = _mobility(body, ax, ay, az, nx, ny, nz)
-        cx = 0.0
-        cy = 0.0
-        cz = 0.0
-        if owner >= 0:
-            cx = ax + body.com[0] - other.com[0]
-            cy = ay + body.com[1] - other.com[1]
-            cz = az + body.com[2] - other.com[2]
-            vx, vy, vz = velocity_at(other, cx, cy, cz)
-            ux -= vx
-            uy -= vy
-            uz -= vz
-            mobility = largest_mobility(body, ax, ay, az) + largest_mobility(other, cx, cy, cz)
-            stiffness = limited_stiffness(part.edge_stiffness, mobility, h)
-        damping = limited_damping(part.edge_damping, mobility, n, h)
+        damping = limited_damping(part.edge_damping, mobility_at(body, ax, ay, az, nx, ny, nz), n, h)
         load, fx, fy, fz = _press(
-            robot, r, fleet.springs, keys[k], fleet.clock[0], depth, nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness,
-            damping, friction, h,
+            robot, r, fleet.springs, int(hits[k, 1]), fleet.clock[0], hits[k, 2], nx, ny, nz, ax, ay, az, ux, uy, uz,
+            part.edge_stiffness, damping, _ALONG, hits[k, 9], h,
         )  # fmt: skip
         if load > 0.0:
             apply_force(robot, ax, ay, az, fx, fy, fz)
-            add_touch(robot, solids.row[s])
-            if owner >= 0:
-                apply_impulse(other, -h * fx, -h * fy, -h * fz, cx, cy, cz)
+            add_touch(robot, row)
 
 
 @inner
@@ -676,12 +747,14 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
     near = np.empty(_MOST_NEAR, np.int64)
     count = list_near(solids, body.com, model.reach, body.model.reach, soles, robot.is_upright, near)
     if count > 0:
-        ends = np.empty((_MOST_ENDS, 3))
+        ends = np.empty((_MOST_ENDS, 7))
         keys = np.empty(_MOST_ENDS, np.int64)
+        found = np.empty((_MOST_ENDS, 10))
         for k in range(count):
             if solids.box[near[k], 5] > lowest:
                 for p in range(model.first_part, model.last_part):
-                    _press_edges(fleet, r, bodies, p, solids, near[k], ends, keys, h)
+                    n = _find_edges(fleet, r, bodies, p, solids, near[k], ends, keys, found, 0)
+                    _press_edges(fleet, r, body, found, n, solids.row[near[k]], h)
     is_low = count > 0 or (has_floor and lowest < 0.0)
     hits = np.empty((2 * (model.last_point - model.first_point), 9))
     center = body.model.center
@@ -746,8 +819,8 @@ def touch_swinging(fleet, r, bodies, solids, h):
     Wheels and points of the robot touch the solids of the bodies, and edges of these solids touch bumpers and frame.
     The function also updates the robot's contact points and list of contacts. `touch_field` must run first.
     """
-    robot = fleet.robots[r]
-    body = bodies[robot.model.body]
+    model = fleet.robots[r].model
+    body = bodies[model.body]
     for b in range(len(bodies)):
         other = bodies[b]
         if not other.model.swings:
@@ -758,63 +831,75 @@ def touch_swinging(fleet, r, bodies, solids, h):
         far = body.model.reach + other.model.reach
         if dx * dx + dy * dy + dz * dz > far * far:
             continue
-        ends = np.empty((_MOST_ENDS, 3))
+        ends = np.empty((_MOST_ENDS, 7))
         keys = np.empty(_MOST_ENDS, np.int64)
+        hits = np.empty((_MOST_HITS, 10))
+        edges = 0
         for s in range(other.model.first_solid, other.model.last_solid):
-            for p in range(robot.model.first_part, robot.model.last_part):
-                _press_edges(fleet, r, bodies, p, solids, s, ends, keys, h)
-            for i in range(robot.model.first_point, robot.model.last_point):
-                _press_swinging(fleet, r, body, i, other, b, solids, s, h)
+            for p in range(model.first_part, model.last_part):
+                edges = _find_edges(fleet, r, bodies, p, solids, s, ends, keys, hits, edges)
+        n = edges
+        for s in range(other.model.first_solid, other.model.last_solid):
+            for i in range(model.first_point, model.last_point):
+                n = _find_point(fleet.points[i], body, other, solids, s, i, hits, n)
+        for k in range(n):
+            _press_swinging(fleet, r, body, other, b, hits, k, k < edges, n, h)
 
 
 @inner
-def _press_swinging(fleet, r, body, i, other, b, solids, s, h):
-    """Apply the contact force between a wheel or other contact point of a robot and a solid of a swinging body."""
-    robot = fleet.robots[r]
-    center = body.model.center
-    point = fleet.points[i]
+def _find_point(point, body, other, solids, s, i, hits, n):
+    """Find the contact of a robot's wheel or other contact point with a solid of a swinging body.
+
+    The function stores the contact in row n of `hits`, see `_note_hit`, and returns the index after the last contact.
+    """
     sphere = point.model
     radius = sphere.radius
+    center = body.model.center
     ax, ay, az = rotate(body.quat, sphere.x - center[0], sphere.y - center[1], sphere.z - center[2])
-    x, y, z = rotate_back(
-        other.quat, body.com[0] + ax - other.pos[0], body.com[1] + ay - other.pos[1], body.com[2] + az - other.pos[2]
-    )
+    x, y, z = place_in_body(other, body.com[0] + ax, body.com[1] + ay, body.com[2] + az)
     if is_outside(solids.box, s, x, y, z, radius + _NEAR):
-        return
+        return n
     d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _NEAR, solids.first, solids.plane, solids.corner)
     if other.model.carries:
         point.gap = min(point.gap, d - radius)
-    if d >= radius:
-        return
+    if d >= radius or n == len(hits):
+        return n
     nx, ny, nz = rotate(other.quat, nx, ny, nz)
-    ax -= d * nx
-    ay -= d * ny
-    az -= d * nz
-    cx = ax + body.com[0] - other.com[0]
-    cy = ay + body.com[1] - other.com[1]
-    cz = az + body.com[2] - other.com[2]
-    ux, uy, uz = velocity_at(body, ax, ay, az)
-    vx, vy, vz = velocity_at(other, cx, cy, cz)
-    ux -= vx
-    uy -= vy
-    uz -= vz
-    mobility = largest_mobility(body, ax, ay, az) + largest_mobility(other, cx, cy, cz)
-    stiffness = limited_stiffness(sphere.stiffness, mobility, h)
-    damping = limited_damping(sphere.damping, mobility, _SHARING, h)
-    if sphere.is_wheel and other.model.carries:
-        load = stiffness * (radius - d) - damping * (ux * nx + uy * ny + uz * nz)
-        fx = load * nx
-        fy = load * ny
-        fz = load * nz
-        if load > 0.0:
+    _note_hit(hits, n, i, s, radius - d, nx, ny, nz, ax - d * nx, ay - d * ny, az - d * nz)
+    return n + 1
+
+
+@inner
+def _press_swinging(fleet, r, body, other, b, hits, k, is_edge, count, h):
+    """Apply the force of contact k in `hits`, one of `count` contacts, between a robot and a swinging body."""
+    robot = fleet.robots[r]
+    nx, ny, nz = hits[k, 3], hits[k, 4], hits[k, 5]
+    ax, ay, az = hits[k, 6], hits[k, 7], hits[k, 8]
+    cx, cy, cz, ux, uy, uz = _approach(body, other, ax, ay, az)
+    mobility = mobility_at(body, ax, ay, az, nx, ny, nz) + mobility_at(other, cx, cy, cz, nx, ny, nz)
+    along = _ALONG * mobility / (_largest_mobility(body, ax, ay, az) + _largest_mobility(other, cx, cy, cz))
+    if is_edge:
+        part = fleet.parts[int(hits[k, 0])].model
+        key = int(hits[k, 1])
+        stiffness = part.edge_stiffness
+        damping = part.edge_damping
+        friction = hits[k, 9]
+    else:
+        point = fleet.points[int(hits[k, 0])]
+        key = _POINTS + (int(hits[k, 0]) - robot.model.first_point) * 100000 + int(hits[k, 1])
+        stiffness = point.model.stiffness
+        damping = point.model.damping
+        friction = 0.0 if point.model.is_wheel and other.model.carries else _RUBS
+    load, fx, fy, fz = _press(
+        robot, r, fleet.springs, key, fleet.clock[0], hits[k, 2], nx, ny, nz, ax, ay, az, ux, uy, uz,
+        limited_stiffness(stiffness, mobility, max(count, _SHARING), h), limited_damping(damping, mobility, count, h),
+        along, friction, h,
+    )  # fmt: skip
+    if load > 0.0:
+        if not is_edge and friction == 0.0:  # the tire model computes the friction of wheels
+            point = fleet.points[int(hits[k, 0])]
             point.on = b
             _add_load(point, load, nx, ny, nz, ax, ay, az)
-    else:
-        load, fx, fy, fz = _press(
-            robot, r, fleet.springs, _POINTS + (i - robot.model.first_point) * 100000 + s, fleet.clock[0], radius - d,
-            nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness, damping, _RUBS, h,
-        )  # fmt: skip
-    if load > 0.0:
         apply_force(robot, ax, ay, az, fx, fy, fz)
         apply_impulse(other, -h * fx, -h * fy, -h * fz, cx, cy, cz)
         add_touch(robot, other.model.row)
@@ -862,9 +947,7 @@ def _press_into(fleet, r, q, body, other, h):
     for i in range(robot.model.first_point, robot.model.last_point):
         point = fleet.points[i].model
         ax, ay, az = rotate(body.quat, point.x - center[0], point.y - center[1], point.z - center[2])
-        x, y, z = rotate_back(
-            quat, body.com[0] + ax - other.pos[0], body.com[1] + ay - other.pos[1], body.com[2] + az - other.pos[2]
-        )
+        x, y, z = place_in_body(other, body.com[0] + ax, body.com[1] + ay, body.com[2] + az)
         best = 0.0
         bx = 0.0
         by = 0.0
@@ -883,23 +966,17 @@ def _press_into(fleet, r, q, body, other, h):
     for k in range(n):
         i = int(hits[k, 0])
         depth = hits[k, 2]
-        nx = hits[k, 3]
-        ny = hits[k, 4]
-        nz = hits[k, 5]
+        nx, ny, nz = hits[k, 3], hits[k, 4], hits[k, 5]
         point = fleet.points[i].model
         ax = hits[k, 6] - (point.radius - depth) * nx
         ay = hits[k, 7] - (point.radius - depth) * ny
         az = hits[k, 8] - (point.radius - depth) * nz
-        cx = ax + body.com[0] - other.com[0]
-        cy = ay + body.com[1] - other.com[1]
-        cz = az + body.com[2] - other.com[2]
-        ux, uy, uz = velocity_at(body, ax, ay, az)
-        vx, vy, vz = velocity_at(other, cx, cy, cz)
-        mobility = _mobility(body, ax, ay, az, nx, ny, nz) + _mobility(other, cx, cy, cz, nx, ny, nz)
+        cx, cy, cz, ux, uy, uz = _approach(body, other, ax, ay, az)
+        mobility = mobility_at(body, ax, ay, az, nx, ny, nz) + mobility_at(other, cx, cy, cz, nx, ny, nz)
         load, fx, fy, fz = _press(
             robot, r, fleet.springs, -_POINTS - (i - robot.model.first_point) * 1000 - q, fleet.clock[0], depth,
-            nx, ny, nz, ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness,
-            limited_damping(point.damping, mobility, n, h), _RUBS, h,
+            nx, ny, nz, ax, ay, az, ux, uy, uz, point.stiffness,
+            limited_damping(point.damping, mobility, n, h), _ALONG, _RUBS, h,
         )  # fmt: skip
         if load > 0.0:
             apply_force(robot, ax, ay, az, fx, fy, fz)

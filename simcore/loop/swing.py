@@ -12,14 +12,17 @@ import numpy as np
 
 from simcore.loop.body import (
     apply_impulse,
-    largest_mobility,
     limited_damping,
     limited_stiffness,
     list_near,
+    mobility_at,
+    place_in_body,
+    place_in_field,
     rotate,
     rotate_back,
     turned,
     velocity_at,
+    way_off,
 )
 from simcore.loop.compiled import compiled, inner
 
@@ -28,6 +31,7 @@ __all__ = ["swing", "touch_stops"]
 _TWIST_RATE = 3.0  # [rad/s]; estimate: two chain links turn a body back within a second, without overshoot
 _MOST_NEAR = 64  # largest number of solids near a body
 _MOST_ENDS = 48  # largest number of ends of edges of one solid in another
+_SOFTER = 12  # factor on the number of contacts with stops, so that the dampers suppress a bounce
 _SLIGHT = 1e-9  # depth at which a clipped edge begins in the surface of a solid [m]
 _RIGID = 1e12  # stiffness and damping of stops before the limits for stability [N/m], [N s/m]
 _GROUND = np.array([[0.0, 0.0, 1.0, 0.0]])  # plane of the floor
@@ -80,7 +84,7 @@ def touch_stops(body, solids, has_floor, h):
 
     The contacts are as stiff as the step allows, and stop the body without a bounce.
     """
-    ends = np.empty((_MOST_ENDS, 3))
+    ends = np.empty((_MOST_ENDS, 7))
     near = np.empty(_MOST_NEAR, np.int64)
     far = body.model.reach
     lowest = body.pos[2] - far
@@ -111,7 +115,8 @@ def _clip_edges(body, outward, solids, s, plane, first, last, ends):
         plane: Outward unit normals and distances of planes, shape (t, 4).
         first: Index of the first plane.
         last: Index after the last plane.
-        ends: Filled with both ends of each clipped edge, in the frame of the planes [m], shape (48, 3).
+        ends: Filled with both ends of each clipped edge, shape (48, 7): position [m], index of the plane that clips the
+            edge (-1 for none), and vector along the edge [m], all in the frame of the planes.
     """
     n = 0
     for t in range(solids.first[s], solids.first[s + 1]):
@@ -123,23 +128,20 @@ def _clip_edges(body, outward, solids, s, plane, first, last, ends):
             if ax > bx or (ax == bx and (ay > by or (ay == by and az > bz))):
                 continue  # the adjacent triangle has this edge in the opposite direction
             if outward:
-                ax, ay, az = rotate(body.quat, ax, ay, az)
-                bx, by, bz = rotate(body.quat, bx, by, bz)
-                ax, ay, az = ax + body.pos[0], ay + body.pos[1], az + body.pos[2]
-                bx, by, bz = bx + body.pos[0], by + body.pos[1], bz + body.pos[2]
+                ax, ay, az = place_in_field(body, ax, ay, az)
+                bx, by, bz = place_in_field(body, bx, by, bz)
             else:
-                ax, ay, az = rotate_back(body.quat, ax - body.pos[0], ay - body.pos[1], az - body.pos[2])
-                bx, by, bz = rotate_back(body.quat, bx - body.pos[0], by - body.pos[1], bz - body.pos[2])
-            t0 = 0.0
-            t1 = 1.0
+                ax, ay, az = place_in_body(body, ax, ay, az)
+                bx, by, bz = place_in_body(body, bx, by, bz)
+            t0, t1, enters, leaves = 0.0, 1.0, -1, -1
             for p in range(first, last):
                 over = plane[p, 0] * ax + plane[p, 1] * ay + plane[p, 2] * az - plane[p, 3]
                 rise = plane[p, 0] * (bx - ax) + plane[p, 1] * (by - ay) + plane[p, 2] * (bz - az)
-                if rise > 0.0:
-                    t1 = min(t1, -over / rise)
-                elif rise < 0.0:
-                    t0 = max(t0, -over / rise)
-                elif over >= 0.0:
+                if rise > 0.0 and -over / rise < t1:
+                    t1, leaves = -over / rise, p
+                elif rise < 0.0 and -over / rise > t0:
+                    t0, enters = -over / rise, p
+                elif rise == 0.0 and over >= 0.0:
                     t1 = 0.0
                 if t0 >= t1:
                     break
@@ -150,6 +152,8 @@ def _clip_edges(body, outward, solids, s, plane, first, last, ends):
                 ends[n, 0] = ax + part * (bx - ax)
                 ends[n, 1] = ay + part * (by - ay)
                 ends[n, 2] = az + part * (bz - az)
+                ends[n, 3] = enters if k == 0 else leaves
+                ends[n, 4], ends[n, 5], ends[n, 6] = bx - ax, by - ay, bz - az
                 n += 1
     return n
 
@@ -174,9 +178,6 @@ def _press_ends(body, outward, plane, first, last, ends, n, h):
             best = most
             face = p
     ox, oy, oz = plane[face, 0], plane[face, 1], plane[face, 2]
-    nx, ny, nz = ox, oy, oz
-    if not outward:
-        nx, ny, nz = rotate(body.quat, -ox, -oy, -oz)
     count = 0
     for k in range(n):
         if plane[face, 3] - ox * ends[k, 0] - oy * ends[k, 1] - oz * ends[k, 2] > _SLIGHT:
@@ -186,13 +187,16 @@ def _press_ends(body, outward, plane, first, last, ends, n, h):
         depth = plane[face, 3] - ox * x - oy * y - oz * z
         if depth <= _SLIGHT:
             continue
+        g = int(ends[k, 3])
+        gx, gy, gz = (plane[g, 0], plane[g, 1], plane[g, 2]) if g >= 0 else (0.0, 0.0, 0.0)
+        nx, ny, nz, cosine = way_off(ox, oy, oz, gx, gy, gz, ends[k, 4], ends[k, 5], ends[k, 6])
         if not outward:
-            x, y, z = rotate(body.quat, x, y, z)
-            x, y, z = x + body.pos[0], y + body.pos[1], z + body.pos[2]
+            nx, ny, nz = rotate(body.quat, -nx, -ny, -nz)
+            x, y, z = place_in_field(body, x, y, z)
         ax, ay, az = x - body.com[0], y - body.com[1], z - body.com[2]
-        mobility = largest_mobility(body, ax, ay, az)
+        mobility = mobility_at(body, ax, ay, az, nx, ny, nz)
         ux, uy, uz = velocity_at(body, ax, ay, az)
-        load = limited_stiffness(_RIGID, count * mobility, h) * depth
+        load = limited_stiffness(_RIGID, mobility, _SOFTER * count, h) * cosine * depth
         load -= limited_damping(_RIGID, mobility, count, h) * (ux * nx + uy * ny + uz * nz)
         if load > 0.0:
             apply_impulse(body, h * load * nx, h * load * ny, h * load * nz, ax, ay, az)

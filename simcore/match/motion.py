@@ -167,7 +167,7 @@ class Motion:
                 self._world.begin_engine(h)
             if self._pieces is not None:
                 self._pieces.apply_drag(h / parts)
-            self._world.engine.step(h / parts)
+            self._world.step_engine(h / parts)
             for watcher in self._watchers:
                 watcher.note()
         self._world.end_engine(h)

@@ -56,6 +56,7 @@ class Bodies:
         """Numbers of the bodies on a pivot."""
         self._moments: dict[int, FloatArray] = {}  # moments of inertia of swinging bodies about the center of mass
         self._resting: set[int] = set()  # swinging bodies that sleep in the engine
+        self._touched: set[int] = set()  # bodies that touched one of the engine's bodies since `show_to`
 
     def add(
         self,
@@ -159,6 +160,11 @@ class Bodies:
             vx, vy, vz = vel.tolist()
             engine.set_velocity(row, (vx, vy, vz + gravity * h), rate.tolist())
 
+    def note_touched(self, engine: Engine) -> None:
+        """Note the robots and awake swinging bodies that touch one of the engine's bodies, after an engine's step."""
+        moving = {*self.robots, *self.swinging} - self._resting - self._touched
+        self._touched |= {number for number in moving if engine.touching(self.rows[number])}
+
     def take_from(self, engine: Engine, before: FloatArray, h: float) -> None:
         """Apply the velocity change from contacts with the engine's bodies in h [s] to robots and swinging bodies.
 
@@ -170,11 +176,9 @@ class Bodies:
             before: Positions [m] and attitudes of all bodies at the start of the step, shape (n, 7).
             h: Length of the step [s].
         """
-        for number in (*self.robots, *self.swinging):
-            row, body = self.rows[number], self.records[number]
-            if not engine.touching(row):
-                continue
-            linear, angular = engine.velocity(row)
+        for number in sorted(self._touched | self._resting):
+            body = self.records[number]
+            linear, angular = engine.velocity(self.rows[number])
             vel, rate = linear - body["mean_twist"][:3], angular - body["mean_twist"][3:]
             if body["model"]["swings"]:
                 arm, axes = before[number, :3] - body["com"], matrix(before[number, 3:].tolist())
@@ -186,3 +190,4 @@ class Bodies:
                     continue
                 body["is_awake"] = 1
             _kick_and_drift(self.records, number, *vel.tolist(), *rate.tolist(), h)
+        self._touched.clear()

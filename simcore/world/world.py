@@ -595,7 +595,7 @@ class PhysicsWorld:
             self.advance(dt / n)
             if self.has_engine:
                 self.begin_engine(dt / n)
-                self.engine.step(dt / n)
+                self.step_engine(dt / n)
                 self.end_engine(dt / n)
 
     def advance(self, h: float) -> None:
@@ -620,6 +620,11 @@ class PhysicsWorld:
         """Pass the motion of the loop's bodies and the impulses of balls over h [s] to the engine, before its steps."""
         self.balls.push_bodies(self.engine)
         self.bodies.show_to(self.engine, self._before, h, self.gravity)
+
+    def step_engine(self, h: float) -> None:
+        """Advance the engine by one step of h [s]."""
+        self.engine.step(h)
+        self.bodies.note_touched(self.engine)
 
     def end_engine(self, h: float) -> None:
         """Apply the impulses of the engine's other bodies to the loop's bodies, after the engine's steps over h [s]."""

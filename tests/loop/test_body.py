@@ -85,7 +85,7 @@ def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
         nonlocal step
         step += 1
         return plain._press(
-            robot, 0, springs, key, step, depth, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *velocity, 1e5, 100.0, 0.4, H
+            robot, 0, springs, key, step, depth, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *velocity, 1e5, 100.0, 0.5, 0.4, H
         )
 
     assert press(2e-4, (0.0, 0.0, 0.0)) == pytest.approx((20.0, 0.0, 0.0, 20.0)), "a slack of 0.2 mm"
@@ -137,11 +137,11 @@ def test_the_shortest_path_out_of_a_box_is_through_its_nearest_face(plain):
 
 
 def test_an_edge_is_clipped_at_the_faces_of_a_box(plain):
-    half, ends = (0.4, 0.3, 0.1), np.zeros((24, 3))
+    half, ends = (0.4, 0.3, 0.1), np.zeros((24, 7))
     assert plain._clip(-1.0, 0.0, 0.05, 1.0, 0.0, 0.05, half, ends, 0) == 2
-    assert ends[:2] == pytest.approx(np.array([(-0.4, 0.0, 0.05), (0.4, 0.0, 0.05)]))
+    assert ends[:2, :3] == pytest.approx(np.array([(-0.4, 0.0, 0.05), (0.4, 0.0, 0.05)]))
     assert plain._clip(0.0, 0.0, 0.0, 0.0, 0.6, 0.2, half, ends, 2) == 4
-    assert ends[2:4] == pytest.approx(np.array([(0.0, 0.0, 0.0), (0.0, 0.3, 0.1)]))
+    assert ends[2:4, :3] == pytest.approx(np.array([(0.0, 0.0, 0.0), (0.0, 0.3, 0.1)]))
     for outside in ((-1.0, 0.3, 0.0, 1.0, 0.3, 0.0), (0.0, 0.4, 0.0, 0.0, 0.9, 0.0), (0.3, 0.6, 0.0, 0.8, 0.0, 0.0)):
         assert plain._clip(*outside, half, ends, 4) == 4, "it runs along a face, or passes by"
     assert plain._clip(-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, ends, 23) == 23, "no room for both ends"
