@@ -292,7 +292,8 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
-        speeds = self._treads(vx, vy, omega)
+        x, y, _ = self.robot.center_of_mass
+        speeds = self._treads(vx - omega * y, vy + omega * x, omega)
         scale = min(1.0, self.max_speed / max(max(map(abs, speeds)), 1e-9))
         self.set_speeds([scale * v for v in speeds])
 

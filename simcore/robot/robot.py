@@ -303,7 +303,7 @@ class Robot:
             mass=config.whole,
         )
         self.gyro = Gyro(built.gyro, rng)
-        self.odometry = SwerveOdometry(drivetrain.positions)
+        self.odometry = SwerveOdometry(drivetrain.wheel_positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage, lambda: world.balls.balls)
         """First storage of the robot."""
