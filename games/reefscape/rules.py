@@ -133,7 +133,7 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats the test during assessment."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:

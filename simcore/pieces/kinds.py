@@ -169,7 +169,7 @@ class GamePieceConfig:
 
     @property
     def air(self) -> AirFactors:
-        """Aerodynamic factors of the piece; for other shapes than balls, of a ball with the same mean frontal area."""
+        """Aerodynamic factors; a piece that is not a ball has the factors of a ball with the same mean frontal area."""
         if self.aerodynamics is None:
             return AirFactors()
         shape = self.shape

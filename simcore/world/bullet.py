@@ -8,7 +8,7 @@ Settings and their reasons:
   Spring and damper carry load only without split impulses. The solver starts from the forces of the previous step.
   Otherwise a robot that presses against a wall would need more iterations.
 - Contacts start at a gap of 1 mm, because the default of 20 mm suppresses slow bounces. Continuous collision detection
-  is off, because it removes the bounce, and because sub-steps are cheaper while few pieces are fast.
+  is off, because this detection removes the bounce, and because sub-steps are cheaper while few pieces are fast.
 - simcore decides which bodies sleep. Bullet's sleep thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 
@@ -258,7 +258,9 @@ class BulletEngine(Engine):
         self._p.resetBaseVelocity(self._ids[row], linear, angular, self._open())
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change mass [kg], center of mass [m] and principal moments of inertia [kg m^2]; the velocity stays.
+        """Change mass [kg], center of mass [m] and principal moments of inertia [kg m^2] of a body.
+
+        The velocity does not change.
 
         PyBullet cannot move the center of mass within a body, so a new body replaces the old body (0.5 ms).
         """

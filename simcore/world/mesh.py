@@ -35,10 +35,10 @@ MAX_PLATES = 32
 """Largest number of flat faces of an open surface; a surface with more faces counts as curved and stays a triangle
 mesh."""
 SAME_PLACE = 0.02
-"""Largest difference between the bounds of a part and of its image on the other half of the field [m].
+"""Largest difference between the bounds of a part and the bounds of the image on the other half of the field [m].
 
-Building tolerances are smaller. The error of a plate on the wrong side is larger: the plate thickness of 0.05 m, and
-thus at least 0.029 m along one axis.
+Building tolerances are smaller. The error of a plate on the wrong side is larger: the plate thickness of 0.05 m, with
+at least 0.029 m along one axis.
 """
 _LEVEL = 0.05
 """Absolute value of `Sheet.rise` below which a surface counts as upright [-]."""

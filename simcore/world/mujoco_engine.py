@@ -389,7 +389,7 @@ class _CompiledModel:
     statics: int
     """Number of shapes of statics."""
     is_smooth: BoolArray
-    """Whether each moving body can touch statics, all without friction and restitution, shape (bodies,)."""
+    """Whether each moving body can touch statics, and no static with friction or restitution, shape (bodies,)."""
     is_rigid: BoolArray
     """Whether each shape is part of a static without friction and restitution, shape (geoms,)."""
 
@@ -413,7 +413,7 @@ class _CompiledModel:
         return 1.0, -1, (0.0, 0.0, 0.0)
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return the rows of the bodies with collisions whose bounding boxes overlap a box, field frame [m]."""
+        """Return the rows of the bodies that can collide and have bounding boxes that overlap a box [m]."""
         lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
         here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
         rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
@@ -519,7 +519,7 @@ class _Contacts:
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Return whether a body can touch statics, all without friction and restitution."""
+        """Return whether a body can touch statics, and no static with friction or restitution."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 
@@ -560,7 +560,7 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
         number: Number of the moving body, from 0; the world is body 0 of the model.
         mass: Mass [kg].
         inertia: Principal moments of inertia about the new center of mass [kg m^2].
-        away: Vector from the old center of mass to the new one, body frame [m].
+        away: Vector from the old center of mass to the new center of mass, body frame [m].
     """
     body, dofs = number + 1, slice(6 * number, 6 * number + 6)
     change = mass - model.body_mass[body]

@@ -71,7 +71,7 @@ class PhysicsWorld:
     """Rigid-body world with gravity. Use as a context manager, or call `close`.
 
     Args:
-        engine: Engine, or its name, `bullet` or `mujoco`; None for the default of `engine_choice`.
+        engine: Engine, or the name of an engine (`bullet` or `mujoco`); None for the default of `engine_choice`.
         floor: Surface of the endless floor at z = 0, or None for no floor.
         gravity: Gravitational acceleration, downward [m/s^2]; None for the value of `engine`, or for standard gravity
             if `engine` is a name or None.
@@ -170,7 +170,7 @@ class PhysicsWorld:
         self._begin()
 
     def close(self) -> None:
-        """Free the engine, if one has started; may be called twice."""
+        """Free the engine, if the engine has started; a second call has no effect."""
         if self._engine is not None:
             self._engine.close()
 
@@ -216,7 +216,7 @@ class PhysicsWorld:
         return row
 
     def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
-        """Add all elements of a field.
+        """Add all elements of a field as statics.
 
         Args:
             elements: Field elements, for example `FieldGeometry.elements`.
@@ -347,7 +347,7 @@ class PhysicsWorld:
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest, field frame [m]; the function also wakes a body that the engine moves.
+        """Place a body at rest at a position [m] and attitude, field frame, and wake a body that the engine moves.
 
         Raises:
             NonFiniteError: If a value is not finite or the quaternion is zero; the pose then does not change.
@@ -364,7 +364,7 @@ class PhysicsWorld:
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        """Set the velocity of a body, field frame [m/s, rad/s]; the function also wakes a body that the engine moves.
+        """Set the velocity [m/s] and angular velocity [rad/s] of a body, field frame, and wake a body of the engine.
 
         Raises:
             NonFiniteError: If a value is not finite; the velocity then does not change.
@@ -452,8 +452,8 @@ class PhysicsWorld:
     def is_flat(self, x: float, y: float, reach: float) -> bool:
         """Return whether the floor is the only drivable surface within `reach` [m] of a point of the field [m].
 
-        The function compares with the bounding boxes of drivable elements, without a tolerance, so results are the same
-        for red and blue. The result is False in a world without a floor.
+        The test uses the bounding boxes of drivable elements without a tolerance, so that the results for red and blue
+        agree. The result is False in a world without a floor.
         """
         return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
 
