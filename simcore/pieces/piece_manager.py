@@ -28,14 +28,14 @@ from simcore.world.world import PhysicsWorld
 
 __all__ = ["Footprint", "GamePieceManager"]
 
-_ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
+_ROBOT_HEIGHT = 0.6  # [m]; pieces above this height fly over a robot
 _SUPPORT_REACH = 0.02  # [m]; largest distance of an object that may support a piece
 _DEEPEST = 0.02  # [m]; deeper overlaps of a staged piece with a field element are mistakes
 _SOFT, _HARD = 0.1, 0.003  # largest depth in a wall at release: fraction of a ball's radius, [m] for other pieces
 _SLEEPY = 0.3  # [s]; time for which a piece must be slow before it sleeps
 _GAINS = 0.01  # [m/s]; the time restarts for a slow piece that speeds up by more than this
 _ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; speeds below which pieces that are not balls, and may rock, are slow
-_WAKES = 0.005, 0.05  # [m/s]; speeds below which robots and pieces do not wake others
+_WAKES = 0.005, 0.05  # [m/s]; speeds below which robots and pieces do not wake other pieces
 _MARGIN = 0.05  # [m], around moving objects
 _WINDY = 3.0  # [m/s]; speed above which drag acts on pieces that are not balls
 _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0.0025, 0.004)
@@ -148,7 +148,7 @@ class GamePieceManager:
         self.recovered = 0
         """Number of times that a piece was put back from outside the field."""
         self._start = self.state.pos.copy()  # positions at the start of the tick
-        self._leaving: dict[int, int] = {}  # by slot of a piece that is not a ball: row of the robot it is leaving
+        self._leaving: dict[int, int] = {}  # by slot, not for balls: row of the robot that the piece is leaving
         self._steps = np.array([_steps_of(kind.shape) for kind, _ in types]).reshape(-1, 3)[self.state.kind]
         self.fastest = 0.0
         """Speed of the fastest awake piece at the start of the tick, plus the possible gain from gravity in the tick
@@ -687,7 +687,7 @@ class GamePieceManager:
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
             speed, calm = np.sqrt(_squares(state.vel[others])), self._balls.calm
             is_slow = (speed < _ROCKING) & (_squares(spin) < _TURNING**2)
-            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # a piece speeding up is not in balance
+            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # no equilibrium if a piece gains speed
             calm[others] = np.where(begins, speed, calm[others])
             still[others] = np.where(begins, 0.0, still[others])
             still[others] = np.where(is_slow & (state.status[others] == _AWAKE), still[others] + dt, 0.0)
@@ -788,7 +788,7 @@ class GamePieceManager:
                 self._wake(other)
 
     def _fall_asleep(self, slots: IntArray) -> None:
-        self.attitudes(slots)  # stores the current attitudes, as those of sleeping pieces are not read again
+        self.attitudes(slots)  # stores the attitudes, which are not read again during sleep
         self.state.status[slots] = _ASLEEP
         self.state.vel[slots] = self._balls.spin[slots] = 0.0
         for slot in slots.tolist():

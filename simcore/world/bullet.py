@@ -102,7 +102,7 @@ def _silent_stdio() -> Iterator[None]:
         sys.stdout.flush()
         sys.stderr.flush()
         saved = {fd: os.dup(fd) for fd in (1, 2)}
-    except (OSError, ValueError, AttributeError):  # stdout and stderr are no files (pythonw, some IDEs)
+    except (OSError, ValueError, AttributeError):  # stdout and stderr are not files (pythonw, some IDEs)
         yield
         return
     null = os.open(os.devnull, os.O_WRONLY)
@@ -149,7 +149,7 @@ class BulletEngine(Engine):
             contactBreakingThreshold=_CONTACT_DISTANCE,  # global to the process, so every client sets it again
             numSolverIterations=_SOLVER_ITERATIONS,
             solverResidualThreshold=_RESIDUAL,
-            deterministicOverlappingPairs=1,  # 5-8 % of a step
+            deterministicOverlappingPairs=1,  # takes 5-8 % of a step
             collisionFilterMode=0,  # both masks must agree
             useSplitImpulse=0,  # with split impulses, springs carry no load
             warmStartingFactor=_WARM_START,
@@ -313,7 +313,7 @@ class BulletEngine(Engine):
 
     def sleep(self, row: int) -> None:
         p, client = self._p, self._open()
-        if row in self._fixed:  # it is at rest
+        if row in self._fixed:  # a fixed body is at rest
             self._unfix(row, activationState=p.ACTIVATION_STATE_SLEEP)
             return
         p.resetBaseVelocity(self._ids[row], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), client)

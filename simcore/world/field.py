@@ -34,7 +34,7 @@ MIN_EXTENT = 0.5
 REFUSED_OVER = 20
 """Multiple of `max_triangles` above which loading a mesh is an error instead of a warning."""
 
-_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes are outside the field, and no field element was ever so high
+_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes are outside the field, and no field element has been higher
 _UNITS = {"meters": 1.0, "feet": 0.3048, "inches": 0.0254, "centimeters": 0.01, "millimeters": 0.001}
 
 _log = logging.getLogger(__name__)

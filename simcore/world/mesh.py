@@ -112,7 +112,7 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
         return []
     if (solid := _solid(points, faces)) is not None:
         return [solid]
-    # Solids that touch stay separate if the file gives each its own vertices.
+    # Solids that touch stay separate if the file gives each solid its own vertices.
     pieces = _pieces(vertices, triangles, group)
     if len(pieces) == 1 or not all(_is_closed_body(*piece) for piece in pieces):
         pieces = _pieces(points, faces, group)

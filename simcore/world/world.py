@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CollisionGroup", "PhysicsWorld"]
 
-_STEP = 0.005  # [s], step of a world without a match
+_STEP = 0.005  # [s], engine step of a world outside a match
 _FLOOR_THICKNESS = 1.0  # [m]; a plane would make one contact per tick, and driven boxes would sink into it
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing reaches the edge. On a floor of 4 km and more, cylinders wobble longer
 
@@ -62,9 +62,9 @@ class CollisionGroup:
     ROBOT = 4
 
 
-_HINGED = 1e4  # moment of inertia of a hinged body about axes other than its hinge, per largest real moment
+_HINGED = 1e4  # moment of inertia of a hinged body about the other axes, over the largest real moment
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-_SWINGS = 0.03  # [m]; smallest distance of a placed robot from a hanging body, which would throw a closer robot
+_SWINGS = 0.03  # [m]; smallest distance of a placed robot from a hanging body; the body would throw a closer robot
 
 
 class PhysicsWorld:
