@@ -215,7 +215,7 @@ class ReefscapeRules(Rules):
         return early, late
 
     def _worth_of(self, alliance: Alliance) -> int:
-        """Return an alliance's points without points for algae in the processor and for fouls."""
+        """Return an alliance's points, except the points for algae in the processor and for fouls."""
         early, late = self._coral(alliance)
         net = _NET_POINTS * self._count[level_of(alliance, "net")]
         return early + late + net + self._mobility(alliance) + self._barge(alliance)

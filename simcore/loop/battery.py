@@ -23,7 +23,7 @@ def open_voltage(batteries: Records, i: int) -> float:
 def begin_battery(batteries: Records, i: int) -> None:
     """Swap in a rested battery with the present `charge`, and start the roboRIO and the motor controllers.
 
-    `off_time`, the lowest voltage and the numbers of brown-outs and resets continue from the last battery.
+    The function does not reset `off_time`, `min_voltage`, and the numbers of brown-outs and resets.
     """
     b = batteries[i]
     b.slow_drop = 0.0

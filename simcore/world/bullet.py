@@ -297,8 +297,8 @@ class BulletEngine(Engine):
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Apply forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
-        PyBullet takes a force at the center of mass only in body axes. This method uses the world frame instead, with
-        the center of mass as the point at which the force acts.
+        PyBullet accepts a force at the center of mass only in body axes. This method therefore applies the force in the
+        world frame at the position of the center of mass.
         """
         p, client, ids = self._p, self._open(), self._ids
         for row, force, center in zip(rows, forces.tolist(), self.centers(rows).tolist(), strict=True):
