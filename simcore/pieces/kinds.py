@@ -187,10 +187,10 @@ class PieceVariation:
     """
 
     mass: FloatArray
-    """Factor on the mass [-]."""
+    """Factor on the mass of each piece [-]."""
     diameter: FloatArray
-    """Factor on the diameter [-]."""
+    """Factor on the diameter of each piece [-]."""
     restitution: FloatArray
-    """Factor on the restitution factor [-]."""
+    """Factor on the restitution factor of each piece [-]."""
     drag: FloatArray
-    """Factor on the drag coefficient [-]."""
+    """Factor on the drag coefficient of each piece [-]."""

@@ -455,7 +455,7 @@ class GamePieceManager:
                 self.state.status[slot] = _IN_FLIGHT
 
     def clear(self) -> None:
-        """Remove all pieces from the match."""
+        """Remove all pieces from the match, so that all slots are free."""
         slots = np.nonzero(self.state.status != _FREE)[0]
         for slot in slots.tolist():
             self._pool.park(slot)

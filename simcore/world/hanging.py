@@ -37,7 +37,7 @@ class HangingConfig:
 
     name: str
     shape: Box | Cylinder | Sphere
-    """Shape; the origin is the center of mass, and the axes at rest are the field axes."""
+    """Collision shape with the center of mass at the origin; at rest, the axes of the shape are the field axes."""
     mass: float
     """Mass [kg]."""
     pivot: Vector

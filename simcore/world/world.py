@@ -56,7 +56,7 @@ class CollisionGroup:
     """Collision groups of the engine's bodies, one bit each."""
 
     STATIC = 1
-    """Static field."""
+    """Floor and static field."""
     PIECE = 2
     """Game pieces that are not balls, and hanging bodies; the engine has no balls."""
     ROBOT = 4
