@@ -23,7 +23,7 @@ def open_voltage(batteries: Records, i: int) -> float:
 def begin_battery(batteries: Records, i: int) -> None:
     """Swap in a rested battery with the present `charge`, and start the roboRIO and the motor controllers.
 
-    `off_time`, the lowest voltage and the numbers of brown-outs and resets continue from the last battery.
+    The function does not reset `off_time`, `min_voltage`, and the numbers of brown-outs and resets.
     """
     b = batteries[i]
     b.slow_drop = 0.0
@@ -50,7 +50,7 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
         i: Index of the battery.
         h: Time step [s].
         current: Net current, constant over the step [A]; negative while charging.
-        at_voltage: Voltage for which the current was computed [V]; NaN for a current that does not depend on the
+        at_voltage: Bus voltage at which the motors draw this current [V]; NaN for a current that does not depend on the
             voltage. A load that would pull the terminals below `at_voltage` draws in proportion to the voltage.
 
     Returns:
@@ -129,7 +129,7 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
         i: Index of the battery.
         guess: Bus voltage in the last step [V].
         other_current: Current of all loads other than motors [A].
-        shafts: Records of all shafts, with their requests.
+        shafts: Records of all shafts.
         first: Index of the robot's first shaft.
         last: Index after the robot's last shaft.
     """

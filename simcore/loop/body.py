@@ -466,7 +466,8 @@ def _clip(ax, ay, az, bx, by, bz, half, ends, n):
 def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
     """Apply the forces of a field solid's edges on the box of bumpers or frame.
 
-    The forces act along the normal of the face with the smallest displacement that moves the box off all edges.
+    The forces act along the normal of one face of the box. The function chooses the face for which the smallest
+    displacement moves all edges out of the box.
     """
     robot = fleet.robots[r]
     part = fleet.parts[p].model

@@ -3,9 +3,9 @@
 A ball is a soft sphere (P. A. Cundall, O. D. L. Strack, "A discrete numerical model for granular assemblies", 1979): at
 an overlap d the foam gives the normal force F(d) (1 + c s). The memory s of a contact goes to 1 during loading, to -1
 during unloading, and to 0 at rest. Foam loses energy by this hysteresis. The loss depends neither on speed, nor on
-mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring from the first
-point of contact, and the contact slips at the force mu N. The laws hold for forces from a light touch up to the push of
-a robot. All functions take and return plain numbers. `simcore.loop.balls` finds the contacts.
+mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring from the first point of
+contact, and the contact slips at the force mu N. The laws hold for forces from a light touch up to the push of a robot.
+All functions take and return plain numbers. `simcore.loop.balls` finds the contacts.
 """
 
 from __future__ import annotations

@@ -249,10 +249,10 @@ def _follow_target(shafts, i, first_shaft):
 def scrub(azimuth, wheel, least):
     """Return the dry friction [N m] and viscous drag [N m s/rad] of the carpet on a contact patch that is steered.
 
-    The steering of a wheel at rest meets dry friction mu N r and no drag. Coulomb friction acts along the slip. If a
-    rolling wheel already slips at a speed s, and steering at omega adds a speed r omega < s, only the fraction
-    r omega / s of the friction resists the steering. As in a moving car, the steering of a rolling wheel therefore
-    needs little torque, and scrub does not hold the steer angle.
+    Only dry friction mu N r resists the steering of a wheel at rest. Coulomb friction acts along the slip. If a rolling
+    wheel already slips at a speed s, and steering at omega adds a speed r omega < s, only the fraction r omega / s of
+    the friction resists the steering. As in a moving car, the steering of a rolling wheel therefore needs little
+    torque, and scrub does not hold the steer angle.
 
     Args:
         azimuth: Record of the steer shaft.
@@ -453,7 +453,7 @@ def _ground_velocity(fleet, robot, bodies):
 
 @compiled
 def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
-    """Simulate for 3 s how a robot sinks vertically onto the ground, and then stop the robot.
+    """Simulate 3 s in which a robot sinks vertically onto the ground, and then stop the robot.
 
     Args:
         fleet: All robots.

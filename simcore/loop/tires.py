@@ -256,7 +256,10 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
 
 @inner
 def _begin_shaft(shafts, g, h, bus):
-    """Compute the current line, the torque line and the torque of inertia of a drive shaft for a step of h [s]."""
+    """Prepare a drive shaft for a step of h [s].
+
+    The function computes the current line, the torque line, and the torque from the old speed and the coupled shaft.
+    """
     s = shafts[g]
     model = s.model
     set_step(shafts, g, h)

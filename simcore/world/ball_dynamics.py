@@ -68,7 +68,7 @@ class BallDynamics:
         friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
         self._others: list[int] = []  # numbers of the bodies other than robots that balls can touch in this tick
-        self._fixed: set[int] = set()  # numbers of the sleeping bodies among them
+        self._fixed: set[int] = set()  # numbers of the sleeping bodies among `_others`
         self._turned: dict[
             int, FloatArray
         ] = {}  # last angular velocities of carriers, changed by the impulses of the loop

@@ -26,9 +26,9 @@ class Bodies:
         self.records: Records = records(BODY, 0)
         """Records of type `BODY`, in the order in which the bodies were added."""
         self.rows: list[int] = []
-        """Row of each body in the world, by number."""
+        """Row in the world of each body, indexed by body number."""
         self.number_of: dict[int, int] = {}
-        """Number of each body, by row."""
+        """Body number of each body, by row in the world."""
         self.carriers: list[int] = []
         """Numbers of the bodies that robots drive on."""
         self.robots: list[int] = []

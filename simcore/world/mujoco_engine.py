@@ -230,7 +230,7 @@ class MuJoCoEngine(Engine):
         """
         self._build()
         if self._is_stale:
-            if (self._moved & self._asleep).any():  # MuJoCo would wake them
+            if (self._moved & self._asleep).any():  # MuJoCo would wake these bodies
                 self._list_awake(~self._asleep | self._moved)
             self._kinematics()
             self._moved[:] = self._is_stale = False
@@ -320,7 +320,7 @@ class MuJoCoEngine(Engine):
             bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
             raise EngineError(f"MuJoCo lost body {self._row_of_body[bad]}: its velocity is not finite")
         awake = d.tree_asleep < 0
-        if (awake == asleep).any():  # MuJoCo woke touched bodies, or put resting ones to sleep
+        if (awake == asleep).any():  # MuJoCo woke touched bodies, or put resting bodies to sleep
             woken = fixed[awake[fixed]]
             self._qpos[fixed], self._qvel[fixed], self._moved[woken] = before, 0.0, True
             asleep &= self._fixed | ~awake
@@ -356,11 +356,11 @@ _TOUCHING = 0.001
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
 _ITERATIONS, _TOLERANCE = 50, 1e-8  # of the Newton solver
-_IMPEDANCE = 0.99  # fraction of a load that a contact carries at once, the spring the rest: 55 kg sink by 0.01 mm
+_IMPEDANCE = 0.99  # fraction of a load that a contact supports without the spring; 55 kg sink by 0.01 mm
 _CREEP = 10.0  # ratio of friction stiffness to normal stiffness: reduces the creep of a body on a slope
-_TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a for a patch of radius a of some mm
-_TIE_TIME = 0.004  # [s], time constant with which a hanging body returns to its pivot
-_TIE_STRICTNESS = 0.9999  # fraction of a load that a pivot carries at once
+_TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a, radius a of the patch some mm
+_TIE_TIME = 0.004  # [s], time constant with which a hanging body returns to the pivot
+_TIE_STRICTNESS = 0.9999  # fraction of a load that a pivot supports without the spring
 _MEMORY = 48_000_000  # [bytes] for contacts; the system allocates pages when they are first touched
 _MEMORY_PER_BODY = 250_000  # [bytes]
 _MOST_CLASSES = 31  # bits of MuJoCo's masks
@@ -389,7 +389,7 @@ class _CompiledModel:
     statics: int
     """Number of shapes of statics."""
     is_smooth: BoolArray
-    """Whether each moving body can touch statics, all without friction and restitution, shape (bodies,)."""
+    """Whether each moving body can touch statics, and no static with friction or restitution, shape (bodies,)."""
     is_rigid: BoolArray
     """Whether each shape is part of a static without friction and restitution, shape (geoms,)."""
 
@@ -413,7 +413,7 @@ class _CompiledModel:
         return 1.0, -1, (0.0, 0.0, 0.0)
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return the rows of the bodies with collisions whose bounding boxes overlap a box, field frame [m]."""
+        """Return the rows of the bodies that can collide and have bounding boxes that overlap a box [m]."""
         lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
         here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
         rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
@@ -519,7 +519,7 @@ class _Contacts:
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Return whether a body can touch statics, all without friction and restitution."""
+        """Return whether a body can touch statics, and no static with friction or restitution."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 
@@ -560,7 +560,7 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
         number: Number of the moving body, from 0; the world is body 0 of the model.
         mass: Mass [kg].
         inertia: Principal moments of inertia about the new center of mass [kg m^2].
-        away: Vector from the old center of mass to the new one, body frame [m].
+        away: Vector from the old center of mass to the new center of mass, body frame [m].
     """
     body, dofs = number + 1, slice(6 * number, 6 * number + 6)
     change = mass - model.body_mass[body]

@@ -43,9 +43,9 @@ __all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice
 
 _BAND = 0.02  # [m]; outlines are computed at multiples of this height, slightly below the requested height
 _LOW = 0.1  # [m]; elements below this height touch only wheels and frames
-_LIFT = 0.003  # [m]; outlines are kept while a robot's height changes by less
+_LIFT = 0.003  # [m]; change of a robot's height below which the outlines are kept
 _THIN = 1e-5  # [m^2]; smallest area of an outline that bumpers can touch
-_COVERED = 1e-3  # [m]; distance outside a side of the points at which other outlines are tested for covering the side
+_COVERED = 1e-3  # [m]; distance outside a side at which `_covered` tests for other outlines
 _SINK = 0.0003  # [m]; compression of the wheels under the robot's weight
 _DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
 _STIFFER = 3.0  # ratio of the stiffness of bumpers and frame to the stiffness of wheels
@@ -514,7 +514,7 @@ def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
     found = [points[(z >= low) & (z <= high), :2]]
     for level in (low, high):
         below, above = points[z < level], points[z > level]
-        if len(below) and len(above):  # every line between such points is in the shape, and its edges are among them
+        if len(below) and len(above):  # lines between such points are in the shape and include the edges
             share = (level - below[:, 2])[:, None] / (above[None, :, 2] - below[:, None, 2])
             cut = below[:, None, :2] + share[..., None] * (above[None, :, :2] - below[:, None, :2])
             found.append(cut.reshape(-1, 2))
