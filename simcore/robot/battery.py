@@ -108,7 +108,7 @@ class BatteryConfig:
 
 
 class Battery:
-    """State of a robot's battery.
+    """Battery of a robot, with the power states of the roboRIO and the motor controllers.
 
     The open-circuit voltage falls with the charge drawn. A resistor and a slow RC element are in series with the
     voltage source (Thevenin model), so the terminal voltage recovers over a few seconds while the robot rests.
@@ -129,10 +129,10 @@ class Battery:
         self.config = config or BatteryConfig()
         self._reported = 0, 0
         self.on_brownout: Callable[[], None] | None = None
-        """Callback of `report` after the start of a brown-out; None for no callback. `noted` holds the voltage and
-        current at the start."""
+        """Callback that `report` calls after the start of a brown-out; None for no callback. `noted` holds the voltage
+        and current at the start."""
         self.on_reset: Callable[[], None] | None = None
-        """Callback of `report` after a shutdown of the roboRIO; None for no callback."""
+        """Callback that `report` calls after a shutdown of the roboRIO; None for no callback."""
         self.reset()
 
     @property
@@ -210,12 +210,12 @@ class Battery:
 
     @property
     def min_voltage(self) -> float:
-        """Lowest voltage since the start of the run [V]."""
+        """Lowest terminal voltage since the start of the run [V]."""
         return self._get("min_voltage")
 
     @property
     def tick_min_voltage(self) -> float:
-        """Lowest voltage since the start of the tick [V]."""
+        """Lowest terminal voltage since the start of the tick [V]."""
         return self._get("tick_min_voltage")
 
     @property
@@ -235,7 +235,7 @@ class Battery:
 
     @property
     def off_time(self) -> float:
-        """Total time with outputs off since the start of the run [s]."""
+        """Total time with motor controller outputs off since the start of the run [s]."""
         return self._get("off_time")
 
     @property
@@ -266,7 +266,7 @@ class BrownoutLog:
     line per reset. `log_total` adds the totals of the run.
 
     Args:
-        number: Number of the robot in messages.
+        number: Number of the robot, for messages.
         battery: Battery of the robot; the log sets `on_brownout` and `on_reset` of the battery.
         consumers: Function that returns the current of each consumer at the start of the last brown-out or reset, by
             name [A].
@@ -310,7 +310,7 @@ class BrownoutLog:
         self._first, self._last = "", time
 
     def log_total(self) -> None:
-        """Log the counts of brown-outs and resets, the off time and the lowest voltage; nothing without a brown-out."""
+        """Log the numbers of brown-outs and resets, the off time and the lowest voltage, if a brown-out occurred."""
         battery = self._battery
         if battery.brownouts:
             resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""

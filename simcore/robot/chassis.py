@@ -89,7 +89,7 @@ class ChassisSimulation:
         world: World to which the constructor adds the robot.
         config: Mass, shape and wheels of the robot.
         pose: Start pose, field frame [m, m, rad].
-        drivetrain: Model of motors and tires; None for free-rolling wheels and a body driven by `apply_forces`.
+        drivetrain: Model of motors and tires; None for free-rolling wheels and a body that only `apply_forces` drives.
         mechanisms: Mechanisms that draw current from the robot's battery.
         name: Name of the robot, for messages.
         mass: Mass distribution of the whole robot at the start; None for the mass distribution in `config`.
@@ -173,7 +173,7 @@ class ChassisSimulation:
 
         Raises:
             NonFiniteError: If a value is not finite; the robot stays where it is.
-            ConfigError: If a value is outside any field; the robot stays where it is.
+            ConfigError: If a coordinate is too large for any field; the robot stays where it is.
         """
         self._require_finite("pose", (x, y, yaw))
         require_row(self.name, "pose", (x, y, yaw), POSE)
@@ -261,7 +261,11 @@ class ChassisSimulation:
         return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
-        """Return the radius [m] of the circle around the origin, in plan view, that bounds the bumpers for `dt` [s]."""
+        """Return the radius of a circle around the origin, in plan view, that the bumpers stay inside for `dt` [m].
+
+        Args:
+            dt: Duration from now [s].
+        """
         return self._half_diagonal + dt * self.speed
 
     @property

@@ -221,9 +221,9 @@ class ChassisConfig:
 
     @property
     def inertia(self) -> Vector:
-        """Moments of inertia about the center of mass [kg m^2]: those of a uniform box of the robot's size.
+        """Moments of inertia of a uniform box of the robot's size about the center of mass [kg m^2].
 
-        The moment of inertia about z is `yaw_inertia`, if given.
+        The moment of inertia about z is `yaw_inertia` instead, if given.
         """
         a, b, c, m = self.bumper_length, self.bumper_width, self.height, self.mass
         yaw = self.yaw_inertia if self.yaw_inertia is not None else m * (a * a + b * b) / 12.0
@@ -296,10 +296,10 @@ _BALL = 0.01  # [m]
 
 @lru_cache(maxsize=64)
 def _points(config: ChassisConfig) -> tuple[Vector, ...]:
-    """Return the contact points of `ChassisConfig.points`, except points in the bay.
+    """Return the value of `ChassisConfig.points`: corners and side midpoints of bumpers and frame.
 
-    The points are the corners and side midpoints at the bottom of the bumpers, the top of the bumpers and the top of
-    the frame.
+    The points are at three heights: bottom and top of the bumpers, and top of the frame. Points in the bay are left
+    out.
     """
     found: dict[Vector, None] = {}
     half_x, half_y = 0.5 * config.bumper_length - _BALL, 0.5 * config.bumper_width - _BALL

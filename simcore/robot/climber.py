@@ -25,8 +25,8 @@ __all__ = ["Climber", "ClimberConfig", "Rung"]
 _STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminum bends about 1 cm under a robot's weight
 _DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within a few tenths of a second
 _GRIP = 0.3  # [-]; coefficient of friction of a hook along a rung, steel on aluminum
-_SPREAD = 3.0  # [m]; largest distance of a hook from the center of its robot, in plan
-_FAR = 0.5  # [m]; a hook farther than this plus its reach from all rungs cannot touch one in the next sub-step
+_SPREAD = 3.0  # [m]; largest horizontal distance of a hook from the center of the robot
+_FAR = 0.5  # [m]; a hook farther than `reach` + 0.5 m from all rungs cannot engage a rung in the next sub-step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +147,8 @@ class Climber:
     def push(self, h: float) -> tuple[Vector, Vector]:
         """Engage or release a rung, and compute the force of the rung on the hook for the next sub-step.
 
-        The method applies the force to the last mechanism as a load torque, and the reaction to a swinging rung.
+        The method also applies the force to the mechanism of the last joint as a load torque, and applies the reaction
+        force to a swinging rung.
 
         Args:
             h: Length of the sub-step [s].

@@ -64,7 +64,7 @@ TREADS = {
     "VEX Grip V2": 1.916,
     "TPU": 2.106,
 }
-"""Coefficient of friction on carpet by tread [-]."""
+"""Coefficient of friction of each tread on carpet, by name [-]."""
 
 
 def tread(name: str) -> float:

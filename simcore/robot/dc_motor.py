@@ -130,8 +130,8 @@ class MotorModel:
     def varied(self, *, kt: float, resistance: float) -> MotorModel:
         """Return a copy with a scaled torque constant and a scaled resistance.
 
-        Magnets change the torque constant, and the winding temperature changes the resistance. The friction torque, kt
-        times the free current, does not change.
+        Magnet strength affects the torque constant, and winding temperature affects the resistance. The friction
+        torque, kt times the free current, does not change.
 
         Args:
             kt: Factor on torque per current and on back-EMF per speed [-].

@@ -65,7 +65,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         self.require_robot("fixed wheels")
 
     def require_robot(self, owner: str) -> None:
-        """Validate the fields of wheels, motors and robot, and compute `positions`; error messages name `owner`."""
+        """Validate the fields of wheels, motors and robot, and compute `positions`; error messages contain `owner`."""
         self.require_wheel(owner)
         require_fields(
             self,
@@ -113,7 +113,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
 
         Args:
             wheels: Number of wheels on the shaft.
-            motors: Number of motors on the shaft, whose rotors turn faster by the gearing.
+            motors: Number of motors on the shaft; each rotor turns `gearing` times as fast as the shaft.
         """
         return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
 
@@ -159,7 +159,7 @@ class TankConfig(FixedWheelConfig):
 
     @property
     def sides(self) -> tuple[TankConfig, TankConfig]:
-        """Two configs of drives with identical sides: both sides like the left side, and both like the right side."""
+        """Configs of two drives: one with both sides like the left side, one with both sides like the right side."""
         right = self.efficiency if self.right_efficiency is None else self.right_efficiency
         return replace(self, right_efficiency=None), replace(self, efficiency=right, right_efficiency=None)
 

@@ -12,8 +12,8 @@ grip:
     torque          r d_x F on the shaft
 
 While no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as in WPILib's MecanumDriveKinematics. The traction
-limit is mu N / sqrt 2 along each of the robot's axes. The model ignores the bearing friction of the rollers, which
-reduces the thrust of real robots: a modelled robot accelerates sideways as fast as forward.
+limit is mu N / sqrt 2 along each of the robot's axes. The model ignores the bearing friction of the rollers, so
+strafing needs no more force than driving forward. A real robot loses some force in the rollers.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
-    """Tank drive of a robot, commanded by side.
+    """Tank drive of a robot, with commands per side.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -234,7 +234,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):
-    """Mecanum drive of a robot, commanded by wheel.
+    """Mecanum drive of a robot, with commands per wheel.
 
     Example:
         >>> from simcore.testing.benches import hold

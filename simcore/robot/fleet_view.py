@@ -43,7 +43,7 @@ class FleetView:
         self.believed = np.zeros((count, 7))
         """Pose estimates (`Robot.believed_pose`) in the format of `places`, shape (n, 7).
 
-        The estimates are rounded to 1 mm and 1 mrad to hide gyro noise at rest.
+        Rounding to 1 mm and 1 mrad hides gyro noise at rest.
         """
         self.module_states: list[FloatArray | None] = []
         """Module states of each robot from the encoders; None for a robot without a swerve drive.
@@ -88,7 +88,7 @@ def _settled(rows: FloatArray) -> FloatArray:
 
 @inlined
 def _rounded(value: float, scale: float) -> float:
-    """Round a value to a multiple of 1 / scale, and convert -0.0 to 0.0 so that the sign does not flicker at zero."""
+    """Round a value to a multiple of 1 / scale, and return 0.0 in place of -0.0, for stable telemetry."""
     rounded: float = np.rint(value * scale) / scale + 0.0
     return rounded
 

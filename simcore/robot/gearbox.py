@@ -178,7 +178,7 @@ def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VelocityController:
-    """Velocity controller with static friction and velocity feed-forward and a proportional term, without windup."""
+    """Velocity controller with kS and kV feed-forward and a proportional term, without an integral term."""
 
     kv: float
     """Velocity feed-forward gain [V s/rad]."""
@@ -203,7 +203,7 @@ class VelocityController:
         )
 
     def volts(self, goal: float, velocity: float) -> float:
-        """Compute the controller output, within the voltage limit [V].
+        """Compute the motor voltage for a goal velocity, within the voltage limit [V].
 
         Args:
             goal: Goal velocity [rad/s].
@@ -229,7 +229,7 @@ class PositionController:
         require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
 
     def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
-        """Compute the controller output, within the voltage limit [V].
+        """Compute the motor voltage for a goal position, within the voltage limit [V].
 
         Args:
             goal: Goal position [rad].

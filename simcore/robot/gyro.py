@@ -98,7 +98,7 @@ def gyro_config(name: str) -> GyroConfig:
     return GYROS[name]
 
 
-_DRAWN = 600  # random numbers per call: a call takes 3 us, whether for 6 numbers or for 100
+_DRAWN = 600  # random numbers per call of the generator; a call takes 3 us for 6 numbers and for 100 numbers
 
 
 class Gyro:

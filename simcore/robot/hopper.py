@@ -1,4 +1,4 @@
-"""Hopper: balls that fall, roll and jam in a box inside a robot, under the contact model of the ball loop.
+"""Hopper: simulation of balls that fall, roll and jam in a box inside a robot.
 
 The loop (`simcore.loop`) moves the balls of a hopper in a frame that translates with the robot's origin and does not
 rotate. In this frame, apparent gravity (gravity minus the robot's acceleration) points down. The box rotates in the
@@ -35,15 +35,15 @@ Side: TypeAlias = Literal["front", "back", "left", "right", "bottom"]
 FACES: dict[str, tuple[int, int]] = {
     "front": (0, 1), "back": (0, -1), "left": (1, 1), "right": (1, -1), "bottom": (2, -1)
 }  # fmt: skip
-"""Axis and sign of the outward normal of each side."""
+"""Axis (0 for x, 1 for y, 2 for z) and sign of the outward normal of each side."""
 OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
 _LEAN = Quantity("rad", 0.0, 1.2)
 _ENTRY = 1.0  # [m/s]; speed at which intakes feed pieces in, away from the wall. Estimate, within a factor of two
 _ASIDE = 0.04  # [-] of a radius; offset of a new ball, which depends on the slot, so no ball is exactly above another
-_FREE = 0.9  # [-] of two radii; a position is free if a ball there overlaps others by at most a tenth
+_FREE = 0.9  # [-] of two radii; a position is free if a new ball would overlap other balls by at most a tenth
 _THICK = 0.5  # [m]; thickness of walls, and of the feeder behind the outlet
 _EDGE = 0.001  # [m]; smallest width of a wall next to the outlet, and depth of an outlet's edge below a moving floor
-_TREAD = 0.01  # [m]; rolling lever of a belt: balls sink between its cords, treads or fingers. Estimate, factor of two
+_TREAD = 0.01  # [m]; rolling lever arm on a belt: balls sink between cords, treads or fingers. Estimate, factor of two
 _STRIP = 0.02  # [m]; part of the floor around an outlet in the bottom that does not move
 _HEAVY, _REACH = 1e30, 10.0  # [kg, kg m^2], [m]; the large mass keeps forces of the balls from moving the box
 _MOST = np.array((500.0,) * 3 + (50.0,) * 3 + (2000.0,) * 3 + (10.0,))  # limits of pull, spin, turn and belt speed
@@ -121,10 +121,10 @@ class Hopper:
         self.is_jammed = False
         """Whether balls block the outlet.
 
-        A jam begins after a chain of touching balls has touched both sides of the outlet without a ball passing, for
-        the time in which a free ball would roll two diameters from rest. This time is 0.6 s on a belt at 0.6 m/s.
-        Friction accelerates the free ball to the belt speed; a slope or an acceleration of the robot changes the speed
-        further. The jam ends when the chain breaks or a ball passes.
+        A jam begins when a chain of touching balls has connected both sides of the outlet for a minimum time, and no
+        ball has passed. The minimum time is the time in which a free ball would move two diameters from rest: 0.6 s on
+        a belt at 0.6 m/s. Friction accelerates the free ball to the belt speed; a slope and an acceleration of the
+        robot also change the speed. The jam ends when the chain breaks or a ball passes.
         """
         self._kinds, self._low, self._high = kinds, np.array(low), np.array(high)
         self._axis, self._sign = FACES[config.outlet]
@@ -150,7 +150,7 @@ class Hopper:
     # --- contents ---------------------------------------------------------------------------------------------------
 
     def follow(self, slots: Sequence[int], radii: Sequence[float], places: Sequence[Vector]) -> None:
-        """Set the contents: keep the balls that are already in the hopper, remove missing balls and add new balls.
+        """Set the contents: keep the balls whose slots remain, remove the others, and add new balls.
 
         A new ball starts at the first free position of the inlet, or of `places` if the inlet is occupied. If no
         position is free, the ball starts where the overlap is least.
@@ -311,7 +311,7 @@ class Hopper:
     def advance(self, pull: Vector, spin: Vector, turn: Vector, belt_speed: float) -> bool:
         """Advance the balls by one tick, and update `is_jammed`.
 
-        An empty hopper, or a motion with a NaN or infinite component, changes nothing.
+        The method does nothing if the hopper is empty or an argument is not finite.
 
         Args:
             pull: Gravity minus the acceleration of the robot's origin, robot frame [m/s^2].

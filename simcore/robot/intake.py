@@ -97,8 +97,15 @@ def _ball(low: Vector, high: Vector) -> tuple[Vector, float]:
 
 
 def _swept(low: Vector, high: Vector, before: FloatArray, now: FloatArray) -> BoolArray:
-    """Return whether each straight path from `before` to `now`, (n, 3) each [m], touches a box, shape (n,)."""
-    # The bounding boxes of all paths are tested first (18 us for 400), as only the few near paths need the exact test.
+    """Return whether each of n straight paths touches a box, shape (n,).
+
+    Args:
+        low: Corner of the box with the smallest coordinates [m].
+        high: Corner of the box with the largest coordinates [m].
+        before: Starts of the paths [m], shape (n, 3).
+        now: Ends of the paths [m], shape (n, 3).
+    """
+    # A test of the bounding boxes of all paths comes first (18 us for 400): only few paths need the exact test.
     near: BoolArray = np.all((np.maximum(before, now) >= low) & (np.minimum(before, now) <= high), axis=1)
     if near.any():
         near[near] = box_crossed(low, high, before[near], now[near])

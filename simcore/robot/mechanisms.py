@@ -61,7 +61,7 @@ _USUAL_VOLTS = 1e3  # [V]; larger values take the slow check
 
 
 class ShaftSim:
-    """Shaft with motors, a gear and an inertia, and optional load, friction, current limits and hard stops.
+    """Shaft with motors, gears and an inertia, and with optional load, friction, current limits and hard stops.
 
     Args:
         gearbox: Motors and gears.
@@ -634,7 +634,7 @@ class PistonSim(RackSim):
         super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
 
     def set_volts(self, volts: float) -> None:
-        """Power the valve: a positive voltage extends the rod, a negative voltage retracts it.
+        """Power the valve: a positive voltage extends the rod, and a negative voltage retracts the rod.
 
         At zero volts, a spring returns a single-coil valve to the idle state. A two-coil valve keeps the last state.
         """
@@ -781,8 +781,9 @@ def guessed_shaft(
 ) -> ShaftSim:
     """Build a shaft at rest with friction, inertia and weight from a controller's gains.
 
-    A shaft with a constant weight starts at position 0 on a hard stop. The stop is the lower stop for a positive kG. It
-    is the upper stop for a negative kG, as with a spring that pulls up, or with a position that decreases upward.
+    A shaft with a constant weight starts at position 0 on a hard stop. The stop is the lower stop for a positive
+    kG, and the upper stop for a negative kG. A negative kG means that a spring pulls up, or that the position decreases
+    upward.
 
     Args:
         gearbox: Motors and gears.

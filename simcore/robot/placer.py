@@ -136,9 +136,9 @@ class Placer:
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """Bounding sphere of the zone: current center, current center again and radius, robot frame [m].
+        """Bounding sphere of the zone: previous center, current center and radius, robot frame [m].
 
-        The format is that of `Intake.around`.
+        The previous center is equal to the current center, because a placer does not test the paths of pieces.
         """
         middle, radius = self.config.zone.ball
         now = on_part(part_pose(self.config.joints, self._mechanisms), middle)

@@ -436,7 +436,7 @@ class Robot:
     def reckoned_pose(self) -> Pose:
         """Pose that odometry without any error would estimate, field frame [m, m, rad].
 
-        This is the true pose, unless the robot was placed at a different pose than intended.
+        The result is the true pose, unless the last placement was not at the intended pose.
         """
         pose = self.chassis.pose
         if self._start is None:
@@ -499,7 +499,7 @@ class Robot:
         self._estimated.remove(mechanism)
 
     def _consumers(self) -> dict[str, float]:
-        """Return the supply current of each mechanism and of the drive at the start of the last brown-out [A]."""
+        """Return the supply currents at the start of the last brown-out or reset, by mechanism name or `drive` [A]."""
         drawn = {name: float(mechanism.record["noted_supply"][0]) for name, mechanism in self.mechanisms.items()}
         return drawn | {"drive": float(self.drive.shafts["noted_supply"].sum())}
 

@@ -251,7 +251,10 @@ class RobotConfig:
 
     @property
     def bare_body(self) -> MassDistribution:
-        """Mass properties of the robot without pieces and without the moving masses at their initial positions."""
+        """Mass properties of the robot without pieces and moving masses.
+
+        The subtraction uses the initial positions of the moving masses.
+        """
         if not self.moving_masses:
             return self.whole
         start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
@@ -356,7 +359,7 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
 def stored_kind(
     config: RobotConfig, storage: StorageConfig, kinds: Sequence[GamePieceConfig]
 ) -> GamePieceConfig | None:
-    """Return the heaviest kind of piece that the intakes of a storage take.
+    """Return the heaviest kind of piece that intakes can put into a storage.
 
     Without an intake for the storage, return the heaviest of all kinds. Return None if no kind is possible.
     """

@@ -74,15 +74,15 @@ class ShooterConfig:
     """Ratio of exit speed to mean rim speed [-]: at most 0.5 against a fixed hood, at most 1 between two wheels.
     `simcore calibrate --shot` fits the ratio to measured shots."""
     compression: float = 0.15
-    """Compression of a piece of nominal size, as a fraction of the diameter [-]. Estimate, within a factor of 1.5: foam
-    balls of 13 to 25 cm are compressed by two to four centimeters."""
+    """Compression of a piece of nominal size, as a fraction of the diameter [-]. Estimate, within a factor of 1.5:
+    shooters compress foam balls of 13 to 25 cm in diameter by two to four centimeters."""
     compression_loss: float = 0.0
     """Energy that the wheels lose to the foam in each shot, in addition to the kinetic energy of the piece [J]. A piece
     of stiffness k that is compressed by s stores the energy k s^2 / 2, and dissipates the fraction 1 - e^2 of this
     energy at a coefficient of restitution e. A ball of 0.215 kg and 0.15 m with an estimated 3.5 kN/m, e = 0.55 and
     s = 22 mm dissipates 0.6 J. The default is 0, because 0.6 J are only 2 % of the energy of a shot at 10 m/s."""
     launch: LaunchParameters
-    """Positions and heading of the muzzles."""
+    """Positions and heading of the muzzles on the robot."""
     elevation: float
     """Elevation of the shot above the robot's floor plane at hood angle zero [rad]."""
     hood: str | None = None
@@ -292,7 +292,9 @@ class Shooter:
         self._aim_before, self._gate_before = self.aim, self._gate_spares()
 
     def update(self, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
-        """Return the launches of the tick that ends now; the caller removes the launched pieces from the robot.
+        """Advance the timing of shots by a tick, and return the launches of the tick that ends now.
+
+        The caller removes the launched pieces from the robot, and calls `after_shot` to slow the wheels.
 
         Args:
             held: Number of pieces in the robot, which limits the number of launches.
@@ -331,7 +333,7 @@ class Shooter:
         return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
 
     def gripped(self, launch: Launch, size: float) -> Launch:
-        """Return a launch with the exit speed for a piece with `size` times the nominal diameter [-]."""
+        """Return a launch with the exit speed corrected for a piece of `size` times the nominal diameter [-]."""
         return (
             launch
             if size == 1.0
@@ -387,7 +389,7 @@ class Shooter:
         return launch._replace(aim=off, spin=errors.spin())
 
     def _gate_spares(self) -> list[float]:
-        """Return the margins of gate mechanisms and wheels above their minimum speeds [rad/s]."""
+        """Return the margins of the gate mechanisms and the wheels above the minimum speeds [rad/s]."""
         spares = [forward * part.velocity - self.config.gate_speed for part, forward in self._gate]
         return [*spares, self.wheel_speed - self.config.min_wheel_speed]
 
@@ -400,7 +402,7 @@ class Shooter:
         return share
 
     def _aim_at(self, share: float) -> Aim:
-        """Interpolate the aim at a fraction of the tick; return the current aim without a call of `begin_tick`."""
+        """Interpolate the aim at a fraction of the tick; return the current aim if `begin_tick` was not called."""
         now, before = self.aim, self._aim_before
         if before is None:
             return now

@@ -93,7 +93,7 @@ class StorageConfig:
 
 @functools.lru_cache(maxsize=64)
 def _places(config: StorageConfig, radius: float) -> list[Vector]:
-    """Return the positions of all pieces in a full storage of pieces with a given radius [m], robot frame [m]."""
+    """Return the positions of all pieces in a full storage, for pieces of a given radius [m], robot frame [m]."""
     layers, rise = _layers(config, radius)
     (x0, y0, z0), (x1, y1, z1) = config.low, config.high
     cells: list[tuple[int, float, float]] = []  # index of the layer, x and y
@@ -208,7 +208,7 @@ class Storage:
 
     @property
     def in_turn(self) -> list[int]:
-        """Slots of the pieces that can leave now, next piece first; for a hopper, only the pieces past the outlet."""
+        """Slots of the pieces in the order of leaving; for a hopper, only of the pieces past the outlet."""
         if self.hopper is not None:
             return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]

@@ -309,7 +309,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def max_omega(self) -> float:
-        """Largest yaw rate without translation at 12 V [rad/s], where the first module reaches the top speed."""
+        """Largest yaw rate without translation at 12 V [rad/s], limited by the top speed of the modules."""
         arms = self._arms()
         return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
 
@@ -317,7 +317,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def max_angular_accel(self) -> float:
         """Yaw acceleration from rest at a stiff 12 V within traction, motor and stator limits [rad/s^2].
 
-        The wheels are perpendicular to the lines to the center of mass.
+        Each wheel points perpendicular to the line from the center of mass to the wheel.
         """
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, self._arms(), self.robot.yaw_inertia)
 

@@ -423,7 +423,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             request["supply_limit"] = np.minimum(model["supply_limit"], supply)
 
     def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
-        """Write request modes and values to the first `len(requests)` shafts; `mode` is common or one per shaft."""
+        """Write a common mode, or a mode per shaft, and values to the requests of the first `len(requests)` shafts."""
         request = self.shafts["request"][: len(requests)]
         request["mode"], request["value"] = mode, requests
 
