@@ -228,7 +228,7 @@ class ChassisSimulation:
 
     @property
     def touching(self) -> list[bool]:
-        """Whether the gap between each wheel and the ground is less than 4 mm."""
+        """Whether each wheel is less than 4 mm above the ground, one value per wheel."""
         gaps = self._dynamics.wheel_gaps(self._number, len(self.config.wheel_positions))
         return [gap < _CONTACT_GAP for gap in gaps]
 

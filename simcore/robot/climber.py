@@ -60,7 +60,7 @@ class Rung:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClimberConfig:
-    """Config of a climber: a hook and the joints that move it."""
+    """Config of a climber: a hook, and the joints that move the hook."""
 
     joints: tuple[Joint, ...]
     """Joints from the robot to the hook; the last joint lifts the robot."""

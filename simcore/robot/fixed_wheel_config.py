@@ -51,7 +51,8 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     """Stator current limit per motor [A]; None for the controller's factory default (`controller_limits`), `math.inf`
     for no limit."""
     supply_limit: float | None = None
-    """Supply current limit per motor, drawing and regenerating [A]; None and `math.inf` as for `stator_limit`."""
+    """Supply current limit per motor, drawing and regenerating [A]; None for the controller's factory default,
+    `math.inf` for no limit."""
     brake: bool = True
     """Whether the motors brake (short circuit) in neutral, instead of coasting (open circuit)."""
     kp: float = 1.0

@@ -220,7 +220,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
         """Set the targets of the on-board velocity loops for a forward speed [m/s] and a yaw rate [rad/s].
 
-        The tread speeds are those of a drive whose wheels do not scrub.
+        The conversion of the yaw rate to tread speeds ignores wheel scrub.
 
         Raises:
             NonFiniteError: If a speed is NaN or infinite; the old command is kept.

@@ -334,7 +334,7 @@ class Hopper:
         return self.is_jammed and not was_jammed
 
     def _move(self, pull: FloatArray, spin: FloatArray, turn: FloatArray, belt_speed: float) -> None:
-        """Advance the balls in the loop by one tick; the arguments are those of `advance`, within the limits."""
+        """Advance the balls in the loop by one tick; the arguments are those of `advance`, clamped to `_MOST`."""
         balls, springs, bodies = self._balls, self._memory.spring[:, :, :3], self._bodies
         gravity = math.sqrt(float((pull * pull).sum()))
         x, y, z = (-pull / max(gravity, 1e-9)).tolist()

@@ -156,7 +156,7 @@ class IntakeConfig:
     zone: IntakeZone
     """Zone in the robot frame, or in the frame after the last of `joints`."""
     roller: str | None = None
-    """Name of the mechanism of the roller that pulls in pieces; None for an intake without a roller."""
+    """Name of the roller mechanism that pulls in pieces; None for an intake without a roller."""
     roller_speed: float = math.tau
     """Roller speed in the intake direction above which the intake takes in pieces [rad/s]."""
     roller_reversed: bool = False
@@ -168,8 +168,8 @@ class IntakeConfig:
     joints: tuple[Joint, ...] = ()
     """Joints that move the zone; empty for a zone fixed to the robot."""
     stretch: Joint | None = None
-    """Slide joint that extends the zone along the joint axis by the travel from shaft angle zero; None for a zone of
-    constant size."""
+    """Slide joint that extends the zone along the joint axis; None for a zone of constant size. `zone` is
+    the zone at shaft angle zero."""
     storage: str = ""
     """Name of the storage that the intake fills; empty for the robot's first storage."""
     kinds: tuple[str, ...] = ()

@@ -210,7 +210,7 @@ class ShaftSim:
 
     @property
     def load_torque(self) -> float:
-        """External torque on the mechanism, positive along positive motion [N m]; for an elevator, with the weight."""
+        """External torque on the mechanism, positive along positive motion [N m]; an elevator adds the weight."""
         return float(self.record["request"]["load"][0])
 
     def set_load(self, torque: float) -> None:

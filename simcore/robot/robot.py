@@ -77,7 +77,7 @@ class SwerveOdometry:
         require_row("odometry", "distances", distances, (ANGLE,) * len(self._positions))
         require("odometry", "gyro_yaw", pose[2] if gyro_yaw is None else gyro_yaw, ANGLE)
         self.pose = pose
-        """Pose estimate, field frame [m, m, rad]; the heading is continuous."""
+        """Pose estimate, field frame [m, m, rad]; the heading is continuous over turns."""
         self._distances = [float(d) for d in distances]
         self._offset = pose[2] - (pose[2] if gyro_yaw is None else gyro_yaw)
 
@@ -337,7 +337,7 @@ class Robot:
         )
         """Mass and momentum balance, which updates the chassis for held pieces and moving masses."""
         self.devices: RobotDevices | None = None
-        """Devices of robot code; None without robot code."""
+        """Motor controllers and sensors of robot code; None without robot code."""
         self.channels: list[Channel] = []
         """Telemetry channels of robot code; a published key is the key of the robot plus the key of the channel."""
         self.sensor_states: dict[str, bool] = {}

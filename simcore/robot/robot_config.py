@@ -305,7 +305,7 @@ class TippingLimit:
     sideways: float
     """Smallest acceleration along y, to the left or right, at which wheels lift [m/s^2]."""
     drivetrain: float
-    """Acceleration from rest that the drivetrain reaches at this mass and 12 V [m/s^2]."""
+    """Acceleration from rest that the drivetrain reaches with full storages and placers at 12 V [m/s^2]."""
 
 
 def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) -> TippingLimit:

@@ -171,8 +171,8 @@ class ShooterConfig:
     def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
         """Return the surface speed of a spinning piece relative to the center, for one piece or n pieces [m/s].
 
-        The speed is positive for backspin, or for clockwise spin seen from above with left and right wheels. Along a
-        fixed hood, the piece rolls. Between two wheels, the surface of the piece moves with the rims.
+        Along a fixed hood, the piece rolls. Between two wheels, the surface of the piece moves with the rims. The speed
+        is positive for backspin; with left and right wheels, for clockwise spin seen from above.
 
         Args:
             exit_speed: Exit speed [m/s].
@@ -218,15 +218,16 @@ class ShotErrors:
     """
 
     exit_speed: FloatSupplier
-    """Factor on the exit speed [-]."""
+    """Supplier of the factor on the exit speed [-]."""
     elevation: FloatSupplier
-    """Elevation error [rad]."""
+    """Supplier of the elevation error, positive up [rad]."""
     azimuth: FloatSupplier
-    """Azimuth error, positive to the left [rad]."""
+    """Supplier of the azimuth error, positive to the left [rad]."""
     spin: FloatSupplier
-    """Factor on the spin [-]."""
+    """Supplier of the factor on the spin [-]."""
     feed_time: FloatSupplier
-    """Additional delay of the next shot [s]; a negative delay is limited to a fifth of the shot period."""
+    """Supplier of the additional delay before the next shot [s]; the shooter limits a negative delay to a fifth of the
+    shot period."""
     hood: float = 0.0
     """Error of the hood encoder: true angle minus reading [rad]."""
     turret: float = 0.0

@@ -112,7 +112,7 @@ def _places(config: StorageConfig, radius: float) -> list[Vector]:
 
 
 def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
-    """Return the lowest layer and the second layer, which alternate upward, and the vertical layer spacing [m]."""
+    """Return the two layers that alternate in the packing, lowest layer first, and the height of each step up [m]."""
     sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
     staggered = sum(lower != upper for lower, upper in sides)
     return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
@@ -121,7 +121,7 @@ def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer]
 def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
     """Return the rows along one axis in two successive layers, offset against each other by one radius.
 
-    If the side is too short for the offset, the second row has one ball less, but at least one ball.
+    If the side is too short for the offset, the second row has one ball fewer, but at least one ball.
 
     Args:
         length: Length of the storage along the axis [m].
@@ -134,7 +134,7 @@ def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
 
 
 class Storage:
-    """Storage of a robot and the pieces in it.
+    """Storage of a robot, with the slots of the stored pieces.
 
     Args:
         config: Config of the storage.
@@ -197,7 +197,7 @@ class Storage:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
     def add(self, slots: list[int]) -> None:
-        """Add pieces by slot.
+        """Add the pieces with the given slots.
 
         Raises:
             CapacityError: If there is no room for all of the pieces; no piece is then added.

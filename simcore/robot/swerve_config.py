@@ -109,13 +109,14 @@ class SwerveModuleConfig(WheelConfig):
     """Stator current limit of the drive motor [A]; None for the controller's factory default (`controller_limits`),
     `math.inf` for no limit."""
     drive_supply_limit: float | None = None
-    """Supply current limit of the drive motor, drawing and regenerating [A]; None and `math.inf` as for
-    `drive_stator_limit`."""
+    """Supply current limit of the drive motor, drawing and regenerating [A]; None for the controller's factory default,
+    `math.inf` for no limit."""
     steer_stator_limit: float | None = None
-    """Stator current limit of the steer motor [A]; None and `math.inf` as for `drive_stator_limit`."""
+    """Stator current limit of the steer motor [A]; None for the controller's factory default, `math.inf` for no
+    limit."""
     steer_supply_limit: float | None = None
-    """Supply current limit of the steer motor, drawing and regenerating [A]; None and `math.inf` as for
-    `drive_stator_limit`."""
+    """Supply current limit of the steer motor, drawing and regenerating [A]; None for the controller's factory default,
+    `math.inf` for no limit."""
     drive_brake: bool = True
     """Whether the drive motor brakes (short circuit) in neutral, instead of coasting (open circuit)."""
     steer_brake: bool = True

@@ -199,8 +199,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
         """Set the target tread speed [m/s] and steer angle [rad] of each module's on-board loops.
 
-        The loops optimize each state: a wheel reverses if this keeps the steer error within a quarter turn. Raises the
-        same errors as `set_volts`.
+        The loops optimize each state: a wheel turns backward if the steer error would otherwise exceed a quarter turn.
+        Raises the same errors as `set_volts`.
         """
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)

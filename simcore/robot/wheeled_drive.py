@@ -219,7 +219,7 @@ class MotorReadout:
 
     @property
     def heat(self) -> list[float]:
-        """Copper losses of one motor per shaft since the last reset [J]."""
+        """Energy lost as heat in the windings of one motor per shaft since the last reset [J]."""
         return list((self._column("model")["winding"] * self._column("charge2")).tolist())
 
     @property
@@ -480,7 +480,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def robot(self) -> RobotMass:
-        """Current mass properties and wheel positions: those of `config` until `set_mass_properties` is called."""
+        """Current mass properties and wheel positions; equal to `config` before a call of `set_mass_properties`."""
         return self._robot
 
     @property
