@@ -200,7 +200,7 @@ class Battery:
 
     @property
     def current(self) -> float:
-        """Current drawn in the last step [A]; negative while motors regenerate."""
+        """Net current drawn from the battery in the last step [A]; negative while the motors charge the battery."""
         return self._get("current")
 
     @property

@@ -277,7 +277,7 @@ class ChassisConfig:
 
     @property
     def traction_radius(self) -> float:
-        """Mean distance of the wheels from the robot center, the lever arm of traction against yaw [m]."""
+        """Mean distance from the robot center to the wheels [m]: the lever arm of traction in yaw."""
         return plain_sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)
 
 

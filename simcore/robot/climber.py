@@ -35,9 +35,9 @@ class Rung:
 
     name: str
     start: Vector
-    """First end of the rung, field frame [m]."""
+    """Position of the first end of the rung, field frame [m]."""
     end: Vector
-    """Second end of the rung, field frame [m]."""
+    """Position of the second end of the rung, field frame [m]."""
     mount: str = ""
     """Name of the hanging body to which the rung is fixed; empty for a rung fixed to the field. `start` and `end` apply
     to the body at rest."""

@@ -55,7 +55,10 @@ MOTOR_NAMES = tuple(_DATA)
 """Product names of the motors in WPILib's `DCMotor`."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
-"""Moment of inertia of the rotor of a brushless motor such as Kraken X60, Falcon or NEO [kg m^2]; estimate, +-50 %."""
+"""Moment of inertia of the rotor of a brushless motor, such as a Kraken X60, a Falcon or a NEO [kg m^2].
+
+Estimate, +-50 %.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -56,7 +56,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     brake: bool = True
     """Whether the motors brake (short circuit) in neutral, instead of coasting (open circuit)."""
     kp: float = 1.0
-    """Proportional gain of the on-board velocity loop [V per m/s]; the feed-forward gain is computed from the motor."""
+    """Proportional gain of the on-board velocity loop [V per m/s]; the feed-forward gain follows from the motor."""
     mass: float = 50.0
     """Mass of the robot [kg]."""
     yaw_inertia: float = 5.3

@@ -37,7 +37,7 @@ class GyroConfig:
     """Standard deviation of the yaw jump at an impact with a yaw acceleration of `impact_accel` [deg]. The jump is
     proportional to the yaw acceleration of harder impacts."""
     impact_accel: float = 500.0
-    """Smallest yaw acceleration at which an impact disturbs the gyro [rad/s^2]; 0 for a gyro without disturbance."""
+    """Smallest yaw acceleration at which an impact disturbs the gyro [rad/s^2]; 0 for no disturbance by impacts."""
 
     def __post_init__(self) -> None:
         require_fields(

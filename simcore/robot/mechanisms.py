@@ -747,7 +747,7 @@ class GuessedMechanism:
     arm_gain: str = "kG"
     """Name of the gain that holds an arm against gravity."""
     sensors: tuple[DeviceKey, ...] = ()
-    """Other devices that report the mechanism's position."""
+    """Model and address of each other device that reports the position of the mechanism."""
 
     has_wired_sensor: bool = False
     """Whether an encoder wired to the controller reports the mechanism's position."""

@@ -270,7 +270,7 @@ class RobotDevices(Protocol):
         ...
 
     def write(self) -> None:
-        """Update the sensor readings in robot code after a part of a tick."""
+        """Update the sensor readings in robot code after a motion of the robot."""
         ...
 
 
@@ -308,7 +308,7 @@ class Robot:
         drivetrain = config.drivetrain
         self.drive = build_drivetrain(drivetrain, battery=self.battery, built=built.drivetrain)
         self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
-        """Mechanisms by name, in the order of stepping."""
+        """Mechanisms by name, in the order of `RobotConfig.mechanisms`."""
         self.chassis = ChassisSimulation(
             *(world, config.body),
             pose=pose,
@@ -321,7 +321,7 @@ class Robot:
         self.odometry = SwerveOdometry(drivetrain.positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage, lambda: world.balls.balls)
-        """First storage of the robot."""
+        """First storage of the robot, for preloads and for parts that name no storage."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c, lambda: world.balls.balls) for c in config.more_storages}
         self.storages = list(dict.fromkeys(self._storages.values()))

@@ -152,7 +152,7 @@ class RobotConfig:
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
     mechanisms: Mapping[str, MechanismConfig] = field(default_factory=dict)
-    """Mechanisms by name, in the order of stepping and publishing."""
+    """Mechanisms by name. The simulation steps and publishes the mechanisms in this order."""
     intakes: tuple[IntakeConfig, ...] = ()
     storage: StorageConfig = field(default_factory=StorageConfig)
     """First storage, for preloads and for intakes, shooters and placers that name no storage."""

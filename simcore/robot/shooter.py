@@ -64,7 +64,7 @@ class ShooterConfig:
     wheels: tuple[str, ...]
     """Names of the wheel mechanisms: one wheel opposite a fixed hood, or two wheels in the order of `wheel_places`."""
     wheel_radius: float
-    """Radius of the wheels [m]."""
+    """Radius of the wheels, or of the first wheel if `second_wheel_radius` is given [m]."""
     second_wheel_radius: float | None = None
     """Radius of the second wheel [m]; None if equal to `wheel_radius`."""
     wheel_places: Literal["lower and upper", "left and right"] = "lower and upper"

@@ -123,7 +123,7 @@ class SwerveModuleConfig(WheelConfig):
     """Whether the steer motor brakes in neutral, instead of coasting."""
 
     drive_kp: float = 1.0
-    """Proportional gain of the on-board drive velocity loop [V per m/s]; the feedforward is computed from the motor."""
+    """Proportional gain of the on-board drive velocity loop [V per m/s]; the feed-forward follows from the motor."""
     steer_kp: float = 40.0
     """Proportional gain of the on-board steer position loop [V/rad]."""
 

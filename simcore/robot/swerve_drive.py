@@ -37,7 +37,7 @@ class ModuleState:
     wheel_speed: FloatArray
     """Angular velocity of the wheel about the axle [rad/s]."""
     steer_angle: FloatArray
-    """Steer angle read by the encoder, counter-clockwise from forward, continuous over turns [rad]."""
+    """Steer angle from the encoder, counter-clockwise from forward, continuous over turns [rad]."""
     steer_speed: FloatArray
     """Angular velocity of the module about the steer axis, counter-clockwise positive [rad/s]."""
     cos: FloatArray
@@ -131,7 +131,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
             self._set_module(k, built_module, known)
         self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
-        """Readings of the steer motors."""
+        """Readings of the steer motors in the last step."""
         self.reset()
 
     def _set_module(self, k: int, module: SwerveModuleConfig, known: SwerveModuleConfig) -> None:

@@ -298,7 +298,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._free_speeds = [free_speed(s, self._wheel_configs, self.static_loads) for s in shafts]
         self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
-        """Readings of the drive motors."""
+        """Readings of the drive motors in the last step."""
 
     @property
     def shaft_angles(self) -> FloatArray:
@@ -317,7 +317,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def other_current(self) -> float:
-        """Battery current of all consumers other than the robot's motors, from the next step on [A]."""
+        """Battery current of consumers other than the robot's motors [A]; a new value applies from the next step on."""
         return float(self.robot_record["request"]["other_current"][0])
 
     @other_current.setter
