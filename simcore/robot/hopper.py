@@ -104,8 +104,8 @@ class Hopper:
         config: Config of the hopper.
         low: Corner of the box with the smallest coordinates, robot frame [m].
         high: Corner of the box with the largest coordinates, robot frame [m].
-        kinds: Function that returns the records of all balls of the match, by slot; the hopper copies the mass, foam
-            and surface of new balls. None for a hopper that stays empty.
+        kinds: Function that returns the records of all balls of the match, by slot, with mass, foam and
+            surface; None for a hopper that stays empty.
     """
 
     def __init__(self, config: HopperConfig, low: Vector, high: Vector, kinds: Callable[[], Balls] | None) -> None:
