@@ -126,7 +126,7 @@ _OTHERS = {
     "PlayedMatch": "it is Match now",
     "sim": "it is a fixture, which pytest hands to a test: def test_it(sim)",
 }
-"""Hint for each name that simcore formerly exported or never defined, by name."""
+"""Hints for import errors, by name: former names of simcore, and names that are not attributes of the package."""
 
 
 def __getattr__(name: str) -> Any:

@@ -90,10 +90,7 @@ class UnknownNameError(SimcoreError, KeyError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return " Did you mean ...?" with the known name that is most similar to an unknown name.
-
-    The result is empty if no known name is similar.
-    """
+    """Return " Did you mean 'x'?" for the known name x most similar to a name; empty if no known name is similar."""
     return _question(_near(name, sorted(known), 1))
 
 

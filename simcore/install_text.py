@@ -54,7 +54,7 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
 
 
 def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE) -> str:
-    """Return the pip requirement that installs this version of simcore on another computer; empty without an origin.
+    """Return the pip requirement that installs this version of simcore on another computer; empty without an address.
 
     >>> shared_requirement("robotpy", package=Path("/home/me/env/site-packages/simcore"))
     ''

@@ -219,7 +219,7 @@ MOTORS = Quantity("", 1, 20, is_whole=True)
 PORT = Quantity("", 0, 65_535, is_whole=True)
 
 Row: TypeAlias = "tuple[Quantity | Row, ...] | list[Quantity | Row]"
-"""Quantity of each number in a row, possibly nested; a list with a single entry stands for a row of any length."""
+"""Quantity of each number in a row, possibly nested; a list with one quantity is for rows of any length."""
 
 
 def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
@@ -325,7 +325,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
     """Check all fields of a config, and convert numbers and lists; call this function first in `__post_init__`.
 
     A field without a quantity is checked against the declared type, e.g. a config, a string, a literal, or a tuple or
-    dict of these types. The function replaces numbers of other libraries by Python numbers, and lists by tuples.
+    dict of these types. The function replaces numbers of other libraries with Python numbers, and lists with tuples.
 
     Args:
         config: Config to check and change.
@@ -462,7 +462,7 @@ Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 
 @dataclass(frozen=True, slots=True, order=True)
 class DeviceAddress:
-    """Address of a device on a CAN bus or of a device on a port of the robot controller.
+    """Address of a device on a CAN bus or on a port of the robot controller.
 
     >>> str(DeviceAddress(3, "canivore")), DeviceAddress(3, "rio") == DeviceAddress(3)
     ('canivore:3', True)
@@ -501,8 +501,8 @@ class DeviceAddress:
     def among(self, built: Iterable[DeviceAddress]) -> DeviceAddress:
         """Return this address, with the bus taken from the addresses that the robot program has built.
 
-        If this address has no bus and is not among the built addresses, and exactly one built address has the same
-        number, then return the built address.
+        If this address has no bus and is not one of the built addresses, the method returns the built address with the
+        same number, provided that there is exactly one such address.
 
         >>> DeviceAddress(3).among([DeviceAddress(3, "canivore"), DeviceAddress(4)])
         DeviceAddress(number=3, bus='canivore')
@@ -579,7 +579,7 @@ def _number(value: object) -> float | None:
 def _plain(value: Any) -> Any:
     """Return a value with all numbers of other types (numpy float16, Fraction) converted to Python numbers.
 
-    Compiled code requires Python numbers. Rows and dicts are converted recursively; other values are returned
+    Compiled code requires Python numbers. The function converts rows and dicts recursively, and returns other values
     unchanged.
     """
     if isinstance(value, Mapping):

@@ -166,7 +166,7 @@ NAMES: dict[str, dict[str, str]] = {
 }
 """Names of 2027 that simcore uses, by module and class.
 
-An entry `new=old` also gives the name of 2026, if `old` is not the camelCase form of `new` (or `kNew` for `NEW`). A
+An entry `new=old` also gives the name of 2026 if `old` is not the camelCase form of `new` (or `kNew` for `NEW`). A
 name of 2026 with a dot is the path of the object from the module.
 """
 
@@ -220,7 +220,7 @@ def own_name(owner: Any, name: str, old: str = "") -> str:
 
 
 def class_before_2027(module: str, name: str) -> Any:
-    """Return a class that WPILib no longer has in 2027, or an empty placeholder class with the same name in 2027."""
+    """Return a class that WPILib removed in 2027; if the class is missing, return an empty class of the same name."""
     return getattr(_module(module), name, None) or type(name, (), {})
 
 
@@ -314,7 +314,7 @@ def clock_rate() -> float:
 
 
 def is_chooser(instance: NetworkTables, key: str) -> bool:
-    """Return whether a NetworkTables key is a `SendableChooser` or, since 2027, any key under `/Tunables/`."""
+    """Return whether a NetworkTables key holds a `SendableChooser`; since 2027, also for any key under `/Tunables/`."""
     if instance.get_entry(f"{key}/.type").get_string("") == "String Chooser":
         return True
     return clock_rate() > 1e6 and key.startswith("/Tunables/")
@@ -396,7 +396,6 @@ def spark_answer(read: Callable[[], Any], value: float | bool) -> Any:
     In 2026, a reading is a plain value. Since 2027, a reading is a signal, and the result has the error and timestamp
     of REVLib's reading.
 
-
     Args:
         read: Function that returns REVLib's reading.
         value: Value that replaces REVLib's value.
@@ -410,7 +409,8 @@ def show_field(field: Any, *, again: bool = False) -> None:
 
     Args:
         field: Field to publish.
-        again: Whether the field was published before. A changed field must be published again only since 2027.
+        again: Whether the field is already published and has changed. In 2026, such a call has no effect, because
+            SmartDashboard publishes changes automatically.
     """
     wpilib = _module("wpilib")
     if not hasattr(wpilib, "SmartDashboard"):
@@ -425,14 +425,14 @@ def module_speed(state: Any) -> float:
 
 
 def pwm_speed(sim: Any) -> float:
-    """Return the motor output [-1..1] that robot code requests on a PWM channel; since 2027, for 1 to 2 ms pulses."""
+    """Return the motor output [-1..1] that robot code requests by PWM; since 2027, for pulses of 1 to 2 ms."""
     if hasattr(sim, "getSpeed"):
         return float(sim.getSpeed())
     return max(-1.0, min(1.0, (float(sim.get_pulse_microsecond()) - 1500.0) / 500.0))
 
 
 def pwm_position(sim: Any) -> float:
-    """Return the servo position [0..1] that robot code requests on a PWM channel; since 2027, for 1 to 2 ms pulses."""
+    """Return the servo position [0..1] that robot code requests by PWM; since 2027, for pulses of 1 to 2 ms."""
     return float(sim.getPosition()) if hasattr(sim, "getPosition") else 0.5 * (pwm_speed(sim) + 1.0)
 
 
@@ -440,7 +440,6 @@ def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> An
     """Return RobotPy's pytest plugin for a robot that is tested in a separate process.
 
     The plugin is part of wpilib.testing if that module is installed, and otherwise part of pyfrc.
-
 
     Args:
         robot_class: Robot class of the program.

@@ -54,10 +54,10 @@ class CameraRig:
         world: Physics world in which lines of sight are tested.
         pieces: All pieces, at their starting positions.
         robots: All robots, at their starting poses.
-        draws: Scatter draws of the run.
+        draws: Random draws of the run.
         field_size: Length and width of the field [m].
         tags: Name or file of the AprilTag layout for `tag_layout`; the rig loads the layout with the first camera.
-        rng: Random generator for all noise.
+        rng: Random number generator for the noise of cameras and headsets.
         network: Network on which Limelights publish frames; None if frames are read only from `cameras`.
     """
 
@@ -75,12 +75,12 @@ class CameraRig:
     ) -> None:
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
-        """Cameras by name, in the order in which they were added."""
-        self._rng = rng  # each camera gets its own stream, so that adding one does not change the noise of the others
+        """Cameras by name, in order of addition."""
+        self._rng = rng  # each camera has a separate random stream, so that a new camera does not change other noise
         self._histories: dict[int, PoseHistory] = {}
         self._tag_errors: FloatArray | None = None
         self.headsets: list[QuestHeadset] = []
-        """QuestNav headsets, in the order in which they were added."""
+        """QuestNav headsets, in order of addition."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
         self._robots = robots
@@ -160,13 +160,13 @@ class CameraRig:
             headset.listen(time, self._histories[headset.robot])
 
     def follow_carry(self, robot: int, time: float, old_pos: Vector, *, to_start: bool) -> None:
-        """Restart the pose history of a robot that the drive team has moved, so that no frame shows a pose in between.
+        """Restart a robot's pose history after a move by the drive team, so that no frame interpolates across the move.
 
         Args:
             robot: Number of the robot.
             time: Simulated time of the move [s].
             old_pos: Position of the robot before the move, field frame [m].
-            to_start: Whether the drive team has placed the robot for an auto; the robot's headsets then repeat their
+            to_start: Whether the drive team has placed the robot for an auto; the robot's headsets then repeat the
                 last pose reset at the new pose.
         """
         chassis = self._robots[robot].chassis
@@ -230,7 +230,7 @@ def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatA
         frame: Last frame; None before the first frame.
 
     Returns:
-        Poses of both ends as rows of x, y, z [m], qw, qx, qy, qz, shape (2, 7).
+        Poses of the two ends of the line, rows of x, y, z [m], qw, qx, qy, qz, shape (2, 7).
     """
     ahead, left, up = _LENGTH, 0.0, 0.0
     tag = frame.primary_tag if frame is not None else None
@@ -255,7 +255,7 @@ def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: T
         layout: Layout of the field's tags.
 
     Returns:
-        Poses of the line's points as rows of x, y, z [m], qw, qx, qy, qz, shape (2 n + 1, 7), or (0, 7) without tags.
+        Poses of the line's points, rows of x, y, z [m], qw, qx, qy, qz, shape (2 n + 1, 7), or (0, 7) without tags.
     """
     ids = [tag.id for tag in frame.tags] if frame is not None else []
     if not ids:

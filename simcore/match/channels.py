@@ -1,4 +1,4 @@
-"""Telemetry schema (docs/telemetry.md): key, type, unit and meaning of each channel, and the function for the values.
+"""Telemetry schema (docs/telemetry.md): key, type, unit, meaning and value function of each channel.
 
 `simcore.match.publish` calls each function once per snapshot. A function for robots or mechanisms returns the values of
 all robots or of all mechanisms that have the channel. In such a function, `m["speed"]` is a field of the mechanisms'

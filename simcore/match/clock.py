@@ -119,14 +119,15 @@ class MatchTimer:
     def is_enabled(self) -> bool:
         """Whether robots are enabled.
 
-        The driver station decides if there is one. Otherwise, robots are enabled in all phases that are not `disabled`.
+        A driver station sets this value with `set_enabled`. Without a driver station, robots are enabled until the end
+        of the match, except in phases with mode `disabled`.
         """
         if self._enabled is not None:
             return self._enabled
         return not self.is_over and self.phase.mode != "disabled"
 
     def follow_driver_station(self) -> None:
-        """Let a driver station control the timer: disable the robots until the driver station calls `set_enabled`."""
+        """Disable the robots and stop the match time until a driver station enables the robots with `set_enabled`."""
         self._enabled = False
 
     def start(self, mode: Mode) -> None:
@@ -140,7 +141,7 @@ class MatchTimer:
         self.time = self._start
 
     def set_enabled(self, enabled: bool) -> None:
-        """Enable or disable the robots, as the driver station does."""
+        """Enable or disable the robots on behalf of a driver station."""
         self._enabled = enabled
 
     def advance(self, dt: float) -> None:

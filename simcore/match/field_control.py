@@ -56,10 +56,10 @@ class ControlledMatch(PlayedMatch, Protocol):
         """Place a robot at rest at a pose; the gyro keeps its reading."""
 
     def require_robot(self, number: int) -> None:
-        """Raise a `ConfigError` if no robot has a number."""
+        """Raise a `ConfigError` if there is no robot with this number."""
 
     def reset_field(self) -> None:
-        """Reset pieces, preloads, score and rules to the start of the match."""
+        """Reset pieces, preloads, score and rules to the state at the start of the match."""
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Set the controller of a robot from the next tick on; None removes the controller."""
@@ -73,7 +73,7 @@ class ControlledMatch(PlayedMatch, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CommandResult:
-    """Result of one command."""
+    """Result of one command: executed or refused, with a description."""
 
     number: int
     """Number of the command, counted from 1."""
@@ -167,7 +167,7 @@ class FieldControl:
             places: Requested positions, x and y of each piece, field frame [m].
 
         Raises:
-            ConfigError: If a position is not two finite numbers.
+            ConfigError: If a position is not two finite numbers, or if there are not 1 to 1000 positions.
         """
         return self.do("put_down", {"kind": kind, "places": places})
 

@@ -33,7 +33,7 @@ __all__ = [
     "robot_near",
 ]
 
-_APART = 1.0  # [s]; our choice: a repeat after a shorter pause is the same foul
+_APART = 1.0  # [s]; our choice: a repeat after a shorter pause is the same violation
 
 
 @dataclass(slots=True)
@@ -102,7 +102,7 @@ class FoulBook:
 
 @dataclass(frozen=True, slots=True)
 class PieceRelease:
-    """Release of a piece by a robot."""
+    """Release of a piece by a robot: piece, robot and speed."""
 
     slot: int
     """Slot of the piece."""
@@ -142,8 +142,8 @@ class Releases:
 _PIN_APART = inches(72.0)
 _PIN_AWAY = 3.0  # [s]; a pin ends when the robots have been `_PIN_APART` apart for this time
 _HELD_SPEED = 0.25  # [m/s]; our choice: a faster robot is not pinned
-_BESIDE = 0.1  # [m]; our choice: a robot this close to a static element can be pinned against it
-_TRYING = 15.0  # [A] of a drive motor; our choice: a robot that only holds its heading draws less
+_BESIDE = 0.1  # [m]; our choice: a robot this close to a static element can be pinned against the element
+_TRYING = 15.0  # [A] of a drive motor; our choice: a robot that only holds the heading draws less
 
 Pin: TypeAlias = tuple[int, int]
 """Numbers of the pinning robot and the pinned robot."""
@@ -266,12 +266,12 @@ def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
 
 
 def is_carried(match: PlayedMatch, number: int, by: int) -> bool:
-    """Return whether another robot carries a robot: the robot is higher, and touches no ground and no field element.
+    """Return whether a robot is above another robot, and touches neither the ground nor a field element.
 
     Args:
         match: Match of the robots.
-        number: Number of the robot that may be carried.
-        by: Number of the robot that may carry the other robot.
+        number: Number of the upper robot.
+        by: Number of the lower robot.
     """
     above, below = match.robots[number], match.robots[by]
     is_higher = above.chassis.pos[2] > below.chassis.pos[2] + above.chassis.config.clearance

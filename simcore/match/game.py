@@ -178,7 +178,7 @@ class PieceSupply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StagedPieces:
-    """Pieces of one kind at the start of a match."""
+    """Pieces of one kind at the start of a match: poses on the field, and number of pieces off the field."""
 
     kind: str
     """Name of the kind of piece."""
@@ -256,7 +256,7 @@ class PlayedMatch(Protocol):
     entries: tuple[RobotEntry, ...]
     """Entries of the robots, by robot number."""
     options: frozenset[str]
-    """Names of the game options that are on."""
+    """Names of the game options that are switched on."""
     practice: bool
     """Whether a scored piece counts at any time, regardless of the match clock."""
     field: FieldGeometry
@@ -278,7 +278,7 @@ class PlayedMatch(Protocol):
     rules_rng: np.random.Generator
     """Random number generator for the rules of the game."""
     draws: ScatterDraws
-    """Scatter draws of this run."""
+    """Random draws of this run."""
     persons: dict[Alliance, dict[str, float]]
     """End time of each requested action [s], by action name, for each alliance with a user as human player."""
     record: RunRecord
@@ -505,7 +505,7 @@ class Game:
             pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
             robot: Function that returns the default robot's config; None for a 55 kg robot with four swerve modules and
                 no mechanisms.
-            zones: Zones where pieces score.
+            zones: Zones in which pieces score.
             places: Resting places, where pieces stay and count as placed.
         """
         module = SwerveModuleConfig(

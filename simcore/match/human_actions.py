@@ -83,7 +83,7 @@ class Feeder:
             self.keep(slot)
 
     def is_due(self, period: float, hand: str = "") -> bool:
-        """Return whether a period has passed since the last piece of a hand.
+        """Return whether a period has passed since a hand last put a piece on the field.
 
         Args:
             period: Period between pieces, before multiplication with the clumsiness [s].
@@ -127,7 +127,7 @@ class Feeder:
             elevation: Launch angle above the horizontal [rad].
             error: Standard deviation of the direction [rad] and of the relative speed error [-], before multiplication
                 with the clumsiness.
-            flip: Symmetry that maps both points to the other alliance's side; None to leave the points unchanged.
+            flip: Symmetry that flips the throw to the other alliance's side of the field; None for no flip.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -148,11 +148,11 @@ class HumanAction:
     """Action with which a human player puts the next piece on the field, for both alliances."""
 
     name: str
-    """Name of the action in its NetworkTables topic, e.g. `OpenDoor`."""
+    """Name of the action in NetworkTables, e.g. `OpenDoor`."""
     summary: str
     """Text on the action's button."""
     feeders: Mapping[Alliance, Feeder]
-    """Stock of pieces of each alliance's human player."""
+    """Stock of each alliance's human player, by alliance."""
     act: Callable[[Alliance], object]
     """Function that puts the next piece on the field, called with the alliance."""
     period: float

@@ -82,7 +82,9 @@ class Match:
         never_sleep: Whether pieces always stay awake, for measurements.
 
     Raises:
-        ConfigError: If robots, seed or options are invalid.
+        ConfigError: If the robots, the seed or another setting is invalid.
+        UnknownNameError: If the game does not have one of the options.
+        StartError: If a start pose is outside the field or occupied.
         FieldMeshError: If the field mesh is missing or invalid.
 
     Example:
@@ -194,7 +196,7 @@ class Match:
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
             pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
-            zones: Zones where pieces score.
+            zones: Zones in which pieces score.
             places: Resting places, where pieces stay and count as placed.
             settings: Further arguments of `Match`.
 
@@ -364,7 +366,7 @@ class Match:
         self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
 
     def _require_place(self, number: int, pose: Pose) -> None:
-        """Raise an error if a pose of a robot is not three finite numbers, outside of the field or occupied."""
+        """Raise an error unless a robot's pose is three finite numbers, inside the field and free."""
         require_row(f"robot {number}", "pose", pose, POSE)
         require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
 
@@ -506,7 +508,7 @@ class Match:
     # --- after ----------------------------------------------------------------------------------------------------
 
     def _gather(self) -> None:
-        """Advance clocks and record, read the state of pieces and hanging bodies, and put back pieces off the field."""
+        """Advance clocks and record, read the states of pieces and hanging bodies, and return pieces off the field."""
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
@@ -600,7 +602,7 @@ class Match:
 
         Raises:
             ConfigError: If the robot does not exist or the pose is not three finite numbers.
-            StartError: If the pose is outside the field or inside a solid.
+            StartError: If the pose is outside the field or occupied.
         """
         self.require_robot(number)
         self._require_place(number, pose)
@@ -725,7 +727,7 @@ class Match:
         return game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose
 
     def require_robot(self, number: int) -> None:
-        """Raise a `ConfigError` if no robot has a number."""
+        """Raise a `ConfigError` if there is no robot with this number."""
         if type(number) is not int or number not in range(len(self.entries)):
             raise ConfigError(f"there are robots 0 to {len(self.entries) - 1}, got {shown(number)}")
 

@@ -50,7 +50,7 @@ class RobotContacts:
         self.near_hanging: list[HangingBody] = []
         """Hanging bodies that are close enough to a robot for contact in this tick."""
         self.robots: set[tuple[int, int]] = set()
-        """Number pairs of robots that have touched in this tick; each pair is contained in both orders."""
+        """Pairs of numbers of robots that have touched in this tick, each pair in both orders."""
         self.hanging: set[tuple[int, str]] = set()
         """Robot number and name of the hanging body for each contact with a hanging body in this tick."""
 

@@ -194,7 +194,7 @@ class PieceFlow:
         self._note_blocked((robot.number, number), obstacles, time)
 
     def _ready(self, robot: Robot, shooter: ShooterConfig) -> int:
-        """Return the number of pieces that the shooter can shoot in turn before a piece of another kind follows."""
+        """Return how many of the next pieces in the storage are of the shooter's kinds, without interruption."""
         storage = robot.storage_of(shooter)
         if not shooter.kinds:
             return len(storage.pieces if storage.hopper is None else storage.in_turn)

@@ -31,7 +31,7 @@ _DECIMALS = 6  # of poses; unrounded, a robot at rest moves by about 1e-9 m, and
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Parts of a match that telemetry uses."""
+    """Interface of a match for telemetry."""
 
     cameras: CameraRig
     ticks: int
@@ -61,7 +61,7 @@ class _Source(NamedTuple):
     """Telemetry keys. An open key contains `<...>`; the publisher replaces `<...>` with the name of each value."""
     decimals: int | None
     values: Callable[[], Iterable[Any]]
-    """Function that returns an item for each key: a value, or a dict of values by name for an open key, or None."""
+    """Function that returns an item per key: a value, a dict of values by name (open key), or None for no value."""
 
 
 class Publisher:

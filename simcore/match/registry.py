@@ -36,7 +36,7 @@ _log = logging.getLogger(__name__)
 
 
 def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
-    """Load all installed games, and return the games without errors by name, newest year first.
+    """Load all installed games, and return the games that load without errors, by name, newest year first.
 
     Args:
         say: Function called with a one-line message, with file and line, for each game that fails to load.
@@ -79,7 +79,7 @@ def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
 
 
 def find_game(name: str | None = None, *, say: Callable[[str], object] | None = None) -> Game:
-    """Load a game by name, or the newest game for None.
+    """Return a game by name, or the newest installed game if the name is None.
 
     Args:
         name: Name of the game, or `none` for the empty field.

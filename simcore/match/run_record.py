@@ -1,4 +1,4 @@
-"""Record of a run: shots, pieces taken in, placements, distances, a digest of the trajectory, and tick times.
+"""Record of a run: shots, pieces taken in, placements, driven distances, a digest of all states, and tick times.
 
 A match writes the record. Reports, sweep rows and telemetry (for logs, pages and layouts) read the same record, so that
 all counts agree.
@@ -107,7 +107,7 @@ class PieceCount:
 
     @classmethod
     def of(cls, pieces: GamePieceManager) -> PieceCount:
-        """Count the pieces of a match."""
+        """Count the pieces of a match by status."""
         count = pieces.count
         return cls(
             staged=pieces.total,
@@ -175,14 +175,14 @@ class Placement:
     pose: Pose
     """Pose of the robot after the placement, field frame [m, m, rad]."""
     reason: str
-    """`start`, `carried` (by the drive team; the gyro keeps its reading) or `reset` (the whole robot starts again)."""
+    """`start`, `carried` by the drive team with an unchanged gyro reading, or `reset` of the whole robot."""
 
 
 _Event = TypeVar("_Event", bound="ShotRecord | Hit | TakenIn")
 
 
 class RobotRecord:
-    """Record of one robot since the run began."""
+    """Record of one robot since the start of the run: placements, driven distance and shortfalls."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -190,7 +190,7 @@ class RobotRecord:
         self.player = ""
         """Role and level of the robot's scripted player, e.g. `collector:3`; empty without a role."""
         self.distance = 0.0
-        """Distance driven, excluding moves by the drive team [m]."""
+        """Distance driven since the start of the run, without moves by the drive team [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
         """Placements in order, the start first."""
         self.forget_pieces()

@@ -253,7 +253,7 @@ def piece_variation(draws: ScatterDraws, counts: Sequence[int]) -> PieceVariatio
     """Draw the factors on mass, diameter, restitution and drag of all pieces of a match.
 
     Args:
-        draws: Scatter draws of the match.
+        draws: Random draws of the match.
         counts: Number of pieces of each kind, in the order of the pool.
     """
     return PieceVariation(
@@ -294,7 +294,7 @@ def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRo
 
     Args:
         config: Config of the robot.
-        draws: Scatter draws of the match.
+        draws: Random draws of the match.
         robot: Number of the robot.
     """
     drivetrain = config.drivetrain

@@ -27,7 +27,7 @@ def other_alliance(alliance: Alliance) -> Alliance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoringZone:
-    """Zone in which pieces score."""
+    """Zone in which pieces score points for an alliance."""
 
     name: str
     """Name of the zone, also used as key in the breakdown of the score."""
@@ -49,7 +49,7 @@ class ScoringZone:
 
 @dataclass(frozen=True, slots=True)
 class ScoreEvent:
-    """Event: a piece has scored in a zone."""
+    """Record of a piece that has scored in a zone."""
 
     time: float
     """Simulated time at the end of the tick [s]."""
@@ -119,7 +119,7 @@ class ScoringTracker:
         """Initialize a tracker without events.
 
         Args:
-            zones: Zones where pieces score; names must differ.
+            zones: Zones in which pieces score; the names must differ.
             worth: Function that returns the points for a piece in a zone at the current time; None for `zone.points`.
             kinds: Kind of the piece in each slot, required if a zone lists kinds.
         """
@@ -141,7 +141,7 @@ class ScoringTracker:
         self.fouls: list[FoulEvent] = []
         """All fouls so far, oldest first."""
         self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
-        """Points by alliance."""
+        """Points of each alliance so far, with the points for fouls of the other alliance."""
         self.pieces: dict[str, int] = dict.fromkeys((zone.name for zone in self.zones), 0)
         """Number of pieces that have scored in each zone, including pieces without points."""
 

@@ -43,7 +43,7 @@ Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
 _WHEEL_TOLERANCE = 0.01  # of the wheel speed; the range of a shot varies with the square of the speed
 _HEADING_TOLERANCE = degrees(1.0)
 _MOST_SPEED = 0.05  # over ground [m/s]
-_AT_TARGET = 0.1  # [m]; zones this close to a target belong to the target
+_AT_TARGET = 0.1  # [m]; zones this close to a target are zones of the target
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
@@ -161,7 +161,7 @@ class ScriptedRobot:
 
     @property
     def robot(self) -> Robot:
-        """Robot that follows the script."""
+        """Robot that the script commands."""
         assert self._robot is not None, "a script runs inside a tick"
         return self._robot
 
@@ -220,7 +220,7 @@ class ScriptedRobot:
         self._volts[mechanism] = volts
 
     def wait(self, seconds: float) -> Steps:
-        """Keep the current commands for a time [s]."""
+        """Keep the current commands for a duration [s]."""
         for _ in range(round(seconds / TICK)):
             yield
 
@@ -314,7 +314,7 @@ class ScriptedRobot:
     ) -> Steps:
         """Drive to the pieces in a rectangle, nearest first, until no piece is left or the robot is full.
 
-        The caller must deploy the intake before.
+        Call `intake(True)` before this method.
 
         Args:
             low: Corner of the rectangle with the smallest x and y, blue field frame [m].

@@ -40,10 +40,10 @@ Flip: TypeAlias = Callable[[float, float, float], Pose]
 
 _log = logging.getLogger(__name__)
 
-_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower misses its goal with a larger pose error
+_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower misses the goal with a larger pose error
 _MOVES = 0.05  # [m/s]; a faster robot has begun to drive
 _BEGINNING = 0.5  # [s]; time in autonomous for robot code to set its pose
-_SPARE = 0.02  # [m]; allowed overlap at a start, which contact then pushes apart
+_SPARE = 0.02  # [m]; allowed overlap at a start, which contact forces then remove
 _RING, _RINGS = 0.1, 20  # [m], [-]; spacing and number of the rings searched for a free pose
 
 

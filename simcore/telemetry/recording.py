@@ -145,7 +145,7 @@ class Recording:
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
-        """Return whether any value of a key was recorded."""
+        """Return whether at least one value of a key is recorded."""
         return (
             key in self._arrays
             or any(key in self._kept(field) for field in FIELDS)

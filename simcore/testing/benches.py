@@ -55,7 +55,7 @@ class DriveBench:
         self.time = 0.0
 
     def lift(self) -> None:
-        """Place the robot 1 m above the carpet, and apply a force that cancels the weight in the next step."""
+        """Place the robot 1 m above the carpet, and apply a constant force that cancels the weight of the robot."""
         mass = self.chassis.distribution.mass
         self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
         self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
@@ -65,7 +65,8 @@ class DriveBench:
 
         Args:
             h: Time step [s].
-            force: Force along x and y and yaw torque at the center of mass, field frame [N, N, N m].
+            force: Force along x and y and yaw torque at the center of mass, field frame [N, N, N m]. On a level carpet,
+                zeros keep the last applied force, e.g. from `lift`.
         """
         weight = self.chassis.distribution.mass * GRAVITY
         if self.slope or any(force):

@@ -121,7 +121,7 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
             low = float((pos[:, 2] - _rest_heights(match, supply.kind, slots)).min())
             assert low > -_SUNK, f"{game.name}, tick {match.ticks}: a {supply.kind.name} is {-low:.3f} m too low"
             inside = (pos[:, 0] > 0.0) & (pos[:, 0] < length) & (pos[:, 1] > 0.0) & (pos[:, 1] < width)
-            high = pos[:, 2] > 1.0  # people return pieces that fly over the wall
+            high = pos[:, 2] > 1.0  # human players return pieces that fly over the wall
             assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
 
     play_auto(game, auto, seconds=seconds, on_tick=check).match.close()

@@ -135,7 +135,7 @@ def take_seats(
     Args:
         match: Match with the robots of `entries`.
         seats: Seats of the robots.
-        me: Function that makes the controller of `ME`; None if the robot stands still.
+        me: Function that returns the controller of `ME`; None if the robot stands still.
         hand_over: Function of the match, a robot number and a scripted controller that returns a controller from which
             a person can take over; None if no person can take over.
     """
@@ -164,7 +164,7 @@ def play_match(
     Args:
         game: Game to play.
         seats: Seats of the robots, from `lineup`.
-        me: Function that makes the controller of `ME`, e.g. from `plays`; None if the robot stands still.
+        me: Function of the match that returns the controller of `ME`, e.g. from `plays`; None if `ME` stands still.
         robot: Config of `ME`; None for the game's default robot.
         hand_over: Function that returns a controller from which a person can take over, as in `take_seats`.
         seconds: Simulated time to play [s]; None for the whole match.

@@ -41,10 +41,10 @@ Place = tuple[float, float]
 _CELL = 0.2  # [m]; size of a grid cell
 _FINE = 4  # sampling points for elements per cell and axis
 _FLAT = 0.05  # [m]; lower elements do not slow a robot down
-_HALF = 0.42  # [m]; half of a robot and a margin: smallest distance from its center to a wall
+_HALF = 0.42  # [m]; half of a robot and a margin: smallest distance from the robot center to a wall
 _CORNER = 0.6  # [m]; a robot that turns at this distance from a wall touches the wall
 _BLOCKED, _TIGHT = 60.0, 1.5  # cost per meter; finite, so that a robot inside a blocked cell finds a way out
-_RAMP = 8.0  # cost per meter; a robot is slow on a ramp, and may land on a piece that lifts its wheels
+_RAMP = 8.0  # cost per meter; a robot is slow on a ramp, and may land on a piece that lifts the wheels
 _ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the added cost per meter
 _DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, which has steps of 45 degrees
 
@@ -223,7 +223,7 @@ def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
 
 _RAMP_SPEED = 1.4  # [m/s]; a faster robot jumps off a ramp
 _AHEAD = 0.6  # [m]; distance at which a robot slows down for a ramp
-_REPLAN = 0.4  # [s]; a route is kept this long while its goal stays within `_MOVED`
+_REPLAN = 0.4  # [s]; a route is kept for this time if the goal moves by less than `_MOVED`
 _MOVED = 0.5  # [m]
 _STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that moves less than this in this time is stuck
 _BACK_OFF, _SHAKING = 0.6, 4.0  # [s]
@@ -234,7 +234,7 @@ _AIM = 0.8  # [s]; interval between new aiming errors
 _REACHES = 1.3  # [m]; a deployed intake touches opponents that are closer
 _IN_THE_WAY = 1.2  # [s]; time of aiming without a shot after which a robot moves to another place
 _CLUSTER = 0.45  # [m]; size of the cells in which pieces are counted
-_CROWD = 1.3  # [m]; a player mostly leaves pieces this close to another robot to that robot
+_CROWD = 1.3  # [m]; a player prefers pieces farther than this from other robots
 _BEYOND = 0.35  # [m]; distance that a robot drives past the pieces that it collects
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
@@ -323,7 +323,7 @@ class Player(ScriptedRobot):
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
-        """Start the script for a robot, and make the player's random number generator from the robot number."""
+        """Start the script for a robot, and create the random number generator of the player."""
         self.rng = self.match.draws.generator("players", robot.number)
         self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
@@ -511,7 +511,9 @@ class Player(ScriptedRobot):
                 yield
             self.hold_fire()
             if self.held and self.match.time - since > _IN_THE_WAY and self.others:
-                nearest = min((other.place for other in self.others), key=self.away)  # it may be in the way
+                nearest = min(
+                    (other.place for other in self.others), key=self.away
+                )  # the nearest robot may be in the way
                 yield from self._back_off(nearest)
                 self.stop()
                 since = self.match.time
