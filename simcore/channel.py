@@ -30,7 +30,11 @@ class Channel:
     """
 
     key: str
-    """Key; the publisher adds a robot's prefix to a robot channel, and replaces `<...>` with the name of each value."""
+    """Key of the values.
+
+    The publisher adds the prefix of the robot to the key of a robot channel, and replaces `<...>` with the name of each
+    value.
+    """
     kind: str
     """Type of the values, a key of `FIELD_OF`."""
     of: Callable[[Any], Any]

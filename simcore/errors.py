@@ -51,7 +51,7 @@ class CapacityError(SimcoreError, RuntimeError):
 
 
 class EngineError(SimcoreError, RuntimeError):
-    """Failure of the physics engine: not installed, closed, an unsupported request, or a state that is not finite."""
+    """Physics engine that is not installed or closed, rejects a request, or reaches a state that is not finite."""
 
 
 class FieldMeshError(SimcoreError, ValueError):
@@ -188,7 +188,8 @@ def outside_part(error: BaseException) -> TracebackType | None:
 def _moved(error: BaseException) -> str:
     """Return a hint for an import that fails because simcore now defines the imported names in other modules.
 
-    The hint names the new module of each name, for the end of a message. The hint is empty for any other error.
+    The hint states the new module of each name, and is worded for the end of a message. The hint is empty for any other
+    error.
     """
     asked = str(getattr(error, "name", "") or "")
     if not isinstance(error, ImportError) or asked.partition(".")[0] != "simcore":

@@ -54,7 +54,9 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
 
 
 def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE) -> str:
-    """Return the pip requirement that installs this version of simcore on another computer; empty without an address.
+    """Return the pip requirement that installs this version of simcore on another computer.
+
+    The result is empty if the origin of the installed simcore is unknown or not public.
 
     >>> shared_requirement("robotpy", package=Path("/home/me/env/site-packages/simcore"))
     ''

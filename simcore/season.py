@@ -306,7 +306,7 @@ def press_button(port: int, number: int, down: bool) -> None:
 
 
 def clock_rate() -> float:
-    """Return the units of a NetworkTables timestamp per second: 1e6 in 2026 or without ntcore, 1e9 in 2027."""
+    """Return the number of NetworkTables timestamp units per second: 1e6 in 2026 or without ntcore, 1e9 in 2027."""
     try:
         return 1e6 if hasattr(import_module("ntcore").NetworkTableInstance, "getDefault") else 1e9
     except ImportError:

@@ -44,7 +44,7 @@ _ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
 
 
 class ControlledMatch(PlayedMatch, Protocol):
-    """Interface of a match for `FieldControl`."""
+    """Match interface that `FieldControl` uses."""
 
     entries: tuple[RobotEntry, ...]
 
@@ -328,7 +328,7 @@ class FieldControl:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _human_player(self, alliance: str) -> tuple[Alliance, dict[str, HumanAction]]:
-        """Return the alliance with a name, and the actions of the alliance's human player by action name."""
+        """Return the alliance named `alliance`, and the actions of the alliance's human player by action name."""
         actions = {action.name: action for action in self._match.rules.human_actions()}
         if not actions:
             raise ConfigError(f"this run of {self._match.game.name} has no human players; whole matches may have them")
@@ -439,7 +439,10 @@ class Action:
     words: str
     """Format string that describes the command, with the names of the arguments in braces."""
     act: Callable[..., str]
-    """Function of the `FieldControl` and the arguments that performs the action and returns a description."""
+    """Function that performs the action and returns a description of the effect.
+
+    The arguments are the `FieldControl` and the arguments of the action by name.
+    """
     arguments: Mapping[str, Callable[[str, Any], Any]]
     """Function that checks and converts an argument, by argument name.
 

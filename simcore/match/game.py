@@ -90,7 +90,7 @@ class FieldDefinition:
     An empty name means no AprilTags. A match loads the layout only if a robot has a camera.
     """
     rungs: tuple[Rung, ...] = ()
-    """Rungs that climbers can hang on."""
+    """Rungs on which climbers can hang."""
     hanging: tuple[HangingConfig, ...] = ()
     """Bodies that hang from the field and swing."""
 
@@ -250,7 +250,7 @@ class GameOption:
 
 
 class PlayedMatch(Protocol):
-    """Interface of a match for a game's rules, autos, scripted players and scripts."""
+    """Match interface that a game's rules, autos, scripted players and scripts use."""
 
     game: Game
     entries: tuple[RobotEntry, ...]
@@ -468,7 +468,7 @@ class Game:
         return self.title or self.name.upper()
 
     def auto(self, name: str | None = None) -> Auto:
-        """Return the auto with a name; None selects the game's first auto.
+        """Return the auto named `name`, or the game's first auto if `name` is None.
 
         Raises:
             UnknownNameError: If no auto has this name; the message suggests similar names.

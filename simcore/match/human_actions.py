@@ -32,7 +32,7 @@ _STAGED = int(PieceStatus.STAGED)
 
 
 class FedMatch(Protocol):
-    """Interface of a match for human players."""
+    """Match interface that `Feeder` uses."""
 
     pieces: GamePieceManager
     record: RunRecord

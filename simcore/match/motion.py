@@ -1,8 +1,8 @@
 """Motion of all bodies during one tick, and contacts of the robots, for matches and for worlds without a match.
 
-`Motion.advance` divides a tick into steps of 5 ms. In each step, the robots' devices are updated first, and then robots
-and balls move. The engine moves all other bodies, in several substeps if the pieces require short substeps. The sensors
-are updated after the last step.
+`Motion.advance` divides a tick into steps of 5 ms. Each step updates the robots' devices and then moves robots and
+balls. The engine moves all other bodies, in several substeps if the pieces require short substeps. `Motion.advance`
+updates the sensors after the last step.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ _DECIMALS = 6  # of poses; unrounded, a robot at rest moves by about 1e-9 m, and
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Interface of a match for telemetry."""
+    """Match interface that `Publisher` uses."""
 
     cameras: CameraRig
     ticks: int
@@ -274,7 +274,7 @@ class _Robots:
         return partial(channel.of, self) if channel in ROBOT else lambda: list(map(channel.of, things))
 
     def read(self) -> None:
-        """Read the current state of all robots from the world, before the channels are read."""
+        """Read the current state of all robots from the world; call this method before the channels' functions."""
         world = self.match.world
         self.shafts, self.batteries = world.robots.fleet.shafts, world.robots.fleet.batteries
         self.view.look(world.robots.fleet, world.bodies.records)

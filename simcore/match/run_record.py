@@ -131,7 +131,7 @@ class ShotRecord:
     """Record of one shot, from the release until the piece scores, is taken in or comes to rest on the carpet."""
 
     time: float
-    """End of the tick in which the piece left the muzzle [s]."""
+    """Simulated time at the end of the tick in which the piece left the muzzle [s]."""
     number: int
     """Number of the shot, from 1; 0 for a throw by a human player."""
     slot: int
@@ -149,7 +149,7 @@ class Hit(NamedTuple):
     """Score of a shot: time, and number of the shot."""
 
     time: float
-    """Time of the score [s]."""
+    """Simulated time at which the shot scored [s]."""
     shot: int
     """Number of the shot."""
 
@@ -159,7 +159,7 @@ class TakenIn:
     """Piece that an intake or a placer of a robot has taken in, with time and position."""
 
     time: float
-    """Time at which the piece was taken in [s]."""
+    """Simulated time at which the robot took in the piece [s]."""
     slot: int
     robot: int
     place: tuple[float, float, float]
@@ -171,7 +171,7 @@ class Placement:
     """Placement of a robot: at the start of the run, by the drive team, or by a reset of the robot."""
 
     time: float
-    """Time of the placement [s]."""
+    """Simulated time of the placement [s]."""
     pose: Pose
     """Pose of the robot after the placement, field frame [m, m, rad]."""
     reason: str
@@ -247,7 +247,7 @@ class RunRecord:
         self._pieces = pieces
         self._tick = tick
         self.time = 0.0
-        """End of the last tick [s]."""
+        """Simulated time at the end of the last tick [s]."""
         self.robots = [RobotRecord(robot) for robot in robots]
         """Records of the robots, by number."""
         self.failure = ""
@@ -371,7 +371,7 @@ class RunRecord:
 
     @property
     def columns(self) -> RecordColumns:
-        """Newest events for telemetry; the object is replaced after each new event."""
+        """Newest events for telemetry; the property returns the same object until the next event."""
         if self._columns is None:
             self._columns = RecordColumns(
                 shots=_newest(self.shots, lambda shot: (shot.slot, shot.robot, round(shot.time / self._tick))),

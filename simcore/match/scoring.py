@@ -98,7 +98,7 @@ class Score:
     total: int
 
     def __gt__(self, other: object) -> bool:
-        """Raise a `ConfigError`, because scores are compared by the points of one alliance."""
+        """Raise a `ConfigError`, because the points of two alliances have no common order."""
         raise ConfigError(
             f"a score has points of red and of blue, got {other!r}: did you mean score.blue or score.red?"
         )

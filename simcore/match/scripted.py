@@ -210,12 +210,12 @@ class ScriptedRobot:
         self._intake = on
 
     def set_position(self, mechanism: str, position: float) -> None:
-        """Command a mechanism to move to a shaft position [rad] and to hold the position."""
+        """Command a mechanism to move to a shaft position [rad] and hold the position; cancel the voltage command."""
         self._volts.pop(mechanism, None)
         self._positions[mechanism] = position
 
     def set_volts(self, mechanism: str, volts: float) -> None:
-        """Command a constant voltage of a mechanism [V], which ends a position command."""
+        """Command a constant voltage of a mechanism [V], and cancel the mechanism's position command."""
         self._positions.pop(mechanism, None)
         self._volts[mechanism] = volts
 

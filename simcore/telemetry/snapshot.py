@@ -74,7 +74,7 @@ class Snapshot:
 
     @property
     def struct_arrays(self) -> list[tuple[str, Mapping[str, FloatArray]]]:
-        """Type name in WPILib and arrays by key, for each type of struct array."""
+        """All struct arrays: pairs of a type name in WPILib and the arrays of this type by key."""
         return [(POSE_ARRAY_TYPE, self.pose_arrays), (STATE_ARRAY_TYPE, self.state_arrays)]
 
 

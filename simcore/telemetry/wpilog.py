@@ -342,12 +342,12 @@ class LogColumn:
         return len(self._places)
 
     def payload(self, row: int) -> bytes:
-        """Return the encoded bytes of the value with an index."""
+        """Return the encoded bytes of the value at index `row`."""
         place = self._places[row]
         return self._data[place : place + self._sizes[row]]
 
     def value(self, row: int) -> Any:
-        """Return the decoded value with an index: a number, a text, a pose of shape (7,), or an array.
+        """Return the decoded value at index `row`: a number, a text, a pose of shape (7,), or an array.
 
         Raises:
             LogError: If `Snapshot` has no field for values of this type.
@@ -427,7 +427,7 @@ class TelemetryLog:
 
 
 class _Entry:
-    """Values of one key that `read_log` has found so far: timestamp, and offset and size in the file."""
+    """Values of one key that `read_log` has found so far, each with timestamp, offset in the file and size."""
 
     __slots__ = ("key", "metadata", "micros", "places", "sizes", "type")
 
@@ -439,7 +439,7 @@ class _Entry:
 
 
 def read_log(path: str | Path) -> TelemetryLog:
-    """Read a `.wpilog` or `.wpilogxz` file; of an incomplete file, read the complete records.
+    """Read a `.wpilog` or `.wpilogxz` file, even if the file ends in the middle of a record.
 
     Raises:
         LogError: If the file cannot be read, is not a data log of format 1.x, or contains no entry.

@@ -87,7 +87,7 @@ class DrivenRobot(ScriptedRobot):
         controls: Action buttons and robot settings.
         match: Match in which the robot plays.
         alliance: Alliance of the robot.
-        driver: Function that returns the driver's current input.
+        driver: Function that returns the driver's current input, or None while no person drives.
     """
 
     def __init__(self, controls: DriverControls, match: PlayedMatch, alliance: Alliance, driver: Driver) -> None:
@@ -160,7 +160,7 @@ class HandedOver:
         match: Match in which the robot plays.
         alliance: Alliance of the robot.
         auto: Controller of the robot before a person takes over.
-        driver: Function that returns the driver's current input; None until a person drives.
+        driver: Function that returns the driver's current input, or None while no person drives.
         from_teleop: Whether a person can take over only in teleop.
     """
 

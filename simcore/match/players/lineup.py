@@ -189,7 +189,7 @@ def play_match(
 
 
 def plays(auto: Auto) -> Callable[[PlayedMatch], Controller]:
-    """Return a function of a match that returns an auto's controller for robot 0, for the argument `me`."""
+    """Return a function of a match that returns an auto's controller for robot 0, for use as `me` in `play_match`."""
     return lambda match: auto.controller(match, match.alliances[0])
 
 

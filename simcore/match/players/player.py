@@ -292,7 +292,7 @@ class SeenRobot:
 
 
 class Player(ScriptedRobot):
-    """Controller that plays a match with a robot with a swerve drive, according to a script.
+    """Controller that plays a match according to a script, for a robot with a swerve drive.
 
     Args:
         script: Script to follow.
@@ -377,7 +377,7 @@ class Player(ScriptedRobot):
         return math.dist(self.pose[:2], place)
 
     def touches(self, number: int) -> bool:
-        """Return whether this robot touched another robot, given by number, in the last tick."""
+        """Return whether this robot touched robot `number` in the last tick."""
         return (self.robot.number, number) in self.match.contacts.robots
 
     # --- commands of a script ---------------------------------------------------------------------------------------
@@ -511,9 +511,8 @@ class Player(ScriptedRobot):
                 yield
             self.hold_fire()
             if self.held and self.match.time - since > _IN_THE_WAY and self.others:
-                nearest = min(
-                    (other.place for other in self.others), key=self.away
-                )  # the nearest robot may be in the way
+                # the nearest robot may be in the way
+                nearest = min((other.place for other in self.others), key=self.away)
                 yield from self._back_off(nearest)
                 self.stop()
                 since = self.match.time
