@@ -95,8 +95,8 @@ class CameraRig:
     def mount_camera(self, config: CameraConfig, *, robot: int = 0) -> LimelightSim:
         """Add a camera to a robot, possibly during a run, and return the camera.
 
-        The scatter's camera factor multiplies the image noise of the config. If the rig has a network, a Limelight
-        also publishes frames on the network and reads settings of robot code.
+        A random factor of the scatter (`camera_noise`) multiplies the image noise of the config. If the rig has a
+        network, a Limelight also publishes frames on the network and reads the settings that robot code has written.
 
         Args:
             config: Config of the camera.
@@ -123,12 +123,12 @@ class CameraRig:
     def add_headset(self, config: QuestConfig, *, robot: int = 0, ports: Sequence[HeadsetPort] = ()) -> QuestHeadset:
         """Add a QuestNav headset to a robot, and return the headset.
 
-        The scatter's camera factor multiplies the noise and the drift of the config.
+        A random factor of the scatter (`camera_noise`) multiplies the noise and the drift of the config.
 
         Args:
             config: Config of the headset.
             robot: Number of the robot.
-            ports: Ports on which the headset publishes and listens, e.g. a `QuestNavTable`.
+            ports: Connections on which the headset publishes poses and receives commands, e.g. a `QuestNavTable`.
         """
         noise = self._draws.factor("camera_noise", robot, len(self.headsets))
         names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")

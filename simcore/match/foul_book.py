@@ -155,7 +155,7 @@ class _PinCount:
     """Position of each of the two robots at the start of the count, field frame [m], by robot number."""
     seconds: float = 0.0
     ended: float = 0.0
-    """Time for which the robots have been six feet apart, or a robot six feet away from the position in `where` [s]."""
+    """Time for which the robots, or a robot and the position in `where`, have been six feet apart [s]."""
     fouls: int = 0
 
 

@@ -522,7 +522,7 @@ class Match:
         self.cameras.expose(self.time)
 
     def _settle(self) -> None:
-        """Put pieces to sleep that have been slow for some time."""
+        """Put all pieces that have been slow for some time to sleep."""
         self.pieces.settle(TICK)
 
     def _score(self) -> None:

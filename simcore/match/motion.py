@@ -197,7 +197,7 @@ class Motion:
         self.end_tick(dt)
 
     def end_tick(self, dt: float = TICK) -> None:
-        """End a tick of dt [s]: read the state of the pieces, and put pieces to sleep that have been slow."""
+        """End a tick of dt [s]: read the state of the pieces, and put slow pieces to sleep."""
         if self._pieces is not None:
             self._pieces.gather(dt)
             self._pieces.settle(dt)

@@ -50,7 +50,7 @@ class PieceFlow:
         self.clear()
 
     def clear(self) -> None:
-        """Forget which muzzles are blocked and which storages are jammed, so that new warnings are logged.
+        """Clear the sets of blocked muzzles and jammed storages, so that the next block or jam is logged again.
 
         Call the method at the start of a match and after a reset of the field.
         """

@@ -87,7 +87,7 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
 
     Raises:
         UnknownNameError: If no game of this name is installed; the message suggests similar names.
-        ConfigError: If no game is installed, if the game fails to load, or if the name is an auto or a year.
+        ConfigError: If no game is installed, the game fails to load, or the name is the name of an auto or a year.
     """
     if name == NO_GAME:
         return practice_field()

@@ -227,7 +227,7 @@ class RecordColumns:
     """
 
     shots: IntArray
-    """Shot number, slot, robot number, and tick of the run in which the piece left, for each shot, shape (4 n,)."""
+    """Number, slot, robot number, and number of the tick after which the piece has left, per shot, shape (4 n,)."""
     hits: IntArray
     """Hit number and shot number for each shot that has scored, shape (2 n,)."""
     taken_in: IntArray

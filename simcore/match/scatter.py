@@ -378,7 +378,7 @@ def _fixed_wheels(
 
 
 def _motor_factors(draws: ScatterDraws, motors: int, *numbers: int) -> tuple[float, float]:
-    """Draw a torque-constant and a resistance factor for each motor on a shaft, and return the mean of both factors."""
+    """Draw factors for the motors on a shaft; return the mean torque-constant factor and the mean resistance factor."""
     kt = [draws.factor("motor_kt", *numbers, motor) for motor in range(motors)]
     resistance = [draws.factor("motor_resistance", *numbers, motor) for motor in range(motors)]
     return math.fsum(kt) / motors, math.fsum(resistance) / motors

@@ -63,7 +63,7 @@ class Shortfalls:
                     self._empty_at[number] = time
 
     def note_shot(self) -> None:
-        """Count a shot of the robot, and count the shot for each feeder that coasts without output."""
+        """Count a shot of the robot, and add 1 to the count of each feeder that coasts without output."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
             if self._mechanism(name).record["request"]["value"][0] == 0.0:

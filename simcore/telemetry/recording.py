@@ -427,7 +427,7 @@ def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tupl
 
 
 def _full(rows: _Rows) -> Any:
-    """Expand positions to poses of shape (n, 7); return any other array as float64 or int64."""
+    """Expand positions to poses without rotation, shape (n, 7); return any other array as float64 or int64."""
     if rows.ndim == 1:
         return rows.astype(np.int64, copy=False)
     if rows.shape[1] != 3:

@@ -369,9 +369,9 @@ class LogColumn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TelemetryLog:
-    """Contents of a log: the column of each key, with keys without prefix.
+    """Contents of a log: a column with the values of each key.
 
-    The reader removes prefixes such as `NT:/`: the key `NT:/Sim/Robot/Pose3d` becomes `Sim/Robot/Pose3d`.
+    `read_log` removes prefixes such as `NT:/` from keys: `NT:/Sim/Robot/Pose3d` becomes `Sim/Robot/Pose3d`.
     """
 
     path: Path

@@ -85,7 +85,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that an auto on red is symmetric to the auto on blue, under the symmetry of the game's field.
+    """Check that an auto for a red robot is the symmetric counterpart of the same auto for a blue robot.
 
     The scores must be equal, and the paths of the robots must agree within 2 cm.
     """

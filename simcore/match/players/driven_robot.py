@@ -98,7 +98,7 @@ class DrivenRobot(ScriptedRobot):
         self._last = -math.inf
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of driving; start with zero commanded velocity after a time with disabled robots."""
+        """Run one tick of driving; first reset the commanded velocity to zero if the robots were disabled before."""
         if time > self._last + 1.5 * TICK:  # the robots were disabled in between
             super().stop()
         self._last = time
