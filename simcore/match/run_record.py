@@ -95,7 +95,7 @@ class PieceCount:
     """Number of pieces by status; the sum of all other fields is `staged`."""
 
     staged: int
-    """Number of all pieces that are part of the match, on or off the field, including preloads."""
+    """Number of all pieces staged so far, on or off the field, including preloads."""
     on_field: int
     in_flight: int
     held: int
@@ -103,7 +103,7 @@ class PieceCount:
     placed: int = 0
     """Number of pieces at rest in the game's resting places, not included in `on_field`."""
     off_field: int
-    """Number of pieces that are off the field and have not scored, e.g. with a human player."""
+    """Number of staged pieces off the field that have not scored, e.g. with a human player."""
 
     @classmethod
     def of(cls, pieces: GamePieceManager) -> PieceCount:

@@ -28,9 +28,9 @@ class Recording:
     """Telemetry sink that records a run in memory, in tables, readable even after `close`.
 
     A match of 160 s with 504 pieces takes 21 MB, a tenth of the size of the snapshots. The sink records arrays of more
-    than 64 rows and swerve module states less often than other values, and with single precision. For a long array of
-    poses without rotation, the sink records only the positions. A jump back in time deletes the recorded run and starts
-    a new run.
+    than 64 rows and swerve module states less often than other values, and rounds floats in these arrays to single
+    precision. For a long array of poses without rotation, the sink records only the positions. A jump back in time
+    deletes the recorded run and starts a new run.
 
     >>> recording = Recording()
     >>> for tick in range(3):
