@@ -80,7 +80,7 @@ class Profile:
     def __init__(self) -> None:
         self.p = self.v = self.acc = 0.0
         self.done = True
-        """Whether the setpoint has reached its goal."""
+        """Whether the setpoint has reached the goal."""
         self._key: tuple[float, ...] | None = None
         self._pieces: list[_Segment] = []
         self._t = 0.0
@@ -304,7 +304,7 @@ class Gains:
     arm: bool = False
     """Whether kG is multiplied by the cosine of the position (arm) instead of being constant (elevator)."""
     sign_of_error: bool = False
-    """Whether kS takes the sign of the closed-loop error instead of the sign of the setpoint velocity."""
+    """Whether kS has the sign of the closed-loop error instead of the sign of the setpoint velocity."""
     kg_offset: float = 0.0
     """Offset added to the position before the cosine [rotations]."""
 
@@ -390,7 +390,7 @@ def _sign(value: float) -> float:
 def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
     """Return a function that computes the sum of PID feedback and feed-forward.
 
-    The sign of kS can follow the error only with `on_position`, which marks position control.
+    With `on_position` (position control), kS has the sign of the error if the gains select this sign.
     """
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
     arm, offset = g.arm, g.kg_offset

@@ -1,4 +1,4 @@
-"""Base class of emulated devices: configuration, status frames, faults, requests, clock and enable signal."""
+"""Base class of emulated devices, with control requests, configuration, faults, clock and enable signal."""
 
 from __future__ import annotations
 
@@ -219,10 +219,10 @@ LOOP = 1e-3
 
 
 class SimulatedClock:
-    """Clock of simulated time since power-up of the devices (`phoenix6.utils.get_current_time_seconds()`).
+    """Clock of simulated time since power-up of the devices.
 
-    The clock counts whole nanoseconds, so rounding errors do not accumulate. Devices run a control loop every
-    millisecond.
+    `phoenix6.utils.get_current_time_seconds()` returns this time. The clock counts whole nanoseconds, so rounding
+    errors do not accumulate. Devices run a control loop every millisecond.
     """
 
     __slots__ = ("loop_ns", "next_frame_ns", "ns")
@@ -257,7 +257,7 @@ class EnableDelays:
     enable: float = 0.045
     """Delay from the first feed to the first motor voltage [s].
 
-    Measurement: 49 ms from the driver station, including 4 ms from the driver station to the feed.
+    The measured delay from the driver station is 49 ms, which includes 4 ms from the driver station to the feed.
     """
     disable: float = 0.080
     """Delay from a feed of 0 ms to zero output [s]. The measured delay from the driver station is 86 ms."""
@@ -289,7 +289,7 @@ class EnableState:
         self._until = -1
 
     def feed(self, milliseconds: int) -> None:
-        """Enable the devices for a duration [ms] from now, or disable the devices for a duration of 0.
+        """Feed the enable signal for a duration from now [ms]; a duration of 0 disables the devices.
 
         The devices respond after the enable or disable delay.
         """
@@ -382,7 +382,7 @@ _ALL = frozenset(FAULTS.values())
 COMPLIANCY = 19
 """API compliancy level that the devices report, as Phoenix 6 26.x requires."""
 VERSION = (26, 3, 0, 0)
-"""Firmware version reported by the devices."""
+"""Firmware version that the devices report."""
 _CONSTANTS = {
     SpnValue.COMPLIANCY_VERSION.value: COMPLIANCY,
     SpnValue.VERSION_MAJOR.value: VERSION[0],
@@ -404,7 +404,9 @@ def period_of(hz: float) -> int:
 
 
 class EmulatedDevice:
-    """Base class of emulated devices, from whose last status frame robot code reads all signals.
+    """Base class of emulated devices.
+
+    Robot code reads a device's signals from the last status frame instead of the present state.
 
     Args:
         address: CAN ID and bus.
@@ -510,7 +512,7 @@ class EmulatedDevice:
         raise NotImplementedError
 
     def send_frame(self) -> None:
-        """Store a new status frame and its time for robot code to read."""
+        """Store the present readings and time as the status frame that robot code reads."""
         self.frame = self.sample()
         self.frame_ns = self.clock.ns
 

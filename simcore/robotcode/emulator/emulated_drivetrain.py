@@ -167,10 +167,16 @@ def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[fl
 
 
 def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float, float, float]:
-    """Return the constant robot-frame velocity that gives the same pose after one period as a field-frame velocity.
+    """Return the constant robot-frame velocity that leads to the same pose as a constant field-frame velocity.
 
-    The arguments `vx`, `vy` [m/s] and `omega` [rad/s] are the constant field-frame velocity, rotated to the robot frame
-    at the start of the period. `period` is in seconds.
+    Args:
+        vx: Forward component of the field-frame velocity at the start of the period [m/s].
+        vy: Leftward component of the field-frame velocity at the start of the period [m/s].
+        omega: Yaw rate, counter-clockwise positive [rad/s].
+        period: Time after which the poses agree [s].
+
+    Returns:
+        Robot-frame velocity (x, y, yaw rate) [m/s, m/s, rad/s].
 
     Source: WPILib's ChassisSpeeds.Discretize.
     """
@@ -219,7 +225,12 @@ class PoseEstimator:
         self._vision_std_devs = [float(s) for s in std_devs]
 
     def reset(self, pose: Pose, gyro_yaw: float) -> None:
-        """Set the estimated pose at the present gyro yaw [rad]; clear the pose history and all vision corrections."""
+        """Set the estimated pose, and clear the pose history and all vision corrections.
+
+        Args:
+            pose: New estimated pose, field frame [m, m, rad].
+            gyro_yaw: Present continuous yaw of the gyro [rad].
+        """
         self._offset = pose[2] - gyro_yaw
         self._odometry = self.pose = pose
         self._times.clear()
@@ -230,7 +241,7 @@ class PoseEstimator:
         """Add the travel of one period to odometry, and update the estimated pose.
 
         Args:
-            time: Time of the sample [s].
+            time: Time of the update [s].
             dx: Forward travel [m].
             dy: Leftward travel [m].
             gyro_yaw: Continuous yaw of the gyro [rad].
@@ -401,7 +412,7 @@ class ModuleDevices:
     shortcut reduced the time of eight requests at 250 Hz from 0.13 to 0.04 ms per tick.
 
     Args:
-        emulator: Emulator that holds the devices.
+        emulator: Emulator that contains the devices.
         constants: Module constants, including CAN IDs and output types.
         bus: Name of the CAN bus of both motors.
     """
@@ -429,7 +440,7 @@ class ModuleDevices:
         return drive.loop.pos, drive.loop.vel, steer.loop.pos, steer.loop.vel
 
     def drive_volts(self, volts: float, foc: bool) -> None:
-        """Request an open-loop voltage [V] from the drive motor; `foc` selects FOC."""
+        """Request an open-loop voltage [V] from the drive motor, with FOC if `foc` is true."""
         if self._drive.renew(_VOLTS, foc):
             self._drive.loop.output = volts
         else:
@@ -438,8 +449,8 @@ class ModuleDevices:
     def drive_velocity(self, rps: float, amperes: float, volts: float, foc: bool) -> None:
         """Request closed-loop control of the drive velocity [rotor rotations/s].
 
-        The feed-forward is `amperes` [A] for a torque-current loop, and `volts` [V] for a voltage loop. `foc` selects
-        FOC for a voltage loop.
+        The feed-forward is `amperes` [A] for a torque-current loop, and `volts` [V] for a voltage loop. A voltage
+        loop uses FOC if `foc` is true.
         """
         drive = self._drive
         if drive.renew(self._velocity, foc):
@@ -554,8 +565,8 @@ class EmulatedModule:
     ) -> None:
         """Drive at `speed` [m/s] in the direction `angle` [rad], reversing the wheel to shorten the steer move.
 
-        The module scales the drive speed by the cosine of the steer error and compensates the drive speed for the
-        coupling of the steer and drive gears.
+        The module scales the drive speed by the cosine of the steer error, and adds the drive rotation that the
+        coupling of the steer and drive gears requires.
 
         Args:
             speed: Target speed [m/s].
@@ -609,7 +620,7 @@ class DrivetrainRequest(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Idle:
-    """Swerve request that sends no control requests, which lets the motors' last requests time out."""
+    """Swerve request that sends no control requests. The motors' last requests then time out."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
         """Send no control requests."""
@@ -623,7 +634,7 @@ class Brake:
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Request zero speed with every wheel in line with the robot's center."""
+        """Request zero speed with every wheel pointed at the robot's center."""
         _send(self, drivetrain, [(0.0, math.atan2(y, x)) for x, y in drivetrain.kinematics.positions])
 
 
@@ -645,7 +656,7 @@ class Point:
 class Speeds:
     """Swerve request ApplyRobotSpeeds, or ApplyFieldSpeeds if `is_field` is true.
 
-    The chassis velocity and the wheel forces are in the same frame.
+    `is_field` applies to the chassis velocity and to the wheel forces.
     """
 
     vx: float
@@ -662,7 +673,7 @@ class Speeds:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send module states for the requested velocity, with wheel forces as feed-forward."""
+        """Control the modules at the requested chassis velocity, with the wheel forces as feed-forward."""
         states, turn = _module_states(self, drivetrain, self.vx, self.vy, self.omega)
         forces = list(zip_longest(self.forces_x, self.forces_y, fillvalue=0.0))
         if self.is_field:
@@ -678,9 +689,9 @@ class Centric:
     vy: float
     omega: float
     deadband: float
-    """Deadband of the speed [m/s]."""
+    """Speed below which the translation is zero [m/s]."""
     rotational_deadband: float
-    """Deadband of the yaw rate [rad/s]."""
+    """Yaw rate below which the rotation is zero [rad/s]."""
     center_x: float
     center_y: float
     drive: int
@@ -690,7 +701,7 @@ class Centric:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send module states for the requested velocity after the deadbands."""
+        """Control the modules at the requested chassis velocity, after applying the deadbands."""
         vx, vy, omega = self.vx, self.vy, self.omega
         if math.hypot(vx, vy) < self.deadband:
             vx = vy = 0.0
@@ -804,7 +815,7 @@ class EmulatedDrivetrain:
         self.chassis_speeds = (0.0, 0.0, 0.0)
         """Measured chassis velocity, robot frame [m/s, m/s, rad/s]."""
         self.max_speed = modules[0].speed_at_12_volts
-        """Robot speed at 12 V, the limit of the wheel speeds with `desaturate` [m/s]."""
+        """Robot speed at 12 V, to which `desaturate` limits the module speeds [m/s]."""
         self.heading = 0.0
         """Estimated heading at the last update, field frame [rad]."""
         self.operator_forward = 0.0
@@ -907,7 +918,7 @@ class EmulatedDrivetrain:
         return 0.0 if self._gyro is None else math.radians(self._gyro.yaw)
 
     def _refresh(self) -> float:
-        """Read all modules, so that the next travel counts from now; return the gyro's yaw [rad]."""
+        """Update all modules, so that the next travel starts at the present readings; return the gyro's yaw [rad]."""
         for module in self.modules:
             module.refresh()
         return self._yaw()

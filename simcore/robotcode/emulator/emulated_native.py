@@ -323,7 +323,7 @@ def _table() -> dict[int, str]:
 
 
 UNITS: dict[int, str] = _table()
-"""Name of the unit of each signal or setting with a unit, by signal or setting number."""
+"""Unit text of each signal and setting, by number; values without a unit have no entry."""
 
 
 _log = logging.getLogger(__name__)
@@ -502,7 +502,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
-        """Write values, timestamps and units of signals to `values`; a waiting caller gets a new status frame.
+        """Write the values, timestamps and units of signals to `values`, after a new status frame if the caller waits.
 
         The last two items of `rest` are the wait flag and the timeout [s]. In 26.3, the network precedes these items.
 

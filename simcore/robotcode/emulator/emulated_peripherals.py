@@ -116,7 +116,7 @@ class EmulatedCANcoder(EmulatedDevice):
     def sample(self) -> CANcoderFrame:
         """Return a status frame with the present readings.
 
-        The method avoids the slow `CANcoderFrame.__new__`, because it runs 250 times per second.
+        The method runs 250 times per second, and therefore avoids the slow `CANcoderFrame.__new__`.
         """
         raw, sign = self.raw, self._sign
         position = sign * raw + self._offset + self._shift
@@ -406,7 +406,7 @@ class EmulatedPigeon2(EmulatedDevice):
     def sample(self) -> PigeonFrame:
         """Return a status frame with the present readings.
 
-        The method avoids the slow `PigeonFrame.__new__`, because it runs 250 times per second.
+        The method runs 250 times per second, and therefore avoids the slow `PigeonFrame.__new__`.
         """
         yaw, rates = self.raw_yaw + self._offset, self.rates
         return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
@@ -529,7 +529,7 @@ LIGHT_REQUESTS = (
     "TwinkleAnimation",
     "TwinkleOffAnimation",
 )
-"""Names of a CANdle's control requests, which are Phoenix 6 classes."""
+"""Phoenix 6 class names of a CANdle's control requests."""
 
 
 class EmulatedCANdle(EmulatedDevice):

@@ -191,7 +191,7 @@ class FeedbackSource(enum.IntEnum):
 class Feedback:
     """Configured feedback sensor of a controller: the rotor sensor or a sensor on the bus.
 
-    With a remote or fused sensor, the controller uses the position and velocity of this sensor instead of the rotor.
+    With a remote or fused sensor, the controller uses this sensor's position and velocity instead of the rotor's.
     The readings arrive in the sensor's status frames, at 100 Hz unless robot code sets another rate. A stiff loop
     therefore overshoots, by up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation. The loop runs
     once per frame: the output is constant until the next frame, and a new setpoint takes effect at the next frame. A
@@ -218,10 +218,10 @@ class Feedback:
 def _remote(
     talon: EmulatedTalon, source: FeedbackSource, sensor_id: int
 ) -> tuple[EmulatedDevice, Callable[[Any], tuple[float, float]]] | None:
-    """Return the sensor on the bus, and a function from a status frame to the position and velocity of the sensor.
+    """Return the sensor on the bus, and a function that reads the sensor from a status frame.
 
-    The position is in rotations and the velocity in rotations/s. The function returns None if robot code has not built
-    the sensor.
+    The second item returns position [rotations] and velocity [rotations/s] for a status frame. If robot code has not
+    built the sensor, `_remote` returns None.
     """
     devices = talon.devices
     if source in (FeedbackSource.REMOTE_CANCODER, FeedbackSource.FUSED_CANCODER, FeedbackSource.SYNC_CANCODER):
@@ -249,7 +249,7 @@ def _remote(
 def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback:
     """Return the feedback sensor that a controller's configuration selects.
 
-    A sensor that robot code has not built is marked with `is_missing`.
+    `is_missing` is true in the result if robot code has not built the sensor.
 
     Raises:
         NotImplementedError: The sensor is not modelled.
@@ -526,7 +526,7 @@ _BY_UNIT = {
 
 
 def units_number(spn: int, frame: TalonFrame) -> int:
-    """Return the number of the signal that defines the units of `spn` for the request in the frame."""
+    """Return the number of the signal that defines the units of signal `spn`, which depend on the frame's request."""
     if spn in _BY_AXIS:
         return spn + frame.plan.on_velocity
     return spn + frame.plan.unit_number if spn in _BY_UNIT else spn
@@ -641,7 +641,7 @@ class EmulatedTalon(EmulatedDevice):
         self.slot = 0
         self.enabled = False
         self.limits_hit = (False, False, False, False)
-        """Whether the forward soft limit, reverse soft limit, forward switch and reverse switch are active."""
+        """Whether each limit is active: forward soft limit, reverse soft limit, forward switch and reverse switch."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         """Send time [ns], request kind and field values of the pending control frame; None if no frame is pending."""
         self._expires: int | None = None
@@ -715,7 +715,7 @@ class EmulatedTalon(EmulatedDevice):
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Store a control request from robot code until the next control frame, or the next step if one-shot.
+        """Store a control request for the next control frame, or a one-shot request for the next step.
 
         Raises:
             NonFiniteError: A field is NaN.
@@ -814,7 +814,7 @@ class EmulatedTalon(EmulatedDevice):
             self.loop.limits = limits_of(self.config, self.kind, args)
 
     def _take_options(self) -> None:
-        """Copy feed-forward, neutral override, deadband, largest duty cycle and limit flags of the active request."""
+        """Copy feed-forward, neutral override, deadband, largest duty cycle and limit flags from the active request."""
         bridge, args, field = self.bridge, self.args, self.kind.slots
         self.loop.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
         torque = self.kind.unit is Unit.AMPERES

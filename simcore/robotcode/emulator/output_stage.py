@@ -142,7 +142,7 @@ class Bridge:
         self.asked = 0.0
         """Output requested from the motor, in the unit `unit`."""
         self.is_neutral = True
-        """Whether the bridge is neutral: in brake or coast."""
+        """Whether the bridge is neutral, with the motor shorted (brake) or disconnected (coast)."""
         self.is_braking = False
         """Whether a neutral bridge brakes by shorting the motor instead of coasting."""
         self._volts = self._current = 0.0

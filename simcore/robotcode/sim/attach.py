@@ -70,7 +70,6 @@ def watch_program(*, simulated: bool = False) -> Ownership:
 
     A later call starts nothing and returns the same record.
 
-
     Args:
         simulated: Whether to switch Phoenix 6 to simulated time.
     """
@@ -117,7 +116,9 @@ def begin_robot() -> None:
 
 
 def load_watched_class(module: str, name: str, simulated: bool) -> Any:
-    """Import a robot program with seeded random generators and recorded devices, and return the robot class.
+    """Import a robot program and return the robot class.
+
+    The function first seeds the random generators and starts recording the program's devices.
 
     Args:
         module: Name of the module that defines the class.
@@ -327,7 +328,10 @@ def is_port_taken(port: int = _NETWORKTABLES) -> bool:
 
 
 class _Choose(argparse.Action):
-    """Argparse action that stores an option's value in `_chosen`; RobotPy does not pass option values to extensions."""
+    """Argparse action that stores an option's value in `_chosen`.
+
+    RobotPy does not pass option values to extensions.
+    """
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
         _chosen[self.dest] = values
@@ -362,7 +366,7 @@ def _watch_command_line() -> None:
 
 
 def _mentions_simcore(project: Path) -> bool:
-    """Return whether a project's physics.py mentions simcore; such a project does not need the flag `--simcore`."""
+    """Return whether a project's physics.py mentions simcore, and the project therefore does not need `--simcore`."""
     try:
         return "simcore" in (project / "physics.py").read_text(encoding="utf-8", errors="replace")
     except OSError:

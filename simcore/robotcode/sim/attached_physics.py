@@ -50,7 +50,7 @@ _LOOPS = 3  # number of robot loops in which a project's own physics reveals the
 
 
 class AttachedPhysics(RobotPhysics):
-    """Physics of a robot on the field.
+    """Physics for a robot program without simcore code, with the robot on a game's field.
 
     The drivetrain comes from the robot program. The mechanisms come from the robot description file or from guesses.
 

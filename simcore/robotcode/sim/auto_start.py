@@ -110,7 +110,7 @@ class AutoStart:
     def before_tick(self) -> None:
         """Place the robot at the file's start pose for the chosen auto, or at robot code's reset pose for autonomous.
 
-        If the field is obstructed at the reset pose, the robot stays and the match records the reason.
+        If the robot cannot stand at the reset pose, the robot does not move, and the match records the reason.
         """
         self._note_mode()
         self._follow_chooser()
@@ -181,7 +181,7 @@ class AutoStart:
         return chassis.speed < _AT_REST and math.dist(chassis.pose[:2], self._found[:2]) < _MOVED
 
     def _follow_chooser(self) -> None:
-        """Move the robot to the start pose of the chosen auto at intervals before the first enable."""
+        """Move the robot to the file's start pose for the chosen auto, every 25 ticks before the first enable."""
         self._ticks += 1
         if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
             return

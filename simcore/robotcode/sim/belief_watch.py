@@ -43,12 +43,13 @@ class BeliefError:
 
 
 class BeliefWatch:
-    """Check of one robot's odometry that compares the estimated and true motion each tick.
+    """Check that compares one robot's estimated motion with the wheel odometry and the true motion each tick.
 
     Args:
         robot: Robot whose `estimated_pose` the program updates.
         sees: Function that returns whether cameras may correct the program's pose.
-        why_still: Function that returns a sentence why the program's pose does not move, or an empty text if unknown.
+        why_still: Function that returns a sentence with the reason why the program's pose does not move; empty if
+            unknown.
     """
 
     def __init__(

@@ -147,7 +147,7 @@ def _page(
 
 
 def _needs(shooter: ShooterConfig, subject: _Subject) -> list[NeededSpeed]:
-    """Return the speeds needed for shots into a shooter's goal; empty without a game or a goal."""
+    """Return the exit and wheel speeds needed for shots into a shooter's goal; empty without a game or a goal."""
     game = subject.game
     return [] if game is None or goal_of(shooter, game) is None else needed_speeds(shooter, subject.config, game)
 
@@ -163,7 +163,7 @@ def _own_robot(game: Game) -> _Subject:
 def _described(folder: Path, game_name: str | None) -> _Subject:
     """Return the robot of a project, with findings from the robot description file and the robot program.
 
-    If the program is missing or cannot be built, the robot is described by the file alone, with a default drivetrain.
+    If the program is missing or cannot be built, the function uses the file alone, with a default drivetrain.
     """
     settings = read_settings(folder / FILE_NAME)
     named = game_name or settings.game
@@ -236,7 +236,7 @@ def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | M
 
 
 def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
-    """Return a survey row with the addresses of leader, followers and opposed followers parsed to `DeviceAddress`."""
+    """Return a survey row with leader, followers and opposed followers converted to `DeviceAddress`."""
     rows = {key: [DeviceAddress.parse(one) for one in motors[key]] for key in ("followers", "opposed")}
     return {**motors, **rows, "leader": DeviceAddress.parse(motors["leader"])}
 
@@ -271,7 +271,7 @@ def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[st
 
 
 def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
-    """Yield a finding for each motor that the program does not build, or that has another direction in the program."""
+    """Yield a finding for each motor that the program does not build or that has another direction than in the file."""
     opposed = {
         (m["controller"], number): number in m["opposed"] for m in motors for number in (m["leader"], *m["followers"])
     }
@@ -310,9 +310,9 @@ def _figures(subject: _Subject) -> str:
 
 
 def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | None]:
-    """Run a mechanism for a second at full positive output.
+    """Run a mechanism for a second at full positive output, and return the result.
 
-    The second result is a run at full negative output if the mechanism has not moved in the first run, else None.
+    If the mechanism has not moved, the second return value is the result at full negative output, else None.
     """
     settings = subject.settings
     is_reversed = settings is not None and settings.mechanism(name).reversed
@@ -402,8 +402,8 @@ def _reading(run: MechanismRun) -> str:
 def _shots(subject: _Subject) -> Iterator[str]:
     """Yield a line with each shooter's exit speed and elevation, and indented lines about shots into the goal.
 
-    The indented lines state the wheel speed needed from each distance, and the exit efficiency needed if 12 V do not
-    suffice.
+    The indented lines state the wheel speed needed from each distance, and the exit efficiency needed if the exit speed
+    at 12 V is too low.
     """
     for number, shooter in enumerate(subject.config.shooters, 1):
         speed = top_exit_speed(shooter, subject.config)
@@ -426,7 +426,7 @@ def _shots(subject: _Subject) -> Iterator[str]:
 
 
 def _tipping(subject: _Subject) -> str:
-    """Return text with the accelerations that tip the robot over and the largest acceleration of the drivetrain."""
+    """Return text with mass and center of mass of the full robot, tipping accelerations and the drivetrain's limit."""
     tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
     return (
         f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "

@@ -89,7 +89,7 @@ class ConnectedDevices:
 
         Args:
             h: Length of the substep [s].
-            yaw_rate: Yaw rate of the robot from its tires [rad/s].
+            yaw_rate: Yaw rate of the robot after the last tire step [rad/s].
         """
         if self._pending_time:  # the drivetrain has moved since the last `write`
             self._show(self._yaw + self._turned, self._pitch, self._roll, (self._rate_x, self._rate_y, yaw_rate))
@@ -143,7 +143,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """Record the gyro's reading, the start of the extrapolation of yaw until the next reading."""
+        """Record the gyro's angles and rates, from which `step` extrapolates the yaw until the next reading."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

@@ -139,7 +139,8 @@ def check_imports(folder: Path) -> Iterator[Finding]:
 def _imported(folder: Path) -> dict[str, str]:
     """Return the first file that imports each library, by library name.
 
-    The search covers module-level imports of the project, except of its tests and of the standard library.
+    The search covers module-level imports in all files of the project except tests. The result excludes the standard
+    library and the project's own modules.
     """
     found: dict[str, str] = {}
     for file in (*sorted(folder.glob("*.py")), *sorted(folder.glob("[!.t]*/*.py"))):

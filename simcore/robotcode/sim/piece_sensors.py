@@ -22,7 +22,7 @@ class PieceSensor:
     Args:
         view: Location of the sensor, kinds of pieces that the sensor detects, and delays.
         robot: Robot in the match.
-        kind_of: Function that returns the kind of the piece in a slot, by name.
+        kind_of: Function that returns the kind name of the piece in a slot.
     """
 
     def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:

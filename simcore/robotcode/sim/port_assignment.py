@@ -250,7 +250,7 @@ def _switch(where: str, sensor: SensorSettings) -> Switch:
 
 
 def _range(where: str, sensor: SensorSettings) -> Switch:
-    """Return a function that writes the distance of a CANrange, which depends on whether a piece is detected."""
+    """Return a function that writes the distance of a CANrange with or without a piece in front."""
     canrange = _canrange(where, sensor)
     return lambda is_seen: canrange.write(sensor.distance if is_seen else sensor.empty)
 
@@ -265,7 +265,7 @@ class PortAssignment:
         ownership: Record of the mechanism that owns each device.
 
     Raises:
-        ConfigError: The program has not built a device in `simcore.toml`, or the robot has no part of a given name.
+        ConfigError: The program has not built a device in `simcore.toml`, or the robot lacks a part in `simcore.toml`.
     """
 
     def __init__(self, match: Match, robot: Robot, settings: RobotSettings, ownership: Ownership) -> None:

@@ -77,7 +77,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Copy the terminal's stderr for reports about a hanging program, prepare RobotPy's plugins and check the options.
+    """Prepare pytest for robot tests, and check the options.
+
+    The hook copies the terminal's stderr for reports about a hanging program, fixes the hash seed of all test
+    processes, and adapts RobotPy's plugins.
 
     Raises:
         UsageError: An option or SIMCORE_PHOENIX is invalid.
@@ -118,7 +121,10 @@ def _fit_into_pyfrc(config: pytest.Config) -> None:
 
 
 class _RobotClass:
-    """Reference to a robot class; a process that unpickles the reference records the program during the import."""
+    """Picklable reference to a robot class.
+
+    A process that unpickles the reference imports the program, records the devices and obtains the class.
+    """
 
     def __init__(self, robot_class: Any, simulated: bool) -> None:
         self._names = robot_class.__module__, robot_class.__qualname__
@@ -131,7 +137,7 @@ class _RobotClass:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Record the error message of a robot that could not start, for the end of the session."""
+    """Store the error message of a robot that could not start, which `pytest_unconfigure` prints."""
     _start_sentences.update({str(value): None for name, value in report.user_properties if name == _START})
 
 
@@ -158,7 +164,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """Record the exit status of the session for the exit of the process."""
+    """Store the exit status of the session, with which `_end_at_once` ends the process."""
     global _status
     _status = int(exitstatus)
 
@@ -267,8 +273,8 @@ def _vary(config: pytest.Config) -> None:
 def _attach(plugin: Any, *, wants_field: bool) -> None:
     """Attach physics as `robotpy sim --simcore` does, if a test needs the field or the project describes the robot.
 
-    The field is also attached if the project's physics.py uses simcore. Any other physics.py runs without simcore if no
-    test needs the field and no file describes the robot.
+    The function also attaches physics if the project's physics.py uses simcore. Any other physics.py runs without
+    simcore if the test does not need the field and no file describes the robot.
 
     Args:
         plugin: RobotPy's plugin.

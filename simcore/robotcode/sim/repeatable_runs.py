@@ -35,7 +35,10 @@ _SEED = 1
 
 
 def seed_generators() -> None:
-    """Seed the global generators of `random` and `numpy.random`; leave generators that the program creates unseeded."""
+    """Seed the global generators of `random` and `numpy.random`.
+
+    The function does not seed generators that a program creates.
+    """
     random.seed(_SEED)
     np.random.seed(_SEED)  # noqa: NPY002  (robot code may use it)
 
@@ -175,7 +178,7 @@ class _Schedule:
         self._arm()
 
     def run(self) -> None:
-        """Set the next alarm of a periodic notifier, and then run the callback; the callback may cancel the alarm."""
+        """Set the next alarm of a periodic notifier, and then run the callback, which may cancel this alarm."""
         if self.period is not None:
             self._next += self.period
             self._arm()

@@ -46,7 +46,7 @@ _LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
 class RobotCameras:
     """Simulated cameras for one robot program.
 
-    The match already contains the Limelights and PhotonVision cameras of `simcore.toml`. This class adds the other
+    The match already contains the Limelights and PhotonVision cameras from `simcore.toml`. This class adds the other
     cameras that the program builds: each `PhotonCamera` with a known mount, and a QuestNav headset.
 
     Args:
@@ -258,7 +258,7 @@ class RobotCameras:
 def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
     """Return the maker and, if known, the name, mount and mount source of each camera that the loaded program uses.
 
-    Call `watch_program` before the program is loaded. The function finds Limelights by table name, and does not find a
+    Call `watch_program` before loading the program. The function finds Limelights by table name, and does not find a
     table that the program uses only in loops.
 
     Args:

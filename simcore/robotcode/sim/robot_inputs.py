@@ -35,7 +35,7 @@ class DriverStationLink:
 
     Args:
         match: Match whose clock follows the driver station.
-        number: Index of the driver station's robot.
+        number: Index of the driver station's robot in the match.
         placed: Function to call after the robot has moved to the start of a new alliance.
     """
 

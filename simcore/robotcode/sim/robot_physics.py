@@ -1,4 +1,4 @@
-"""Physics of a robot program: advances a match in the robot loops of `robotpy sim` and `robotpy test`."""
+"""Physics of a robot program, which advances a match in the robot loops of `robotpy sim` and `robotpy test`."""
 
 from __future__ import annotations
 
@@ -74,15 +74,16 @@ class PhysicsTimes:
     late_loops: int
     """Number of robot loops that started more than half a period late."""
     lateness_ms: float
-    """99th percentile of the lateness of parts in a wall-clock test [ms]; this is also the age of rotor readings."""
+    """99th percentile of the lateness of parts, equal to the age of rotor readings, in a wall-clock test [ms]."""
 
 
 class RobotPhysics:
-    """Base class of the `PhysicsEngine` in a team's physics.py, which advances a match with the robot program.
+    """Base class of the `PhysicsEngine` in a team's physics.py.
 
-    Each part of a tick runs on the robot's thread: read voltages from the devices, advance the match, write sensors. A
-    TimedRobot of any period runs the parts through `addPeriodic`. A robot with another loop, such as a MagicRobot, runs
-    all due parts once per loop, in `_simulationPeriodic`.
+    The class advances a match with the robot program. All work runs on the robot's thread, in parts of a tick. Each
+    part reads voltages from the devices, advances the match and writes the sensors. A TimedRobot of any period runs the
+    parts through `addPeriodic`. A robot with another loop, such as a MagicRobot, runs all due parts once per loop, in
+    `_simulationPeriodic`.
 
     Args:
         physics_controller: Object whose attribute `field` is the Field2d of the simulation window.
@@ -127,7 +128,7 @@ class RobotPhysics:
         """Robot object of the program."""
         self.match = match
         self.robot_sim = match.robots[number]
-        """Robot in the match that the program drives."""
+        """Robot that the program drives in the match."""
         self._phoenix = _phoenix_time()
         self._period = _period_of(robot)
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # one part is enough
@@ -350,7 +351,9 @@ class LatenessReport:
         self._is_first = True
 
     def note(self, seconds: float, *, tick_ms: float) -> None:
-        """Add skipped time, and log a warning if the last warning is old enough; ignore time skipped at program start.
+        """Add skipped time, and log a warning if enough time has passed since the last warning.
+
+        The method ignores time skipped at program start.
 
         Args:
             seconds: Skipped time [s].

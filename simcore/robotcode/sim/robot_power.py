@@ -28,7 +28,7 @@ _LOOK = 50  # number of ticks between two checks for new panels
 
 
 class RoboRioPower:
-    """Writer of a simulated battery's state to WPILib's `RobotController`.
+    """Simulated roboRIO power: voltage, rails and brown-out in WPILib's `RobotController` follow a battery.
 
     In a brown-out, a roboRIO disables the outputs and the 6 V, 5 V and 3.3 V user rails, and counts a fault for each
     rail (`RobotController.getEnabled6V()`, `getFaultCount6V()`). The counts include faults between two 20 ms loops. In
@@ -107,7 +107,7 @@ def channel_currents(robot: Robot, channels: int) -> list[float]:
 
 
 class PowerDistributionView:
-    """Writer of voltage and currents to the power distribution panels that a robot program uses.
+    """Simulated power distribution panels: WPILib's readings follow the robot's battery and currents.
 
     Args:
         robot: Robot with the motors and battery that the panels measure.

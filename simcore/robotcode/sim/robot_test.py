@@ -113,7 +113,7 @@ class RobotTest:
         self.robot = robot
         """Proxy of the robot object, from which a test reads the program's state."""
         self.own_threads: list[str] = []
-        """Names of threads that the program has started; simulated time does not control these threads."""
+        """Names of the threads that the program has started and that simulated time does not control."""
         self.warnings: list[str] = []
         """Messages of simcore's log warnings in this test, without duplicates."""
         self._control = control
@@ -129,7 +129,7 @@ class RobotTest:
         self._mode = "disabled"
         self._is_played = True
         self.was_enabled = False
-        """Whether the robot has been enabled."""
+        """Whether the test has enabled the robot at least once."""
         self._auto = self._op_mode = ""
         self._alliance = "blue"
         handler = _WarningList(self.warnings)
@@ -258,7 +258,7 @@ class RobotTest:
         """Select an auto if `name` is given, and run autonomous.
 
         The robot starts at the first available of these poses: `start`, the pose from `place`, the start of the auto in
-        `simcore.toml`, the pose to which the auto resets its odometry, the present pose.
+        `simcore.toml`, the pose to which the auto resets the odometry, the present pose.
 
         Args:
             name: Name of the auto in a dashboard chooser, or of an autonomous op mode; None for the present selection.
@@ -303,7 +303,7 @@ class RobotTest:
         self._play("utility", name, seconds)
 
     def disable(self, *, seconds: float = 0.0) -> None:
-        """Disable the robot and run for a duration [s]."""
+        """Disable the robot, and run the disabled robot for a duration [s]."""
         self.start()
         self._enter("disabled")
         self.run(seconds)

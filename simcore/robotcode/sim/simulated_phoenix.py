@@ -47,8 +47,8 @@ class PhoenixTime:
 def install_simulated_phoenix() -> PhoenixTime:
     """Switch Phoenix 6 to simulated time, remove all emulated devices, and return the devices' clock.
 
-    Phoenix 6's timestamps become FPGA times, and the library's own enable feed is turned off. Call this function before
-    the program builds a robot.
+    Phoenix 6's timestamps become FPGA times, and the library no longer feeds the enable signal. Call this function
+    before the program builds a robot.
 
     Raises:
         SeamError: The installed phoenix6 is incompatible. The message names compatible versions.

@@ -138,7 +138,7 @@ class EncoderPort:
         self._base = self._written = start * self._per_rad
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the shaft's angle [rad] as a whole count, and the rate [rad/s] in distance per second."""
+        """Write the encoder count for the shaft's angle [rad], and the encoder rate for the shaft's rate [rad/s]."""
         if self._sim.get_reset():
             self._base = self._written
         pulses = angle * self._per_rad
