@@ -406,7 +406,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
             return out
         if ki:
             step = ki * error * loops * LOOP
-            # Anti-windup: outside the output range the integral may only shrink.
+            # Anti-windup: outside the output range, the integral may only shrink.
             if low < out + m.integral < high or step * m.integral < 0.0:
                 m.integral = min(max(m.integral + step, low), high)
             out += m.integral

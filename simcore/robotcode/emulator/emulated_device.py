@@ -541,8 +541,8 @@ class EmulatedDevice:
         self.clock.next_frame_ns = 0
         period = self.period_ms * 1_000_000
         if period:
-            # All frames of one rate are sent together, half a period after each multiple of the period. Robot code that
-            # reads at a multiple of the period gets a value half a period old, the average age on the wall clock.
+            # Devices send all frames of one rate together, half a period after each multiple of the period. Robot code
+            # that reads at a multiple of the period gets a value half a period old, the average age on the wall clock.
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:

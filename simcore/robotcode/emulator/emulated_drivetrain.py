@@ -395,7 +395,7 @@ class ModuleConstants:
         return self.drive_gearing / (math.tau * self.wheel_radius)
 
 
-_TORQUE_CURRENT = 1  # of `phoenix6.swerve.ClosedLoopOutputType`
+_TORQUE_CURRENT = 1  # value in `phoenix6.swerve.ClosedLoopOutputType`
 _NEUTRAL_MODE = SpnValue.CONFIG_NEUTRAL_MODE.value
 _VOLTS = REQUESTS["VoltageOut"]
 _TORQUE_PER_AMPERE = 0.0198
@@ -605,9 +605,9 @@ class EmulatedModule:
             devices.drive_volts(rps * self._volts_per_rps + volts, foc)
 
 
-_VELOCITY = 1  # of SwerveModule.DriveRequestType
-_EXPO = 0  # of SwerveModule.SteerRequestType
-_OPERATOR = 0  # of ForwardPerspectiveValue
+_VELOCITY = 1  # value in SwerveModule.DriveRequestType
+_EXPO = 0  # value in SwerveModule.SteerRequestType
+_OPERATOR = 0  # value in ForwardPerspectiveValue
 
 
 class DrivetrainRequest(Protocol):

@@ -448,7 +448,7 @@ class EmulatedNative(NativeLibrary):
         text = name.value
         if value != value:
             raise NonFiniteError(f"device {device_id} (type {type_number}): sim_state {text.decode()} is not a number")
-        if b":" not in text:  # an input with a colon in its name copies a WPILib SimDevice value, see `installation`
+        if b":" not in text:  # an input name with a colon is a copy of a WPILib SimDevice value, see `installation`
             self.emulator.simulated(type_number, device_id).set_input(text.decode(), float(value))
         return _OK
 

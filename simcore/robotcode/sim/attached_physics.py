@@ -131,7 +131,7 @@ class AttachedPhysics(RobotPhysics):
             match=match,
             drivetrain=devices,
             motors=[*motors, *self.ports.devices],
-            # A mechanism on a bench is light: its controller's 1 kHz loop oscillates if volts hold for 5 ms.
+            # A mechanism on a bench has little inertia: the controller's 1 kHz loop would oscillate at 5 ms per part.
             parts=20 if isinstance(drivetrain, _Stand) else None,
             auto_starts=settings.auto_starts,
         )

@@ -341,7 +341,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     request.node.stash[_OUTPUT] = folder
     hook = _pyfrc(request.config)._physics
     with RobotTest(control, robot, hook, hang=hang, complaints=_complaints) as test:
-        # the snapshot period of NetworkTables in tests
+        # the period of NetworkTables snapshots in tests
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
         yield test

@@ -46,7 +46,7 @@ __all__ = ["LatenessReport", "PhysicsTimes", "RobotPhysics", "field_control", "l
 
 _log = logging.getLogger(__name__)
 
-_MOST_OWED = 0.1  # longest delay that is made up; the rest of a longer delay is skipped [s]
+_MOST_OWED = 0.1  # longest delay that physics catches up; physics skips the rest of a longer delay [s]
 # When several parts run in a row after a stall, each part waits for the devices, which run at 1 kHz on the wall clock,
 # to respond to the last part. Voltages from before the stall would make steer motors oscillate.
 _ANSWER = 0.0015  # time to wait for the devices [s]
@@ -146,7 +146,7 @@ class RobotPhysics:
         self._pace_tests = pace_tests and self._has_real_devices
         self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
-        # In simulated time the map is not watched, and drawing all pieces takes half a millisecond.
+        # In simulated time, no user watches the map, and drawing all pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
