@@ -133,7 +133,7 @@ def check_imports(folder: Path) -> Iterator[Finding]:
         else:
             why = (done.stderr.strip().splitlines() or [f"it ended with code {done.returncode}"])[-1]
             yield _fail("imports", f"{name} does not load: {why}", "install it again, of the same release as WPILib")
-    yield Finding("imports", f"robot.py is here; {', '.join(loaded) or 'nothing of others'} can be imported")
+    yield Finding("imports", f"robot.py is here; {', '.join(loaded) or 'no other library'} can be imported")
 
 
 def _imported(folder: Path) -> dict[str, str]:
