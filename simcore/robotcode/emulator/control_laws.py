@@ -174,12 +174,12 @@ class SCurve(Profile):
 
 
 class VelocityRamp(Profile):
-    """Profile of the velocity setpoint with limited acceleration and jerk; `p` is unused."""
+    """Profile of the velocity setpoint with limited acceleration and jerk. `p` is unused."""
 
     __slots__ = ()
 
     def advance(self, goal: float, acceleration: float, jerk: float, dt: float) -> None:
-        """Advance the setpoint by dt [s] towards the goal velocity; an `acceleration` of 0 holds the setpoint."""
+        """Advance the setpoint by dt [s] towards the goal velocity. An `acceleration` of 0 holds the setpoint."""
         key = (goal, acceleration, jerk)
         if key != self._key:
             limit = abs(acceleration)
@@ -420,7 +420,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
 
 
 def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
-    """Return the law of position control; `wrap` limits the error to half a rotation in either direction."""
+    """Return the law of position control. `wrap` limits the error to half a rotation in either direction."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -478,7 +478,7 @@ def _profiled(
     profile: SCurve | Expo,
     advance: Callable[[float], None],
 ) -> Law:
-    """Return the law of position control along a profile; `advance` advances the profile by a time [s]."""
+    """Return the law of position control along a profile. `advance` advances the profile by a time [s]."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:

@@ -289,7 +289,7 @@ class EnableState:
         self._until = -1
 
     def feed(self, milliseconds: int) -> None:
-        """Feed the enable signal for a duration from now [ms]; a duration of 0 disables the devices.
+        """Feed the enable signal for a duration from now [ms]. A duration of 0 disables the devices.
 
         The devices respond after the enable or disable delay.
         """
@@ -468,7 +468,7 @@ class EmulatedDevice:
         self.configured()
 
     def configured(self) -> None:
-        """Update the device after a change of configuration; this base class does nothing."""
+        """Update the device after a change of configuration. This base class does nothing."""
 
     def command(self, spn: int, value: float) -> None:
         """Execute a setting that is a command rather than a stored value, for example a new position.
@@ -481,7 +481,7 @@ class EmulatedDevice:
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Apply a control request from robot code; this base class supports no requests.
+        """Apply a control request from robot code. This base class supports no requests.
 
         Raises:
             NotImplementedError: The request is not modelled.
@@ -491,7 +491,7 @@ class EmulatedDevice:
     # ---- physics
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a `sim_state` input from physics; this base class accepts the supply voltage, raised to at least 4 V.
+        """Set a `sim_state` input from physics. This base class accepts the supply voltage, raised to at least 4 V.
 
         Raises:
             NotImplementedError: The input is not modelled.
@@ -502,13 +502,13 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value `name`, or None for an unknown name; this base class has no values."""
+        """Return the `sim_state` value `name`, or None for an unknown name. This base class has no values."""
         return None
 
     # ---- status
 
     def sample(self) -> Any:
-        """Return a new status frame with the present state; each subclass implements this method."""
+        """Return a new status frame with the present state. Each subclass implements this method."""
         raise NotImplementedError
 
     def send_frame(self) -> None:

@@ -523,7 +523,7 @@ class EmulatedModule:
         self.speed = 0.0
         """Wheel speed, not corrected for the drive rotation that steering causes, as in `SwerveModuleState` [m/s]."""
         self.target = (0.0, 0.0)
-        """Last target speed [m/s] and direction [rad]; the speed is negative for a reversed wheel."""
+        """Last target speed [m/s] and direction [rad]. The speed is negative for a reversed wheel."""
         self._per_meter = constants.rotations_per_meter
         self._coupling = constants.coupling
         self._volts_per_rps = 12.0 / (self._per_meter * constants.speed_at_12_volts)
@@ -717,7 +717,7 @@ def _send(
     states: Sequence[tuple[float, float]],
     forces: Sequence[tuple[float, float]] = (),
 ) -> None:
-    """Send each module its robot-frame state [m/s, rad] and force feed-forward [N]; a missing force is zero."""
+    """Send each module its robot-frame state [m/s, rad] and force feed-forward [N]. A missing force is zero."""
     for k, (module, (speed, angle)) in enumerate(zip(drivetrain.modules, states, strict=True)):
         fx, fy = forces[k] if k < len(forces) else (0.0, 0.0)
         module.apply(
@@ -781,7 +781,7 @@ class DrivetrainState:
 
 
 class EmulatedDrivetrain:
-    """Emulated `SwerveDrivetrain`, which runs odometry and the current swerve request once per period.
+    """Emulated `SwerveDrivetrain` that runs odometry and the current swerve request once per period.
 
     Args:
         gyro: Address of the gyro. All devices of the drivetrain are on the gyro's bus.
@@ -871,7 +871,7 @@ class EmulatedDrivetrain:
 
     @property
     def state(self) -> DrivetrainState:
-        """Present drivetrain state; all module values are zero before the first `start`."""
+        """Present drivetrain state. All module values are zero before the first `start`."""
         modules = self.modules
         none = [(0.0, 0.0)] * len(self.module_constants)
         return DrivetrainState(
@@ -906,7 +906,7 @@ class EmulatedDrivetrain:
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:
-        """Set the travel of all modules and the estimated pose to zero; leave the gyro unchanged."""
+        """Set the travel of all modules and the estimated pose to zero, without changing the gyro."""
         for module in self.modules:
             module.zero()
         yaw = self._refresh() if self.modules else 0.0

@@ -94,7 +94,7 @@ ADDED = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """Field names in the native swerve structures, which differ between phoenix6 26.3 and 26.70."""
+    """Field names in the native swerve structures. The names differ between phoenix6 26.3 and 26.70."""
 
     chassis: str
     """Field name of the chassis velocity in the drivetrain state."""
@@ -323,12 +323,12 @@ def _table() -> dict[int, str]:
 
 
 UNITS: dict[int, str] = _table()
-"""Unit text of each signal and setting, by number; values without a unit have no entry."""
+"""Unit text of each signal and setting, by number. Values without a unit have no entry."""
 
 
 _log = logging.getLogger(__name__)
 _WANTED = struct.Struct("@II")
-"""Layout of the device hash and signal number in `SignalValues`; 26.70 has the network before these fields."""
+"""Layout of the device hash and signal number in `SignalValues`. In 26.70, the network precedes these fields."""
 _WANTED_AT = SignalValues.devicehash.offset
 _WANTED_SIZE = ctypes.sizeof(SignalValues)
 _RETURNED = struct.Struct("@dIPdddi")
@@ -373,7 +373,7 @@ class EmulatedNative(NativeLibrary):
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        """Emulator that contains the devices; adapters test for this attribute to detect simulated time."""
+        """Emulator that contains the devices. Adapters test for this attribute to detect simulated time."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:

@@ -55,7 +55,7 @@ _new = tuple.__new__
 
 
 class EmulatedCANcoder(EmulatedDevice):
-    """Emulated CANcoder, whose raw position and velocity come from physics."""
+    """Emulated CANcoder that receives the raw position and velocity from physics."""
 
     model = "cancoder"
     type_number = 5
@@ -146,7 +146,7 @@ _CLOSED: tuple[Callable[[int], bool], ...] = (
 
 
 class CANdiFrame(NamedTuple):
-    """Status frame of a CANdi [rotations, rotations/s, us, V, A]; each tuple contains the values of pins 1 and 2."""
+    """Status frame of a CANdi [rotations, rotations/s, us, V, A]. Each tuple contains the values of pins 1 and 2."""
 
     states: tuple[int, int]
     closed: tuple[bool, bool]
@@ -344,7 +344,7 @@ _AT_REST: Mapping[int, Callable[[Any], float]] = {
 
 
 class EmulatedPigeon2(EmulatedDevice):
-    """Emulated Pigeon 2, whose angles and angular velocities come from physics."""
+    """Emulated Pigeon 2 that receives the angles and angular velocities from physics."""
 
     model = "pigeon 2"
     type_number = 6
@@ -438,7 +438,7 @@ _STRONG = 3000.0
 
 
 class CANrangeFrame(NamedTuple):
-    """Status frame of a CANrange [m, s, V]; `fov` contains the field of view's center x, y and range x, y [deg]."""
+    """Status frame of a CANrange [m, s, V]. `fov` contains the field of view's center x, y and range x, y [deg]."""
 
     distance: float
     detected: bool
@@ -448,7 +448,7 @@ class CANrangeFrame(NamedTuple):
 
 
 class EmulatedCANrange(EmulatedDevice):
-    """Emulated CANrange, whose distance comes from physics."""
+    """Emulated CANrange that receives the distance from physics."""
 
     model = "canrange"
     type_number = 8

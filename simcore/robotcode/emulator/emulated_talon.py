@@ -80,7 +80,7 @@ class TalonLimit:
         self._controller = controller
         self._forward = forward
         self.closed = False
-        """Whether the limit switch wired to the controller is closed; `sim_state` sets this value."""
+        """Whether the limit switch wired to the controller is closed. `sim_state` sets this value."""
         self._was_closed = False
         self.is_plain = True
         """Whether the limit is off or uses only a normally open switch wired to the controller."""
@@ -204,7 +204,7 @@ class Feedback:
     measure: Callable[[], None]
     """Function that writes the sensor's last reading to `pos`, `vel` and `acc` in the controller's `LoopState`."""
     is_rotor: bool
-    """Whether the feedback sensor is the rotor sensor; `set_position` works only for the rotor sensor."""
+    """Whether the feedback sensor is the rotor sensor. `set_position` works only for the rotor sensor."""
     ratio: float = 1.0
     """Rotor turns, or sensor turns for a remote or fused sensor, per mechanism rotation [-]."""
     present: Callable[[], float] = float
@@ -385,7 +385,7 @@ _OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOu
 
 
 class TalonFrame(NamedTuple):
-    """Status frame of a motor controller, with robot code's sign of all values."""
+    """Status frame of a motor controller, in which all values have robot code's sign."""
 
     position: float
     velocity: float
@@ -526,7 +526,7 @@ _BY_UNIT = {
 
 
 def units_number(spn: int, frame: TalonFrame) -> int:
-    """Return the number of the signal that defines the units of signal `spn`, which depend on the frame's request."""
+    """Return the number of the signal that defines the units of signal `spn` for the frame's request."""
     if spn in _BY_AXIS:
         return spn + frame.plan.on_velocity
     return spn + frame.plan.unit_number if spn in _BY_UNIT else spn

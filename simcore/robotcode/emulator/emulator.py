@@ -73,7 +73,7 @@ class _FrameGroup:
 
 
 class _FrameSchedule:
-    """Schedule of status frames, which groups the devices that send at the same times.
+    """Schedule of status frames. Devices that send at the same times are in one group.
 
     The groups replace a search of 22 devices, which took 4 us and ran six times per robot tick.
     """
@@ -162,7 +162,7 @@ class Emulator:
         return device
 
     def hash_of(self, device: EmulatedDevice) -> int:
-        """Return the device hash by which the library identifies a device."""
+        """Return a device's hash, the number with which the library identifies the device."""
         return [*self._buses].index(device.address.bus) << 20 | _HASH_BASE[device.type_number] | device.address.number
 
     def simulated(self, type_number: int, number: int) -> EmulatedDevice:

@@ -60,7 +60,7 @@ ARRANGEMENTS: dict[int, ConnectedMotor] = {
     6: _brushless("NEO 550", 0.0097, 975.0, 111.0, 9),
     7: _brushless("NEO Vortex", 0.0154, 565.0, 391.0, 10),
 }
-"""Motors of a TalonFXS, by `MotorArrangementValue`; a CIM represents all brushed motors."""
+"""Motors of a TalonFXS, by `MotorArrangementValue`. A CIM represents all brushed motors."""
 
 Stage = Callable[[float, int], None]
 """Output stage: a function that applies the control law's output to the bridge for a number of control loops."""
@@ -200,7 +200,7 @@ class Bridge:
     # ---- requests
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
-        """Return the output stage for one output unit, with the open-loop or closed-loop ramp; `foc` selects FOC."""
+        """Return the output stage for one output unit, with the open-loop or closed-loop ramp. `foc` selects FOC."""
         high, low = self.peaks[unit]
         rate = self._ramps[unit, closed] * LOOP
         is_torque, is_duty = unit is Unit.AMPERES, unit is Unit.DUTY
@@ -318,7 +318,7 @@ class Bridge:
         return not self.is_neutral and self._current * self._volts > _LIMITED * self.limits[1] * self.supply
 
     def show(self, volts: float, current: float) -> None:
-        """Set motor voltage [V] and current [A] from a robot model, which replaces the bridge's own computation."""
+        """Set motor voltage [V] and current [A] from a robot model. The bridge no longer computes these values."""
         self.has_model = True
         self._is_due = False
         self._volts, self._current = volts, current

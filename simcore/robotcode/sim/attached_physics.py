@@ -215,7 +215,7 @@ def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
 
 
 def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | None:
-    """Build and return the physics; for a program without a drivetrain, log a warning and return None."""
+    """Build and return the physics. For a program without a drivetrain, log a warning and return None."""
     try:
         return AttachedPhysics(physics_controller, robot)
     except DrivetrainNotFoundError as error:

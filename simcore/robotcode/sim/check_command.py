@@ -1,7 +1,6 @@
 """`simcore check`: run each mechanism of the described robot for a second and report implausible results.
 
-The command prints the results and writes a page with the results, a drawing of the robot and charts of the wheel
-speeds for shots.
+The command also writes the results to a page, with a drawing of the robot and charts of the wheel speeds for shots.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class DrivetrainDevices(Protocol):
 
 
 class DeviceClock(Protocol):
-    """Clock that advances devices in simulated time; `PhoenixTime` implements this protocol."""
+    """Clock that advances devices in simulated time. `PhoenixTime` implements this protocol."""
 
     def step(self, dt: float) -> None:
         """Advance the devices by dt [s]."""

@@ -79,7 +79,7 @@ class DeviceAssignment:
         self._guesses = self._guess()
 
     def after_tick(self, *, has_seen_loops: bool = True) -> None:
-        """Connect the guessed mechanisms after an observation period; later, disconnect motors that physics.py writes.
+        """Connect the guessed mechanisms after an observation period. Later, disconnect motors that physics.py writes.
 
         Args:
             has_seen_loops: Whether the project's own physics has run several times. On a busy computer, several ticks

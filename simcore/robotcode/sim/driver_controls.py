@@ -134,9 +134,10 @@ def auto_choices() -> dict[str, list[str]]:
 
 
 def chosen_autos() -> list[str]:
-    """Return the selected option of each chooser in `auto_choices`; without a selection, the active or default option.
+    """Return the option in use of each chooser in `auto_choices`.
 
-    The list omits choosers without any of these options.
+    The option in use is the selected option, or else the active option, or else the default option. The list omits
+    choosers without any of these options.
     """
     return _first_texts((*season.chooser_keys(), "default"))
 

@@ -22,7 +22,7 @@ _REST = 2e-4  # time between two polls of the planner for requests [s]
 
 
 class _PlannerTime(types.ModuleType):
-    """Replacement for the module `time` in PathPlanner's pathfinder, which detects when the pathfinder is idle.
+    """Replacement for the module `time` in PathPlanner's pathfinder that detects when the pathfinder is idle.
 
     The pathfinder's thread calls `sleep` only while the thread has no request.
     """

@@ -43,11 +43,11 @@ __all__ = ["PortAssignment"]
 _STRIP_EVERY = 5  # number of ticks between two readings of an LED strip
 
 Ask: TypeAlias = Callable[[float, bool], None]
-"""Function that drives a mechanism; its arguments are the supply voltage [V] and whether outputs are enabled."""
+"""Function that drives a mechanism. The arguments are the supply voltage [V] and whether outputs are enabled."""
 Show: TypeAlias = Callable[[float, float], object]
 """Function that writes a sensor for a mechanism's position and velocity [rad, rad/s]; [m, m/s] for a piston."""
 Switch: TypeAlias = Callable[[bool], object]
-"""Function that writes a sensor; its argument is whether the switch is pressed or the sensor detects a piece."""
+"""Function that writes a sensor. The argument is whether the switch is pressed or the sensor detects a piece."""
 
 
 class _PortDevices:
@@ -181,7 +181,7 @@ def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
 
 
 def _potentiometer(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Return a function that writes a potentiometer's voltage, which is linear in the position between the stops."""
+    """Return a function that writes a potentiometer's voltage, a linear function of the position between the stops."""
     _require_ports(where, sensor.keys)
     sim, (low, high), (first, last) = AnalogInputSim(_channel(sensor)), mechanism.stops, sensor.volts
     return lambda position, velocity: sim.set_voltage(first + (position - low) * ((last - first) / (high - low)))
@@ -289,7 +289,7 @@ class PortAssignment:
 
     @property
     def keys(self) -> set[DeviceKey]:
-        """Keys of the CANdis and CANranges in `simcore.toml` and of all CANdles, which this object simulates."""
+        """Keys of the devices that this object simulates: CANdis and CANranges in `simcore.toml`, and CANdles."""
         sensors = [s.keys[0] for s in self._settings.sensors if s.keys[0][0] in ("CANdi", "CANrange")]
         return {device.key for device in (*(find_device("", *key) for key in sensors), *_candles())}
 
@@ -347,7 +347,7 @@ class PortAssignment:
         self._readers[sensor.name] = look
 
     def _limit(self, where: str, sensor: SensorSettings) -> Show:
-        """Return a function that writes a limit switch, which is pressed in one range of the mechanism's position."""
+        """Return a function that writes a limit switch. The switch is pressed in a range of mechanism positions."""
         switch, (low, high), is_pressed = _switch(where, sensor), sensor.pressed, [False]
 
         def show(position: float, velocity: float) -> None:

@@ -36,7 +36,7 @@ class ProjectRun:
         self._task = task
         self._folder = Path(task["project"])
         self.answer: dict[str, Any] = {"error": "the robot test of the run has not begun"}
-        """Metrics and digest of the run; after an error, only the error message under the key `error`."""
+        """Metrics and digest of the run. After an error, only the error message under the key `error`."""
 
     @pytest.fixture
     def project_run(self) -> ProjectRun:
@@ -71,7 +71,7 @@ def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
-    """Play the auto of the run; pytest collects this function as the only test."""
+    """Play the auto of the run. Pytest collects this function as the only test."""
     project_run.play(sim)
 
 

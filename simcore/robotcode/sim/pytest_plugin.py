@@ -137,7 +137,7 @@ class _RobotClass:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Store the error message of a robot that could not start, which `pytest_unconfigure` prints."""
+    """Store the error message of a robot that could not start. `pytest_unconfigure` prints the message."""
     _start_sentences.update({str(value): None for name, value in report.user_properties if name == _START})
 
 
@@ -331,7 +331,7 @@ def _wait_longer(plugin: Any) -> None:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
-    """Provide the project's robot on the simulated field as a fixture, and record the run (docs/testing.md)."""
+    """Provide the project's robot on the simulated field, and record the run (docs/testing.md)."""
     from simcore.robotcode.sim.robot_test import RobotTest
     from simcore.telemetry.recording import Recording
 

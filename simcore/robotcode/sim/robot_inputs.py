@@ -1,4 +1,4 @@
-"""Exchange of modes, alliance, match time and game data with the driver station, and a field map."""
+"""Links between a match and the simulation GUI: data of the driver station, and a field map."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class DriverStationLink:
             _log.info("autonomous begins again: pieces and preloads are back where they are at the start of a match")
 
     def _follow_alliance(self) -> None:
-        """Apply a change of alliance before the first enable, which moves the robot to the alliance's start."""
+        """Apply a change of alliance before the first enable. The change moves the robot to the alliance's start."""
         if self._was_enabled:
             return
         self._was_enabled = RobotState.is_enabled()  # the first packet with the alliance may also enable the robot

@@ -1,4 +1,4 @@
-"""Physics of a robot program, which advances a match in the robot loops of `robotpy sim` and `robotpy test`."""
+"""Physics that advances a match in the robot loops of `robotpy sim` and `robotpy test`."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ class RobotPhysics:
         return self._h
 
     def after_tick(self) -> None:
-        """Do nothing after each 20 ms tick; a subclass may override this method, for example to log data."""
+        """Do nothing after each 20 ms tick. A subclass may override this method, for example to log data."""
 
     def update_sim(self, now: float, tm_diff: float) -> None:
         """Count late loops, and run all due parts if the robot does not use WPILib's loop.
@@ -214,7 +214,7 @@ class RobotPhysics:
         self._devices.add(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
-        """Disconnect the devices of a mechanism; the devices keep the last values."""
+        """Disconnect the devices of a mechanism. The devices keep the last values."""
         self._devices.remove(motor)
 
     @property
@@ -267,7 +267,7 @@ class RobotPhysics:
                 self._end_tick()
 
     def _set_parts(self, parts: int) -> None:
-        """Set the number of parts per tick; call this method only between ticks."""
+        """Set the number of parts per tick. Call this method only between ticks."""
         if self._start is not None:
             self._start += self._done * self._h
         self._done = 0

@@ -119,7 +119,7 @@ class PowerDistributionView:
         self._ticks = 0
 
     def update(self) -> None:
-        """Write the voltage and currents of all panels at the end of a tick; search for new panels every 50 ticks."""
+        """Write the voltage and currents of all panels at the end of a tick. Search for new panels every 50 ticks."""
         if self._ticks % _LOOK == 0:
             panels = (PowerDistributionSim(module) for module in _MODULES)
             self._panels = [panel for panel in panels if panel.get_initialized()]

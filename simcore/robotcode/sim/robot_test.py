@@ -1,4 +1,4 @@
-"""Fixture for robot tests, which runs a project's robot program on the simulated field."""
+"""Test fixture that runs a project's robot program on the simulated field."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class RobotTest:
         control: Test controller of the robot, from pyfrc or wpilib.testing.
         robot: Proxy of the robot object.
         hook: Hook that runs the physics in the robot's loop.
-        hang: Largest time of one robot loop [s]; after this time, `HangWatch` ends the test process.
+        hang: Largest time of one robot loop [s]. After this time, `HangWatch` ends the test process.
         complaints: Stream for the report of `HangWatch`; None for no time limit.
 
     Example:
@@ -243,7 +243,7 @@ class RobotTest:
             heading: Heading, counter-clockwise from the direction to the red alliance wall [rad].
 
         Raises:
-            ConfigError: The pose is outside of the field or obstructed. The message suggests a free pose.
+            ConfigError: The pose is off the field or obstructed. The message suggests a free pose.
         """
         require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
@@ -294,7 +294,7 @@ class RobotTest:
         self._play("teleop", name, seconds)
 
     def utility(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run the utility mode for a duration [s]; WPILib calls this mode `test` until 2026.
+        """Run the utility mode (`test` until 2026) for a duration [s].
 
         Args:
             name: Name of the op mode of an OpModeRobot; empty for the first op mode.
@@ -372,7 +372,7 @@ class RobotTest:
 
     @property
     def physics(self) -> RobotPhysics:
-        """Physics of the project; the first access starts the robot program."""
+        """Physics of the project. The first access starts the robot program."""
         self.start()
         assert self._physics is not None
         return self._physics
@@ -435,7 +435,7 @@ class RobotTest:
 
     @property
     def digest(self) -> str:
-        """Digest of all motion since the start; two bit-identical runs have equal digests."""
+        """Digest of all motion since the start. Two bit-identical runs have equal digests."""
         return self.match.digest.hexdigest()
 
     @property
@@ -549,7 +549,7 @@ class RobotTest:
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """Limit the time of the context's body; `HangWatch` reports a hanging program and ends the process."""
+        """Limit the time of the context's body. `HangWatch` reports a hanging program and ends the process."""
         if self._watch is not None:
             self._watch.arm(awaited)
         try:

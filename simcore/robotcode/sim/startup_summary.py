@@ -1,4 +1,4 @@
-"""Summary at the start of a run, which lists the devices and the tables to add to `simcore.toml`."""
+"""Summary of a robot's devices at the start of a run, with advice on tables to add to `simcore.toml`."""
 
 from __future__ import annotations
 
@@ -110,6 +110,6 @@ class StartupSummary:
 
 
 def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the rows (label, text) of one topic, at most six; the last row counts the omitted texts."""
+    """Return the rows (label, text) of one topic, at most six. The last row counts omitted texts."""
     shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
     return [(label if k == 0 else "", text) for k, text in enumerate(shown)]

@@ -73,7 +73,7 @@ _watch: TableWatch | None = None
 
 
 def table_watch() -> TableWatch:
-    """Return the table watch of this process; the first call starts the recording."""
+    """Return the table watch of this process. The first call starts the recording."""
     global _watch
     if _watch is None:
         _watch = TableWatch()

@@ -83,8 +83,8 @@ class ChannelMotor(MotorPort):
 class PWMMotorPort(ChannelMotor):
     """PWM motor controller without an encoder, e.g. `PWMSparkMax`, `Talon` or `VictorSP`.
 
-    The output has the sign of robot code's `set`: the class undoes the inversion by `setInverted`. The output is zero
-    while the robot is disabled; WPILib's simulation does not set this zero output.
+    The output has robot code's sign, because the class undoes the inversion by `setInverted`. The output is zero while
+    the robot is disabled. WPILib's simulation does not ensure this zero output.
 
     Args:
         controller: Robot code's controller object, or the PWM channel. Followers (`addFollower`) need no port.
@@ -180,7 +180,7 @@ class AbsoluteEncoderPort:
         self._zero = zero / self._range
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the encoder position for the shaft's angle [rad], within one turn; the rate has no effect."""
+        """Write the encoder position for the shaft's angle [rad], within one turn. The rate has no effect."""
         turns = (self._zero + angle * self._turns_per_rad) % 1.0
         if self._position is not None:
             self._position.set(turns * self._range)
@@ -232,13 +232,13 @@ class WPILibGyroPort:
             _analog.wrap(cls, {"reset": lambda port: port.reset()}, also_original=True)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write yaw [rad] and the yaw rate in `rates[2]` [rad/s]; the gyro does not measure pitch and roll."""
+        """Write yaw [rad] and the yaw rate in `rates[2]` [rad/s]. The gyro does not measure pitch and roll."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
 
     def reset(self) -> None:
-        """Zero the reading at the present angle; robot code's `reset()` calls this method."""
+        """Zero the reading at the present angle. Robot code's `reset()` calls this method."""
         self._zero = self._turned
 
 
@@ -336,7 +336,7 @@ def _answer_for_adis() -> None:
 # --- the maker ------------------------------------------------------------------------------------------------------
 
 _MOTORS = {"PWMSparkMax": "NEO", "PWMSparkFlex": "NEO Vortex", "PWMTalonFX": "Falcon 500"}
-"""Usual motor of a PWM controller, by class name; the usual motor of all other classes is a CIM."""
+"""Usual motor of a PWM controller, by class name. The usual motor of all other classes is a CIM."""
 _PULSES = 2048.0
 """Pulses of an `Encoder` per turn of the shaft [-].
 
