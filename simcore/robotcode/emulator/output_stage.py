@@ -166,7 +166,7 @@ class Bridge:
         self.max_duty = 1.0
         """Largest duty cycle of the torque current request [-]."""
         self.blocked_forward = self.blocked_reverse = False
-        """Whether forward or reverse output is blocked by a limit or by the request."""
+        """Whether a limit or the request blocks forward output or reverse output."""
         self.is_blocked = False
         self._foc = True
         self._last = self._over = 0.0

@@ -42,7 +42,7 @@ class AutoStart:
     Args:
         match: Match that contains the robot.
         number: Index of the robot in the match.
-        starts: Start poses by auto name, for the blue alliance [m, m, rad].
+        starts: Start poses by auto name, for the blue alliance, field frame [m, m, rad].
         believed: Function that returns robot code's estimated pose, field frame [m, m, rad]; None if unknown.
     """
 
@@ -53,7 +53,7 @@ class AutoStart:
         self._number = number
         self._robot = match.robots[number]
         self.starts = starts
-        """Start poses by auto name, for the blue alliance [m, m, rad]."""
+        """Start poses by auto name, for the blue alliance, field frame [m, m, rad]."""
         self._believed = believed
         self._given: Pose | None = None
         self._chosen: str | None = None

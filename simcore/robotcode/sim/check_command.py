@@ -369,7 +369,7 @@ def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
 
 
 def _purpose(run: MechanismRun, subject: _Subject) -> str:
-    """Describe the effect of a flywheel or roller run on game pieces; return an empty text for no effect."""
+    """Describe the effect of a flywheel or roller run on game pieces; empty for no effect."""
     forward, config = run.sign > 0.0, subject.config
     said = []
     for number, intake in enumerate(config.intakes, 1):
@@ -425,7 +425,7 @@ def _shots(subject: _Subject) -> Iterator[str]:
 
 
 def _tipping(subject: _Subject) -> str:
-    """Return text with mass and center of mass of the full robot, tipping accelerations and the drivetrain's limit."""
+    """Return text about tipping: the full robot's mass and center of mass, tipping accelerations and drivetrain limit."""
     tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
     return (
         f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "

@@ -1,4 +1,4 @@
-"""Links between a match and the simulation GUI: data of the driver station, and a field map."""
+"""Exchange of driver station data between a match and robot code, and a field map for the simulation GUI."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class DriverStationLink:
     The match receives the enabled mode and the alliance. Robot code receives the match time and game data, unless an
     FMS is attached.
 
-    If the robot has been enabled since the last field reset and autonomous starts, the link resets the field for a new
-    match, unless an FMS is attached.
+    The link resets the field for a new match when autonomous starts, if the robot has been enabled since the last field
+    reset and no FMS is attached.
 
     Args:
         match: Match whose clock follows the driver station.

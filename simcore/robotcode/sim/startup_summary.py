@@ -28,7 +28,7 @@ class StartupSummary:
     robot: str
     """Game, mass and dimensions of the robot, physics engine, and source of these values."""
     drivetrain: str
-    """Devices of the drivetrain."""
+    """Models and addresses of the drivetrain's devices."""
     assumed: str = ""
     """Guessed dimensions and other values of the drivetrain; empty without guesses."""
     described: Sequence[str] = ()

@@ -19,7 +19,7 @@ __all__ = ["TableWatch", "table_watch"]
 
 
 class TableWatch:
-    """Record of the tables and topics that a program has looked up, by the first part of the name."""
+    """Record of the top-level names of the tables and topics that a program has looked up."""
 
     def __init__(self) -> None:
         self.names: dict[str, None] = {}
