@@ -590,7 +590,7 @@ _DEFAULTS = {"enable_foc": True, "max_abs_duty_cycle": 1.0, "update_freq_hz": 10
 
 
 class EmulatedTalon(EmulatedDevice):
-    """Emulated TalonFX.
+    """Emulated TalonFX with limits, feedback sensor, control loop and status frames.
 
     All values have robot code's sign, unless the description of the value says otherwise.
 

@@ -434,7 +434,7 @@ def _silence_joysticks() -> None:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Return False for the log record in which pyfrc reports a Ctrl-C during physics; return True for other records."""
+    """Return whether a log record is not the record in which pyfrc reports a Ctrl-C during physics."""
     return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 

@@ -65,7 +65,7 @@ class _Subject:
     config: RobotConfig
     game: Game | None
     about: str
-    """Source of the robot description, as text."""
+    """Text that states the source of the robot description."""
     settings: RobotSettings | None = None
     """Settings from the robot description file; None for a game's own robot."""
     codes: Mapping[str, CodeView] = field(default_factory=dict)
@@ -425,7 +425,7 @@ def _shots(subject: _Subject) -> Iterator[str]:
 
 
 def _tipping(subject: _Subject) -> str:
-    """Return text about tipping: the full robot's mass and center of mass, tipping accelerations and drivetrain limit."""
+    """Return text about tipping: the full robot's mass, center of mass and limits, and the drivetrain's limit."""
     tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
     return (
         f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "

@@ -384,7 +384,7 @@ class RobotTest:
 
     @property
     def robot_sim(self) -> Robot:
-        """Robot in the match."""
+        """Simulated robot of the program in the match."""
         return self.physics.robot_sim
 
     @property

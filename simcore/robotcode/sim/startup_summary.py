@@ -42,7 +42,7 @@ class StartupSummary:
     own: str = ""
     """Devices that the project's own physics writes."""
     nobody: str = ""
-    """Devices without a model, which keep the initial readings."""
+    """Devices that no model writes and that keep the initial readings."""
     cameras: str = ""
     """Cameras that simcore simulates."""
     unseen: str = ""
