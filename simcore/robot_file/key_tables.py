@@ -1,6 +1,6 @@
-"""Keys of `simcore.toml`; the reader, error messages, template and documentation share one definition per key.
+"""Definitions of the keys of `simcore.toml`, shared by reader, error messages, template and documentation.
 
-Tables are read strictly: a key that the reader does not read is an error.
+An unknown key in a table is an error.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _MEANT = {
     **dict.fromkeys(("ratio", "gear_ratio", "reduction"), "gearing"),
     **dict.fromkeys(("id", "can_id", "motor_id"), "leader"),
 }
-"""Keys by common wrong names whose spelling is too different for an automatic suggestion."""
+"""Correct key for each common wrong name that differs too much in spelling for an automatic suggestion."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _toml_hint(text: str) -> str:
 
 
 class Table:
-    """Table of a file, whose values are read by `Key`.
+    """Table of a TOML file that records which keys have been read, to find unknown keys.
 
     Args:
         data: Values from the TOML parser.
@@ -133,7 +133,11 @@ class Table:
         return self._data.get(key, default)
 
     def table(self, key: str) -> Table | None:
-        """Return the table under a key, or None if the key is missing."""
+        """Return the table under a key, or None if the key is missing.
+
+        Raises:
+            ConfigError: The value is not a table.
+        """
         value = self.value(key, None, "")
         if value is None:
             return None
@@ -142,10 +146,10 @@ class Table:
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """Return the tables in a list of tables; empty if the key is missing.
+        """Return the tables of an array of tables; empty if the key is missing.
 
         Raises:
-            ConfigError: The value is not a list of tables, or two tables have the same `name`.
+            ConfigError: The value is not an array of tables, or two tables have the same `name`.
         """
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
@@ -157,7 +161,7 @@ class Table:
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:
-        """Return the single table `[key]` or the tables of a list `[[key]]`; empty if the key is missing."""
+        """Return the table `[key]` as a list, or the tables of the array `[[key]]`; empty if the key is missing."""
         value = self._data.get(key)
         if isinstance(value, dict):
             self._asked.append(key)
@@ -220,7 +224,7 @@ Names: TypeAlias = Mapping[str, Sequence[str]]
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """Form of a value that is a name in the file."""
+    """Form of a value that names an object defined by another table of the file."""
 
     kind: str
     """Kind of the name, a key of `Names`."""
@@ -254,7 +258,7 @@ text, or a device."""
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Key of a table.
+    """Definition of a key in a table: name, valid values, default and meaning.
 
     >>> from simcore.quantities import MASS, ROBOT_PLACE
     >>> Key("mass", MASS).read(Table({"mass": -3}, "simcore.toml [robot]"), {})
@@ -278,9 +282,9 @@ that is -0.61 m
     """Name of the field in the config; empty for the name of the key. A single angle is converted from degrees to
     radians unless the field ends in `_deg`; angles in a row are always converted."""
     is_guess: bool = False
-    """Whether the default is a guess, which is reported until the file has the key."""
+    """Whether the default is a guess, which simcore reports until the file gives the key."""
     needs: tuple[str, str] | None = None
-    """Another key that this key requires, with a value other than false, and the value shown in the error message."""
+    """Key that must also be present, with a value other than false, and the value to suggest in the error message."""
     refused: Mapping[str, str] | None = None
     """Reason for the refusal of each refused text; None if no text is refused."""
 
@@ -295,7 +299,7 @@ that is -0.61 m
             names: Valid names by kind, for values that are names in the file.
 
         Raises:
-            ConfigError: The value is invalid, a required key is missing, or another required key is missing.
+            ConfigError: The value is invalid, the key is required but missing, or the key in `needs` is missing.
         """
         form: Any = self.form
         if isinstance(form, Named):
@@ -326,7 +330,7 @@ that is -0.61 m
 
     @property
     def target(self) -> str:
-        """Name of the field in the config."""
+        """Name of the config field that receives the value."""
         return self.field or self.name
 
     def line(self, prefix: str = "# ") -> str:
@@ -356,7 +360,7 @@ class KeyTable:
     def read(self, t: Table, names: Names | None = None) -> dict[str, Any]:
         """Return the values (or defaults) of all keys by config field, in the units of the config.
 
-        Unknown keys are no error here; `Table.finish` refuses them.
+        Unknown keys are not an error here; `Table.finish` reports unknown keys.
 
         Raises:
             ConfigError: A value is invalid, or a required key is missing.
@@ -388,7 +392,7 @@ class KeyTable:
 
 
 _HEADINGS = ("heading_deg", "start", "yaw_deg", "elevation_deg")
-"""Keys of angles in degrees whose values are checked for having been given in radians by mistake."""
+"""Keys of angles [deg] whose values are checked for radians written by mistake."""
 
 
 def _as_radians(name: str, value: object) -> float | None:

@@ -1,4 +1,4 @@
-"""Probable names and kinds of mechanisms, from names in robot code."""
+"""Guesses of the name and kind of a mechanism from attribute names in robot code."""
 
 from __future__ import annotations
 
