@@ -30,7 +30,7 @@ _log = logging.getLogger(__name__)
 
 
 class ProgramDrivetrain:
-    """Drivetrain whose devices the program itself commands, as a `MakersDrivetrain`.
+    """Drivetrain whose devices the program commands directly; implements `MakersDrivetrain`.
 
     Args:
         found: Drivetrain with complete measures.
@@ -47,10 +47,10 @@ class ProgramDrivetrain:
 
 
 def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
-    """Return the program's drivetrain with complete measures and a model configuration.
+    """Return the program's drivetrain with complete measures and a model configuration; log contradictions.
 
     Args:
-        robot: Robot object; None if the devices exist without one.
+        robot: Robot object; None if the devices exist without a robot object.
         folder: Folder of robot.py.
         settings: Settings of simcore.toml.
 
@@ -116,7 +116,11 @@ def _refuse(keys: Sequence[str], why: str) -> None:
 
 
 def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivetrain:
-    """Return the drivetrain with the signs, zeros and positions given in simcore.toml."""
+    """Return the drivetrain with the signs, zeros, positions and encoder distances given in simcore.toml.
+
+    Raises:
+        ConfigError: A value does not fit the kind of drive or the number of wheels.
+    """
     n = len(found.wheels)
     _refuse(
         table.of_swerve if found.kind != "swerve" else (), f"is for a swerve drive, but this is a {found.kind} drive"

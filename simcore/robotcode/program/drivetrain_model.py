@@ -246,7 +246,7 @@ _MOST = 50.0  # largest correction factor of a guess; inches give 39
 
 
 class _Mounted(_Counter, MotorPort):
-    """Motor whose sign or zero differs from the model's.
+    """Motor port with a sign and a zero offset between robot code and the model.
 
     Args:
         port: Port of the motor.
@@ -273,7 +273,7 @@ class _Mounted(_Counter, MotorPort):
         return None if share is None else self._sign * share
 
     def setpoint(self) -> Setpoint | None:
-        """Return the set-point with the model's sign, or None without one."""
+        """Return the set-point with the model's sign, or None without a set-point."""
         goal = self._port.setpoint()
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
@@ -286,7 +286,7 @@ class _Mounted(_Counter, MotorPort):
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
-_SOON = 0.25  # [s], longest time between two sign changes of an unstable loop; a slow loop takes half of that
+_SOON = 0.25  # [s], longest time between two sign changes of an unstable loop; a slow loop needs half of this time
 _CHANGES = 3  # consecutive sign changes, each from and to more than half of the largest output, before a reversal
 _FAR = 1.25  # [turns] of the steering axis without nearing its goal, before a reversal
 _HOLDS = 0.5  # [s], time after which a reversal is kept
@@ -298,8 +298,8 @@ class _DecidingMotor(_Mounted):
 
     With the wrong sign, the loop drives the module away from its goal. If the loop takes the shortest path, the output
     keeps changing sign at large values, half a turn from the goal (a quarter turn if the module may reverse the
-    wheel); if not, the module turns without end. In either case the motor is reversed; if that does not help, the
-    original sign is restored for good.
+    wheel); otherwise, the module turns without end. In either case this class reverses the motor. If the behavior
+    continues, the class restores the original sign for good.
     """
 
     def __init__(
@@ -345,7 +345,7 @@ class _DecidingMotor(_Mounted):
             self._log_reversed()
 
     def _log_reversed(self) -> None:
-        """Log all reversed motors, unless another motor's decision has already logged them."""
+        """Log the indices of all reversed motors, unless another reversed motor has already done so."""
         if any(motor._is_decided and motor.is_turned for motor in self._motors if motor is not self):
             return
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]

@@ -1,12 +1,13 @@
-"""Makers of motor controllers, encoders and gyros: find, read, guess and connect the devices of a robot program.
+"""Makers of motor controllers, encoders and gyros, and the connection of a program's devices to the models.
 
 To add a maker, derive a class from `Maker` in the maker's own package (for example `makers/navx/navx_maker.py`), list
 the models and override the methods that apply. `watch` records the maker's classes in `devices`; for a maker that only
 has gyros, `watch` and `gyro_port` are enough. Assign an instance to `MAKER` in the new module, and add the module to
-`MAKER_MODULES` here, with the Python package that the module needs. The rest of simcore is independent of makers.
+`MAKER_MODULES` here, with the Python package that the module needs. The rest of simcore does not depend on makers.
 
-A port passes the model's measurements to robot code, and robot code's requests to the model: derive from `MotorPort`,
-and implement the protocols `AnglePort` and `GyroPort`, all in `motor_ports`.
+A port passes the model's motion to robot code, and robot code's requests to the model. Derive the port of a motor
+controller from `MotorPort`, and implement `AnglePort` for an encoder and `GyroPort` for a gyro; all three are in
+`motor_ports`.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class MotorFacts:
     motor: str
     """Motor name, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     is_guess: bool = True
-    """Whether `motor` is guessed from the controller model; if not, the motor is configured."""
+    """Whether `motor` is a guess from the controller's model, and not configured in robot code."""
     stator_limit: float | None = None
     """Stator current limit [A]; None for the factory default."""
     supply_limit: float | None = None
@@ -89,12 +90,12 @@ class MotorFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mounting:
-    """Mounting of motors on a mechanism, for values that no device configuration gives."""
+    """Properties of the motors and the encoder of a mechanism that no device configuration contains."""
 
     reversed: bool = False
     """Whether positive output in robot code moves the mechanism in its negative direction."""
     encoder: AnglePort | None = None
-    """Separate encoder on the mechanism; None without one."""
+    """Port of a separate encoder on the mechanism; None without a separate encoder."""
     encoder_gearing: float = 1.0
     """Turns of `encoder`, or of an encoder wired to the leader, per turn of the mechanism [-]."""
     motor: str = ""
@@ -161,7 +162,7 @@ class Maker:
     gyro_errors: str = "pigeon2"
     """Error model of the maker's gyros, one of `simcore.robot.gyro.GYROS`."""
     on_ports: bool = False
-    """Whether motors and encoders are wired to roboRIO ports: identified by channel, with no guessed mechanism."""
+    """Whether motors and encoders are wired to roboRIO ports; simcore guesses no mechanism for these motors."""
 
     def __init__(self, devices: BuiltDevices | None = None) -> None:
         self.devices = BuiltDevices() if devices is None else devices
@@ -174,7 +175,8 @@ class Maker:
         """Ask `may_write` before each write of a team's own simulation to a device; safe to call more than once.
 
         Args:
-            may_write: Function of model and address; False drops the write, because the device belongs to simcore.
+            may_write: Function that takes model and address, and returns whether the write may pass: False for a
+                device that simcore's physics writes.
         """
 
     def built(self) -> list[BuiltDevice]:
@@ -199,7 +201,7 @@ class Maker:
     # --- motor controllers ----------------------------------------------------------------------------------------
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
-        """Group motors by their currently configured leader; a motor without followers forms its own group."""
+        """Group motors by the configured leader; a motor without leader and followers forms its own group."""
         return [FollowerGroup(motor) for motor in motors]
 
     def has_wheel_encoder(self, motor: BuiltDevice) -> bool:
@@ -241,7 +243,7 @@ class Maker:
         return self.connect(group, guess.mechanism)
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
-        """Return the kS configured in a controller [V], or 0 without one."""
+        """Return the kS configured in a controller [V], or 0 without a kS."""
         return 0.0
 
     # --- sensors, and drivetrains of libraries --------------------------------------------------------------------
@@ -260,7 +262,7 @@ class Maker:
         raise ConfigError(f"{gyro} is not a gyro that simcore simulates")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
-        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`; None without one.
+        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`, or None.
 
         Args:
             settings: Settings of simcore.toml.

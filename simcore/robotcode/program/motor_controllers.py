@@ -13,7 +13,7 @@ __all__ = ["BuiltDevice", "FollowerGroup", "group_by_leader"]
 
 @dataclass(frozen=True, slots=True)
 class BuiltDevice:
-    """Device that the program has built."""
+    """Motor controller, sensor or other device that the program has built."""
 
     model: str
     """Model in the maker's spelling: `TalonFX`, `SPARK MAX`."""

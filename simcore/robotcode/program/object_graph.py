@@ -40,7 +40,7 @@ class ObjectGraph:
 
     Args:
         robot: Robot object.
-        folder: Folder of the project; the globals of the project's modules are searched as well.
+        folder: Folder of the project, to search the globals of the project's modules as well; None for no modules.
     """
 
     def __init__(self, robot: Any, folder: Path | None = None) -> None:

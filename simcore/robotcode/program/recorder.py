@@ -94,7 +94,7 @@ def guard(
     drops: bool = True,
     dropped: object = None,
 ) -> None:
-    """Ask `may_write` before each call of a method that writes to a simulated device; see `Maker.watch_simulations`.
+    """Check each call of a method that writes to a simulated device with `may_write`; see `Maker.watch_simulations`.
 
     Args:
         owner: Class that has the method; an earlier guard is replaced.
@@ -151,7 +151,7 @@ class Answers(Generic[T]):
         self._by_object[made] = answering
 
     def of(self, made: Any) -> T | None:
-        """Return the source of replies attached to an object, or None without one."""
+        """Return the source of replies attached to an object, or None without a source."""
         return self._by_object.get(made)
 
     def wrap(self, cls: Any, replies: Mapping[str, Callable[..., Any]], *, also_original: bool = False) -> None:
@@ -210,7 +210,7 @@ class BuiltDevices:
         record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 
     def add(self, model: str, address: DeviceAddress, made: Any) -> None:
-        """Record one object, unless it is already recorded or its address number is negative."""
+        """Record an object, unless the object is already recorded or the address number is negative."""
         known = self._keys.get(id(made))
         if address.number >= 0 and (known is None or known[0]() is not made):
             reference = weakref.ref(made)

@@ -27,7 +27,7 @@ _PULSES = 2048.0  # pulses per turn that simcore assumes for an encoder on the r
 
 
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find a tank drive from a `DifferentialDrive`, else from `left` and `right` or their initials in motor names.
+    """Find a tank drive from a `DifferentialDrive`, else from `left`, `right`, `l` or `r` in motor names.
 
     Without a WPILib tank drive object, the names must also suggest drive motors.
 
@@ -101,7 +101,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     wheels = _wheels(graph, CORNERS, places, given)
     measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
     if not kinematics:
-        measures["x and y"] = Measure("0.56 x 0.56 m", "as many robots have it", is_guess=True)
+        measures["x and y"] = Measure("0.56 x 0.56 m", "a common value", is_guess=True)
     return FoundDrivetrain(
         kind="mecanum",
         wheels=wheels,
@@ -255,7 +255,10 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:
-    """Return `meters_per_rotor_turn` from the leader's conversion factor; empty without one or with a wheel encoder."""
+    """Return `meters_per_rotor_turn` from the leader's conversion factor.
+
+    The result is empty for a leader without a conversion factor, or a wheel with an encoder.
+    """
     leader = wheel.motors[0]
     units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
     if wheel.wheel_encoder is not None or units in (0.0, 1.0):

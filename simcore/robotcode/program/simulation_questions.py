@@ -37,7 +37,7 @@ def is_of_program(code: types.CodeType) -> bool:
 
 
 def simulation_code(code: types.CodeType) -> bool:
-    """Return whether a function is simulation code: it has a typical name, or calls `isReal` or `isSimulation`."""
+    """Return whether a function is simulation code, by a typical name or by calls of `isReal` or `isSimulation`."""
     return code in _asked or code.co_name.lower().strip("_") in _HOOKS
 
 

@@ -29,13 +29,15 @@ _DEAF = (
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
-"""Attributes that a program subtracts from encoder readings; the encoder itself subtracts a magnet offset."""
+"""Pattern of the attributes that a program subtracts from encoder readings; encoders subtract a magnet offset."""
 _HALF = 0.28  # [m], x and y distance from the center to a wheel without a known position
 _UNPLACED = "no kinematics or settings give the module positions"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find swerve modules with two motors each: one per kinematics position or, without kinematics, four that steer.
+    """Find a swerve drive: an object with two motors for each kinematics position, or four steered objects.
+
+    Four objects are enough if the program has no kinematics and no drive class of WPILib.
 
     Returns:
         Drivetrain, or None if the program has no swerve drive.
@@ -127,7 +129,7 @@ def _flat_modules(holder: Holder) -> list[Holder]:
 
 
 def _is_steered(holder: Holder) -> bool:
-    """Return whether an object with two motors is a swerve module: it has a steer motor by name, or an encoder."""
+    """Return whether an object with two motors is a swerve module, by the name of a steer motor or by an encoder."""
     motors = [name for name, device in holder.devices.items() if _is_motor(device)]
     return any(_steers(name) > 0 for name in motors) or len(motors) < len(holder.devices)
 
@@ -261,7 +263,11 @@ def _zeros_of_odometry(count: int) -> list[float | None]:
 
 
 def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None], dict[str, Measure]]:
-    """Guess the module angles at zero encoder readings [rad] from offset attributes, if no module gives its angle."""
+    """Guess the module angles at zero encoder readings [rad] from offset attributes; 0 without these attributes.
+
+    Returns:
+        Angle of each module, and the measure `zeros_deg` with the source of the guess.
+    """
     rows = [
         [(n, v) for made in objects for n, v in getattr(made, "__dict__", {}).items() if _OFFSET.search(n)]
         for objects in modules
