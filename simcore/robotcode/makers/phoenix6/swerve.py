@@ -1,4 +1,4 @@
-"""CTRE's unmodified `SwerveDrivetrain` on simcore's swerve model.
+"""Connection of CTRE's unmodified `SwerveDrivetrain` to simcore's swerve model.
 
 The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, the inputs are
 rotor positions, CANcoders and the Pigeon 2, never a pose.
@@ -137,7 +137,7 @@ record_class(SwerveModule, _note_module)
 
 
 _RESETS = PoseResets()
-"""Pose resets by robot code on every drivetrain."""
+"""Pose resets of all drivetrains by robot code."""
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:
@@ -188,7 +188,7 @@ def known_drivetrains() -> list[Any]:
 
 
 def only_drivetrain() -> Any:
-    """Return the drivetrain that the program has built, or the last one of several on the same devices.
+    """Return the drivetrain that the program has built, or the last of several on the same devices.
 
     Raises:
         ConfigError: The program has built no drivetrain, or drivetrains on different devices.
@@ -333,8 +333,8 @@ def _limits(configs: object) -> tuple[float | None, float | None]:
 class SwerveDrivetrainSim(SwervePorts):
     """Devices of a CTRE swerve drivetrain: the motors' volts drive the model, whose motion sets the sensors.
 
-    `update_sim_state` is replaced with an empty function, because Tuner X's class calls it from a 250 Hz Notifier,
-    and the model must be stepped only once.
+    The constructor replaces `update_sim_state` of the drivetrain with an empty function. Tuner X's class calls this
+    method from a 250 Hz Notifier, but physics alone must step the model.
 
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.

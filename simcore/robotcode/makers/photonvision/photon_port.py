@@ -46,7 +46,7 @@ class PhotonCameraPort:
     """NetworkTables table of one camera: publishes frames to each `PhotonCamera` of the same name, and reads requests.
 
     Append the port to `ports` of a `LimelightSim`. A frame takes about 1 ms, mostly for photonlib's packing. Pipeline,
-    driver mode and frame limit take effect; the LED mode is only echoed, and no images are saved.
+    driver mode and frame limit take effect; the port only echoes the LED mode, and saves no images.
 
     Args:
         config: Configuration of the camera.

@@ -72,7 +72,7 @@ class PhotonProgram:
     true_pose: Callable[[], Any] | None = None
     """Function that returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
     version: int = 0
-    """Number of changes so far: objects built, and new facts about them."""
+    """Number of changes so far to the recorded objects, their transforms and their cameras."""
     dropped: int = 0
     """Number of dropped frames of the program's own simulation."""
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
@@ -126,9 +126,9 @@ class FoundMount:
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
     """Return the known camera mountings by camera name.
 
-    A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so it is matched to
-    the camera whose results it processes. Estimators without results are matched to the remaining cameras in build
-    order if the counts agree, else each to the camera built just before.
+    A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so the function
+    matches the estimator to the camera whose results the estimator processes. The function matches estimators without
+    results to the remaining cameras in build order if the counts agree, else to the camera built just before.
     """
     found: dict[str, FoundMount] = {}
     for name, transform in program.transforms.items():
@@ -150,9 +150,9 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program simulates no camera.
+    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if it has no simulated camera.
 
-    Noise, latency and frame rate left at zero, photonlib's default, are taken from `PHOTON_LENS`.
+    Noise, latency and frame rate come from `PHOTON_LENS` if the program leaves photonlib's default of zero.
     """
     simulated = program.simulated.get(name)
     if simulated is None:

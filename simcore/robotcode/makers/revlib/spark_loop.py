@@ -1,4 +1,4 @@
-"""Control law of a SPARK: 1 kHz loops that compute a duty cycle from a set-point and a sensor.
+"""Control law of a SPARK: 1 kHz loops that compute a duty cycle from a set-point and a sensor reading.
 
 Source: REV's closed-loop documentation (docs.revrobotics.com/revlib/spark/closed-loop: P on the error, I summed and D
 differenced once per 1 ms loop, feedforward in volts, MAXMotion profiles) and REVLib 2026.0's `SparkSim.iterate`, whose
@@ -134,7 +134,7 @@ class Command:
 
 
 class SparkLoop:
-    """Control loop of one controller, with the state of its PID and MAXMotion profile.
+    """Control loop of one controller, with the state of the PID controller and the MAXMotion profile.
 
     Args:
         config: Configuration, replaceable at any time; None for the defaults.
@@ -231,7 +231,7 @@ class SparkLoop:
             loops: Number of loops.
             gains: Gains of the slot.
             error: Error from the set-point, or from the motion profile.
-            rest: Error from the set-point itself.
+            rest: Error from the set-point itself, compared with the allowed error.
         """
         self.is_at_setpoint = abs(rest) <= gains.allowed_error
         if abs(error) < gains.allowed_error:

@@ -1,4 +1,4 @@
-"""SPARKs on a mechanism, and encoders wired to the SPARKs of a drivetrain."""
+"""Connection of SPARKs to a mechanism, and port of an encoder wired to a drivetrain's SPARK."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SparkMotorSim(MotorSim):
     Args:
         controller: Device object of the leader in robot code.
         mechanism: Mechanism that the motors turn.
-        followers: Followers on the same shaft, whose encoders and currents are written as well.
+        followers: Followers on the same shaft; `write` also writes their encoders and currents.
         opposed: Indices of followers configured as inverted.
         reversed: Whether positive output in robot code moves the mechanism in its negative direction.
         zero_at: Angle of the mechanism at which the primary encoder reads zero [rad].
