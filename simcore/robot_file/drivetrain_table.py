@@ -1,4 +1,4 @@
-"""Table `[drivetrain]` of `simcore.toml`: a description of the drivetrain, or corrections to the drivetrain found.
+"""Table `[drivetrain]` of `simcore.toml`: description of the drivetrain, or corrections to the found drivetrain.
 
 The table is optional. A table without motors corrects the drivetrain found in the program. A table with motors
 describes the whole drivetrain, and simcore does not search the program for a drivetrain.
@@ -34,7 +34,7 @@ KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
 """WPILib classes that read absolute encoders on ports of the roboRIO."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
-"""Kinds of absolute steer encoders: separate encoders, encoders wired to the steer motors' controllers, or none."""
+"""Valid values of the key `encoder`: a class in robot code, `wired` (to the steer motors' controllers) or `none`."""
 NO_PHOENIX_5 = (
     "Phoenix 5 (Talon SRX, Victor SPX, Pigeon IMU) is not simulated: it ends with the roboRIO, and its Python package "
     "does not install with Phoenix 6 26.3. TalonFX, SPARK MAX, SPARK Flex and PWM controllers work, and so do Pigeon2 "
@@ -127,21 +127,21 @@ class DrivetrainSettings:
     """Contents of the `[drivetrain]` table; fields without a value in the table keep their defaults."""
 
     kind: str = ""
-    """Kind of the drivetrain, one of `KINDS`."""
+    """Kind of the drivetrain, one of `KINDS`; empty if the table gives no kind."""
     controller: str = ""
-    """Model of the drive motors' controllers, e.g. `TalonFX`, `SPARK MAX` or `PWM`."""
+    """Model of the drive motors' controllers, e.g. `TalonFX`, `SPARK MAX` or `PWM`; empty if not in the table."""
     steer_controller: str = ""
-    """Model of the steer motors' controllers; empty for the model of the drive motors' controllers."""
+    """Model of the steer motors' controllers; empty if equal to `controller`."""
     drive: tuple[tuple[DeviceAddress, ...], ...] = ()
     """CAN IDs or channels of the motors on each wheel, or on each side of a tank drive (left first), leader first."""
     steer: tuple[DeviceAddress, ...] = ()
     """CAN ID or channel of each module's steer motor."""
     encoder: str = ""
-    """Kind of the absolute steer encoders, one of `ENCODERS`."""
+    """Kind of the absolute steer encoders, one of `ENCODERS`; empty if the table gives no kind."""
     encoders: tuple[DeviceAddress, ...] = ()
-    """CAN IDs or channels of the absolute steer encoders."""
+    """CAN IDs or channels of separate absolute steer encoders, in the order of `drive`; may be empty."""
     wheel_encoders: tuple[int, ...] = ()
-    """First DIO channels of encoders on wheels or sides."""
+    """First DIO channel of each encoder on a wheel or side; may be empty."""
     wheel_distances: tuple[float, ...] = ()
     """Distance that robot code counts for one turn (2048 pulses) of each wheel encoder [m]."""
     places: tuple[tuple[float, float], ...] = ()
@@ -155,7 +155,7 @@ class DrivetrainSettings:
     reversed_encoders: tuple[int, ...] = ()
     """Indices of modules whose absolute encoders count up clockwise, seen from above."""
     gyro: str = ""
-    """Model of the gyro, with the id if there are several gyros, e.g. `Pigeon2 9`."""
+    """Model of the gyro, with the id if there are several gyros, e.g. `Pigeon2 9`; empty for the first gyro."""
     gyro_upside_down: bool = False
     """Whether the gyro is rotated by half a turn about the robot's x axis."""
     gyro_reversed: bool = False
@@ -217,7 +217,13 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 
 
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
-    """Check that a table with motors gives kind and controller, and that every list has one entry for each wheel."""
+    """Check that a table with motors gives kind and controller, and one entry per wheel in the lists.
+
+    The lists of a tank drive are not checked.
+
+    Raises:
+        ConfigError: The table fails the check.
+    """
     if not s.has_devices:
         return
     if not s.kind or not s.controller:

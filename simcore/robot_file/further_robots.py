@@ -89,6 +89,10 @@ class FurtherRobot:
 
         The result is None for a robot without auto, player and script, which stands still.
 
+        Args:
+            match: Match with the robot.
+            number: Index of the robot in the match.
+
         Raises:
             ConfigError: The script cannot be imported or is not callable.
         """

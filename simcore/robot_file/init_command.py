@@ -110,7 +110,7 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
         starts: Whether to start the program with the file; False to only read the file.
 
     Returns:
-        Error that still prevents the start, or reading of the file without `starts`; empty without an error.
+        Error message if the program does not start (without `starts`, if the file is invalid); empty otherwise.
     """
     while True:
         path.write_text(template(found, game=game, every=every), encoding="utf-8")
@@ -158,7 +158,7 @@ def write_ignored(project: Path) -> Path | None:
     """Add the files that runs leave behind to .gitignore, without repeating or removing lines.
 
     Args:
-        project: Folder in which the program is started.
+        project: Folder in which teams start the program.
 
     Returns:
         Path of .gitignore if it was changed, else None.
@@ -281,8 +281,8 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
         options: Command-line options of `simcore.robotcode.sim.robot_survey`.
 
     Returns:
-        Results of the survey; with a key `error` if the program cannot be built, or `not_modelled` if simcore does not
-        model a device even with `RobotBase.isReal()` true.
+        Results of the survey. A key `error` gives the reason if the program cannot be built; a key `not_modelled` gives
+        the reason if simcore does not model a device, even with `RobotBase.isReal()` true.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
@@ -293,7 +293,7 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
 
 
 def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """Run the survey in a separate process and return the results, or an `error` without results in time."""
+    """Run the survey in a separate process and return the results, or an `error` if no results arrive."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),

@@ -113,11 +113,11 @@ class Table:
         return key in self._data
 
     def has(self, key: str) -> bool:
-        """Return whether a key is in the table and its value is not false."""
+        """Return whether the table has a key with a value other than false."""
         return self._data.get(key, False) is not False
 
     def value(self, key: str, default: Any, wanted: str) -> Any:
-        """Return the value of a key, of any type, and record that the key has been read.
+        """Return the value of a key without a check of the type, and record that the key has been read.
 
         Args:
             key: Name of the key.
@@ -169,7 +169,11 @@ class Table:
         return self.tables(key)
 
     def named_tables(self, key: str) -> dict[str, Table]:
-        """Return the tables under a key by name, e.g. `[autos."Left"]` under `autos`."""
+        """Return the tables under a key by name, e.g. `[autos."Left"]` under `autos`; empty if the key is missing.
+
+        Raises:
+            ConfigError: The value is not a table, or contains a value that is not a table.
+        """
         table = self.table(key)
         if table is None:
             return {}
@@ -284,7 +288,7 @@ that is -0.61 m
     is_guess: bool = False
     """Whether the default is a guess, which simcore reports until the file gives the key."""
     needs: tuple[str, str] | None = None
-    """Key that must also be present, with a value other than false, and the value to suggest in the error message."""
+    """Key that must be present, too, with a value other than false, and the value to suggest in the error message."""
     refused: Mapping[str, str] | None = None
     """Reason for the refusal of each refused text; None if no text is refused."""
 

@@ -55,7 +55,7 @@ def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] 
     """Return the keys `x_min` to `z_max` of a box.
 
     Args:
-        about: Meaning of the box, written at `x_min`.
+        about: Description of the box, for the key `x_min`.
         corners: Default of each key [m]; None for a required key.
         examples: Value of each key in the template [m]; None for the default.
     """
@@ -186,7 +186,7 @@ MANIPULATORS = (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)
 
 
 def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
-    """Return the storage in a `[[storage]]` table; with an outlet, the storage is a hopper.
+    """Return the storage that a `[[storage]]` table describes; a table with an outlet describes a hopper.
 
     Args:
         t: Table to read.
@@ -205,7 +205,7 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
 
 
 def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig:
-    """Return the intake in an `[[intake]]` table."""
+    """Return the intake that an `[[intake]]` table describes."""
     v = _read(INTAKE, t, names)
     (x_min, y_min, z_min), (x_max, y_max, z_max) = _corners(t, v)
     zone = IntakeZone(x_min=x_min, x_max=x_max, y_min=y_min, y_max=y_max, z_min=z_min, z_max=z_max)
@@ -216,7 +216,7 @@ def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig
 
 
 def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConfig:
-    """Return the shooter in a `[[shooter]]` table; the default turret axis is at the turret's joint."""
+    """Return the shooter that a `[[shooter]]` table describes; the default turret axis is at the turret's joint."""
     v = _read(SHOOTER, t, names)
     wheels, feeders = v["wheels"], v["gate"]
     for name in wheels:
@@ -248,7 +248,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
 
 
 def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
-    """Return the gripper in a `[[claw]]` table, at the end of a chain of mechanisms."""
+    """Return the gripper that a `[[claw]]` table describes, on a chain of mechanisms."""
     v = _read(CLAW, t, names)
     joints = joints_to(v.pop("on"), mechanisms)
     offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
@@ -259,13 +259,13 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
 
 
 def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
-    """Return the hook in a `[[climber]]` table, at the end of a chain of mechanisms."""
+    """Return the hook that a `[[climber]]` table describes, on a chain of mechanisms."""
     v = _read(CLIMBER, t, names)
     return ClimberConfig(joints=joints_to(v["on"], mechanisms), offset=_offset(v), reach=v["reach"])
 
 
 def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:
-    """Return the part in a `[[component]]` table, moved by a chain of mechanisms, by a roller, or by both."""
+    """Return the part that a `[[component]]` table describes, on a chain of mechanisms, a roller, or both."""
     turning = tuple(name for name, m in mechanisms.items() if m.joint is None)
     v = COMPONENT.read(t, {**names, "mechanism": turning})
     t.finish()
@@ -291,7 +291,7 @@ def _offset(v: dict[str, Any]) -> tuple[float, float, float]:
 
 
 def _corners(t: Table, v: dict[str, Any]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Remove the keys of a box from the values, check their order, and return the lowest and highest corner [m]."""
+    """Remove the keys of a box from the values, check the limits, and return the lowest and highest corner [m]."""
     low, high = ([v.pop(f"{axis}_{end}") for axis in "xyz"] for end in ("min", "max"))
     for axis, below, above in zip("xyz", low, high, strict=True):
         if not below < above:

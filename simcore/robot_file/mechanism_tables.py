@@ -1,4 +1,4 @@
-"""Table `[[mechanism]]` of `simcore.toml`: mechanisms, the devices that move them, and their joints on the robot."""
+"""Table `[[mechanism]]` of `simcore.toml`: mechanisms with motors or other actuators, encoders and joints."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def usual_motor(controller: str) -> str:
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
-    """Return the mechanism in a `[[mechanism]]` table, with devices, joint, moving mass and guesses.
+    """Return the mechanism that a `[[mechanism]]` table describes, with devices, joint, moving mass and guesses.
 
     Raises:
         ConfigError: A key is missing, unknown or invalid, or two keys contradict each other.
@@ -353,7 +353,7 @@ def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMa
 
 
 def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """Return the mass that a mechanism moves, including the mechanisms that it carries [kg]."""
+    """Return the mass that a mechanism moves, including carried mechanisms [kg]."""
     carried, config = _carried(m, mechanisms), m.config
     if m.moving_mass is not None:
         return m.moving_mass + carried

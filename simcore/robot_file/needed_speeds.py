@@ -64,7 +64,7 @@ def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> li
 
 
 def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
-    """Return the exit speed of a shot from rest into the middle of the goal [m/s]; infinite if no shot reaches it."""
+    """Return the exit speed of a shot from rest into the middle of the goal [m/s]; infinite without such a shot."""
     if not abs(elevation) < 0.5 * math.pi:
         return math.inf
     goal = goal_of(shooter, game)

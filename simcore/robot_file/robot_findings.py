@@ -114,7 +114,7 @@ class MechanismRun:
 
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
-    """Return a copy of a config with each current limit at the lower of the config's and robot code's limit."""
+    """Return a copy of a config whose current limits are the lower of the config's and robot code's limits."""
     if code is None or isinstance(config, PistonConfig | ServoConfig):
         return config
     box = config.gearbox
@@ -282,7 +282,10 @@ def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFin
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and highest corner of a deployed intake's zone over all stops of carriers, robot frame [m]."""
+    """Return the lowest and highest corner of the box around a deployed intake's zone, robot frame [m].
+
+    The box contains the zone at all stops of the mechanisms that carry the intake.
+    """
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     if intake.deploy is not None:
         low, high = mechanisms[intake.deploy].stops
@@ -301,7 +304,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
 
 
 def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    """Yield findings about an intake that does not reach pieces outside the bumpers, or reaches too far."""
+    """Yield findings about an intake that reaches no pieces, or reaches too far beyond the bumpers."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
     body = config.body

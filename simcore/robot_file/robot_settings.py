@@ -139,7 +139,7 @@ class MechanismSettings:
         return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
-        """Return a copy with the friction torque for a kS [V]; without a change if the file gives the friction."""
+        """Return a copy with the friction torque for a kS [V], or `self` if the file gives the friction."""
         if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         gearbox = self.config.gearbox
@@ -175,7 +175,7 @@ class RobotSettings:
     """Variation from run to run; None for no variation."""
     drivetrain: DrivetrainSettings = field(default_factory=DrivetrainSettings)
     given: frozenset[str] = field(default=frozenset(), compare=False)
-    """Those of the keys `mass` and `tread` that the file gives; other sources override the default of a missing key."""
+    """Keys that the file gives, out of `mass` and `tread`; other sources override the default of a missing key."""
     gyro_errors: str = "pigeon2"
     """Error model of the program's gyro, one of `simcore.robot.gyro.GYROS`; not a key of the file."""
     mass: float = 55.0
@@ -193,7 +193,7 @@ class RobotSettings:
     real: bool = False
     """Whether `RobotBase.isReal()` returns True in the program."""
     serial_number: str = ""
-    """Serial number of the roboRIO that the program reads."""
+    """Serial number of the roboRIO that the program reads; empty for the value of WPILib's simulation."""
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
     wheel_grain: float | None = None

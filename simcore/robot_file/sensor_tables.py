@@ -71,9 +71,9 @@ class SensorSettings:
     pin: int = 0
     """Pin of the CANdi to which a switch or beam break is wired, 1 or 2; 0 without a CANdi."""
     normally_closed: bool = False
-    """Whether the contact connects to ground while the sensor is not triggered, instead of while triggered."""
+    """Whether the contact is closed to ground while the sensor is idle, instead of while triggered."""
     pressed: tuple[float, float] = (0.0, 0.0)
-    """Lower and upper position between which a limit switch is pressed [rad], or [m] for a piston."""
+    """Range of positions in which a limit switch is pressed [rad], or [m] for a piston."""
     gearing: float = 1.0
     """Encoder turns per turn of the mechanism [-]; negative if the encoder counts down while the mechanism goes up."""
     pulses_per_turn: float = 0.0
@@ -83,7 +83,7 @@ class SensorSettings:
     volts: tuple[float, float] = (0.0, 0.0)
     """Voltage of a potentiometer at the mechanism's lower and upper stop [V]."""
     distance: float = 0.0
-    """Distance from a CANrange to a piece, or to the mechanism at its lower stop [m]."""
+    """Distance from a CANrange to a piece, or to the mechanism at the lower stop [m]."""
     empty: float = 0.0
     """Reading of a CANrange without a piece [m]."""
 
@@ -257,7 +257,7 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
 
 
 def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the distances of a CANrange and the pieces that it detects, by field of `SensorSettings`."""
+    """Return the distances and the detected pieces of a CANrange, by field of `SensorSettings`."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
         return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
@@ -281,7 +281,7 @@ def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
     """Return the positions between which a switch is pressed [rad], or [m] for a piston.
 
-    By default, a switch is pressed within 1 % of the travel from its position.
+    The default distance is 1 % of the mechanism's travel on either side of the switch.
     """
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):

@@ -95,7 +95,7 @@ def _prose(*lines: str) -> str:
 
 
 def _live(table: KeyTable, *names: str, every: bool, shown: Sequence[str] = ()) -> str:
-    """Format a table with active lines for the named keys, and comment lines for the keys in `shown` or for all others.
+    """Format a table with active lines for `names`, and comment lines for `shown` or, with `every`, all other keys.
 
     Args:
         table: Table to format.

@@ -33,7 +33,7 @@ _KINDS = {
     "string[]": "string_array",
     "double[]": "double_array",
 }
-"""ntcore's name of each type in `TOPICS`."""
+"""Type name in ntcore's method names, by type in `TOPICS`."""
 
 Value = float | int | str | list[float] | list[str]
 
@@ -136,7 +136,7 @@ def _poses(
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the pose estimate with the origin at the field center, the blue corner and the red corner.
 
-    Each result has 11 numbers plus 7 per tag; without an estimate, the pose is zero and there are no tags.
+    Each result has 11 numbers plus 7 per tag; without an estimate, all numbers but the latency are zero.
     """
     latency = 1e3 * frame.latency
     if found is None:
@@ -190,7 +190,7 @@ def _position_and_angles(place: FloatArray, turn: FloatArray) -> list[float]:
 
 
 def _sides(corners: Corners | None) -> list[float]:
-    """Return a target's long and short side, width and height of its bounding box [px], and its rotation [deg]."""
+    """Return a target's long and short side, bounding box width and height [px], and rotation [deg]; zeros for None."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners
@@ -233,7 +233,7 @@ _OF_PRIMARY = {
     "t6t_rs": "targetpose_robotspace",
     "t6r_ts": "botpose_targetspace",
 }
-"""Topic whose value is repeated under each `json` key of the primary tag."""
+"""Topic with the same value, for each `json` key of the primary tag."""
 
 
 def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
@@ -246,7 +246,7 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
 
     Args:
         frame: Frame of the camera.
-        values: Values from `frame_values`, which the result repeats.
+        values: Values from `frame_values` for the same frame.
         stamp: Publication time on the NetworkTables clock [us].
     """
 
@@ -324,7 +324,7 @@ TOPICS = {
 """Type of each topic in a Limelight's table."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
-"""Topics sent with every frame, even if unchanged, because readers take a new timestamp for a new frame."""
+"""Topics sent with every frame, even if unchanged, because readers detect a new frame by the timestamp."""
 
 
 class CameraTables:
@@ -393,9 +393,9 @@ class LimelightTable:
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
     def read(self) -> list[CameraRequest]:
-        """Return the requests since the last call: headings, then settings, both in arrival order; none after `close`.
+        """Return the requests since the last call: headings, then settings, both in arrival order.
 
-        A topic that `LimelightSim` ignores is returned once, without numbers.
+        The list has one request without numbers for each topic that `LimelightSim` ignores, and is empty after `close`.
         """
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:

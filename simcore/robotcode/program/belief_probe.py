@@ -1,6 +1,6 @@
 """Measurement of the signs, zeros and distances that robot code assumes for the sensors of swerve modules.
 
-Robot code applies these values in its arithmetic, where they cannot be read. Before the first loop, the probe moves
+Robot code contains these values only in its arithmetic. Before the first loop, the probe moves
 each sensor a little and compares the angles and distances that the swerve modules in robot code return before and after
 the move. If a module does not respond, the probe calls the module's `update` and `periodic` methods before each query.
 If a module still does not respond, the probe calls the program's loop as well, as on a disabled robot.
@@ -43,7 +43,7 @@ _LEAST = 1e-6  # smallest change of a returned value that counts
 
 @dataclass(frozen=True, slots=True)
 class ModulePorts:
-    """Ports of the sensors of one swerve module; None for a missing encoder."""
+    """Sensor ports of one swerve module; None for a missing encoder."""
 
     drive: MotorPort
     steer: MotorPort
@@ -111,7 +111,7 @@ def probe_modules(
     """Return the response of each module's angle and distance in robot code to the sensors; leave the sensors at zero.
 
     Args:
-        modules: For each module, objects that may return its position.
+        modules: For each module, objects that may return the module's position.
         ports: Ports of each module's sensors.
         settle: Function that makes written values visible to robot code.
         above: Objects that contain all modules, innermost first, up to the robot object. An object may return the
@@ -235,7 +235,7 @@ def _question(objects: Sequence[Any]) -> _Question | None:
 
 
 def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
-    """Return the queries for all modules through one shared method, in kinematics order; empty without a method."""
+    """Return a query per module through a method that returns all positions; empty without such a method."""
     for made in above:
         for ask in _questions(made, _NAME, ()):
             answer = _answer(ask)

@@ -191,7 +191,7 @@ def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _described(table: DrivetrainSettings) -> FoundDrivetrain:
-    """Return the drivetrain described in simcore.toml."""
+    """Return the drivetrain that the table in simcore.toml describes, with the program's devices."""
     where = f"{FILE_NAME} [drivetrain]"
     steer_model = table.steer_controller or table.controller
     wheels = []
@@ -242,7 +242,11 @@ def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
 
 
 def _gyro(named: str) -> BuiltDevice | None:
-    """Return the gyro named in simcore.toml, else the first gyro that the program has built, or None without one."""
+    """Return the gyro named in simcore.toml, else the first gyro that the program has built; None without a gyro.
+
+    Raises:
+        ConfigError: The program has not built the named gyro.
+    """
     built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
     if not named:
         return built[0] if built else None

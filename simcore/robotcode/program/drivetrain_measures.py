@@ -49,7 +49,7 @@ _GUESSES: dict[str, dict[str, float]] = {
 }
 """Guesses for measures without a source, by kind of drive: SDS MK4i L2 for swerve, FIRST's kit bot otherwise."""
 _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
-"""Measures to ignore for each kind of drive, because PathPlanner and Choreo store them for every robot."""
+"""Measures to ignore for each kind of drive, because PathPlanner and Choreo store these for every robot."""
 _GEARINGS = (3.0, 24.0)
 _SPEEDS = (1.0, 8.0)  # [m/s], plausible top speeds of robots, up to the fastest gearing on sale
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
@@ -109,7 +109,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
 def _placed(
     found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]], differences: list[str]
 ) -> FoundDrivetrain:
-    """Return the drivetrain with wheel positions from PathPlanner or Choreo if the program gives none."""
+    """Return the drivetrain with wheel positions from PathPlanner or Choreo if the program gives no positions."""
     guess = found.measures.get("x and y")
     if guess is None or found.kinematics:
         return found
@@ -130,7 +130,10 @@ def _placed(
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain in meters; positions beyond 1.5 count as inches, positions beyond 60 as millimeters."""
+    """Return the drivetrain with positions and trackwidth in meters.
+
+    Positions beyond 1.5 count as inches, and positions beyond 60 as millimeters.
+    """
     far = max(abs(v) for place in found.places for v in place)
     if far <= _FAR:
         return found
@@ -170,7 +173,7 @@ def _fill_wheel(
     Teams measure the distance in robot code on the robot, while settings of PathPlanner and Choreo often date from an
     older robot, so the program's value overrides these settings. A distance that is far too large, and whose
     inverse is a plausible gearing, counts as wheel turns per rotor turn, the usual position unit of Phoenix 6
-    controllers. Contradictions are added to `differences`.
+    controllers. The function adds contradictions to `differences`.
     """
     way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
     if way is None:
@@ -235,7 +238,12 @@ def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Guess a common wheel radius [m], if possible with the gearing of a MAXSwerve module or a plausible gearing."""
+    """Guess a common wheel radius [m] that gives a MAXSwerve gearing, or else a plausible gearing.
+
+    Args:
+        way: Distance per rotor turn in robot code [m].
+        found: Drivetrain as found in the program.
+    """
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way

@@ -187,7 +187,7 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """Sensor whose reading is scaled so that the program's odometry measures the distance driven in the model."""
+    """Sensor with a scaled reading, for which the program's odometry measures the distance driven in the model."""
 
     way: _Way | None = None
     turned = shown = 0.0
@@ -250,8 +250,8 @@ class _Mounted(_Counter, MotorPort):
 
     Args:
         port: Port of the motor.
-        sign: -1 if positive in robot code is negative in the model, else 1.
-        ahead: Offset of the motor's rotor position from the model's, in the model's direction [rotations].
+        sign: -1 if the positive direction in robot code is negative in the model, else 1.
+        ahead: Rotor position of the motor minus that of the model, with the model's sign [rotations].
     """
 
     def __init__(self, port: MotorPort, sign: float, ahead: float = 0.0) -> None:

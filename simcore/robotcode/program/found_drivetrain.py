@@ -18,7 +18,7 @@ __all__ = [
 
 
 class DrivetrainNotFoundError(ConfigError):
-    """The robot program has no drivetrain that simcore can find, and simcore.toml describes no drivetrain."""
+    """Error for a program in which simcore finds no drivetrain, and a simcore.toml that describes no drivetrain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class FoundWheel:
 
     @property
     def devices(self) -> list[BuiltDevice]:
-        """Devices of the wheel without duplicates."""
+        """All devices of the wheel, each device once."""
         more = (self.steer, self.encoder, self.wheel_encoder)
         return list({d.key: d for d in (*self.motors, *(d for d in more if d is not None))}.values())
 
@@ -180,7 +180,7 @@ def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
 
 
 def guesses(found: FoundDrivetrain) -> list[str]:
-    """List each guessed measure as text: its key in `[drivetrain]`, value and source."""
+    """List each guessed measure as text: key in `[drivetrain]`, value and source."""
     measures = {name: measure for name, measure in found.measures.items() if measure.is_guess}
     if (radius := measures.pop("wheel_radius", None)) is not None:
         measures["wheel_diameter"] = replace(radius, value=2.0 * radius.value)

@@ -38,7 +38,7 @@ def after_import(name: str, hook: Hook) -> None:
 
 
 def refuse_import(name: str, sentence: str) -> None:
-    """Make each import of a module raise a `VendorError` with the message `sentence`, even if it is installed.
+    """Make each import of a module raise a `VendorError` with a message, even if the module is installed.
 
     >>> refuse_import("flux_capacitor", "it needs 1.21 GW")
     >>> import flux_capacitor

@@ -83,7 +83,7 @@ class MotorFacts:
     rotor_per_sensor: float | None = None
     """Rotor turns per turn of `sensor` [-]; None if not configured."""
     has_gains: bool = False
-    """Whether the controller's slot 0 has a P or velocity gain; if not, the loop is assumed to be in robot code."""
+    """Whether the controller's slot 0 has a P or velocity gain; if not, simcore assumes a loop in robot code."""
     free_speed_volts: float | None = None
     """Velocity feedforward voltage at the motor's free speed [V], about 12 if correct; None if not configured."""
 
@@ -93,7 +93,7 @@ class Mounting:
     """Properties of the motors and the encoder of a mechanism that no device configuration contains."""
 
     reversed: bool = False
-    """Whether positive output in robot code moves the mechanism in its negative direction."""
+    """Whether positive output in robot code moves the mechanism in the negative direction."""
     encoder: AnglePort | None = None
     """Port of a separate encoder on the mechanism; None without a separate encoder."""
     encoder_gearing: float = 1.0
@@ -172,7 +172,7 @@ class Maker:
         """Record devices that the program builds from now on; safe to call more than once."""
 
     def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
-        """Ask `may_write` before each write of a team's own simulation to a device; safe to call more than once.
+        """Check each write of a team's own simulation to a device with `may_write`; safe to call more than once.
 
         Args:
             may_write: Function that takes model and address, and returns whether the write may pass: False for a
@@ -213,7 +213,7 @@ class Maker:
         raise ConfigError(f"{motor} is not a motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        """Return the simulated side of a motor controller, with robot code's signs."""
+        """Return the port of a motor controller, with robot code's signs."""
         raise ConfigError(f"{motor} is not a motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
@@ -221,7 +221,7 @@ class Maker:
         raise ConfigError(f"the configuration of {group} does not say what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
-        """Connect motors to a mechanism.
+        """Connect motors to a mechanism, and return the connected devices.
 
         Args:
             group: Leader and followers.
@@ -233,7 +233,7 @@ class Maker:
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
     ) -> MotorDevices:
-        """Connect motors to a guessed mechanism.
+        """Connect motors to a guessed mechanism, and return the connected devices.
 
         Args:
             group: Leader and followers.
@@ -258,11 +258,13 @@ class Maker:
         raise ConfigError(f"{encoder} has no encoder that simcore simulates")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        """Return the port of a gyro, which takes the rotation since power-on, counter-clockwise positive."""
+        """Return the port of a gyro, for the rotation since power-on, counter-clockwise positive."""
         raise ConfigError(f"{gyro} is not a gyro that simcore simulates")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
-        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`, or None.
+        """Return the drivetrain that the maker's library controls, such as CTRE's `SwerveDrivetrain`.
+
+        The result is None if the program has no such drivetrain.
 
         Args:
             settings: Settings of simcore.toml.

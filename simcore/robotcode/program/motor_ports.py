@@ -32,7 +32,7 @@ class Setpoint(NamedTuple):
 
 
 class MotorPort:
-    """Base class for the simulated side of a motor controller, with robot code's signs."""
+    """Base class of the ports of motor controllers, with robot code's signs."""
 
     def set_supply(self, volts: float) -> None:
         """Set the supply voltage of the controller [V]."""
@@ -70,7 +70,7 @@ class MotorPort:
 
 
 class AnglePort(Protocol):
-    """Position sensor: an encoder on a wheel, steering axis or mechanism, or a limit switch."""
+    """Port of a position sensor: an encoder on a wheel, steering axis or mechanism, or a limit switch."""
 
     def write(self, angle: float, rate: float) -> None:
         """Write the shaft angle, continuous over turns [rad], and rate [rad/s]; for a piston [m] and [m/s]."""
@@ -78,7 +78,7 @@ class AnglePort(Protocol):
 
 
 class GyroPort(Protocol):
-    """Simulated side of a gyro."""
+    """Port that writes the robot's rotation to a gyro."""
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Write the rotation since power-on, with continuous yaw [rad], and rates about the robot's axes [rad/s]."""
@@ -283,13 +283,13 @@ class SwervePorts(DrivetrainPorts):
         return np.array(rows)
 
     def _drive_emf(self, k: int) -> float:
-        """Return the back-EMF of the drive motor of module k, the voltage without current [V]."""
+        """Return the back-EMF of module k's drive motor [V], the voltage at which no current flows."""
         speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
         n = len(self._gears)
         return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
-        """Return the back-EMF of the steer motor of module k, the voltage without current [V]."""
+        """Return the back-EMF of module k's steer motor [V], the voltage at which no current flows."""
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:

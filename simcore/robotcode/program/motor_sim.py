@@ -17,7 +17,7 @@ __all__ = ["MotorSim"]
 
 
 class MotorSim:
-    """Motor controllers of one maker on a mechanism, driven by the leader's output.
+    """Motor controllers of one maker on a mechanism; the leader's output drives the mechanism.
 
     Args:
         name: Name of the leader in messages.
@@ -60,7 +60,7 @@ class MotorSim:
         self._encoder_gearing = encoder_gearing
 
     _ports: Sequence[MotorPort]
-    """Simulated sides of the controllers, leader first."""
+    """Ports of the controllers, leader first."""
 
     @property
     def volts(self) -> float:
@@ -73,7 +73,7 @@ class MotorSim:
         return self.mechanism.supply_current
 
     def setpoint(self) -> tuple[str, float] | None:
-        """Return the set-point of the leader's closed loop in turns of the mechanism, or None without one.
+        """Return the set-point of the leader's closed loop in turns of the mechanism; None without a closed loop.
 
         Returns:
             `VelocityRPS` and the velocity [turns/s], or `PositionRot` and the position [turns].

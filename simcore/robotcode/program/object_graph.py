@@ -26,11 +26,11 @@ _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holder:
-    """Object of the program whose attributes lead to devices."""
+    """Object or module of the program whose attributes lead to devices."""
 
     made: Any
     name: str
-    """Attribute path from the robot object: `container.drive.front_left`."""
+    """Attribute path from the robot object: `container.drive.front_left`; empty for the robot object or a module."""
     devices: dict[str, BuiltDevice]
     """Devices by attribute path from the holder: `drive_motor`, `steer.motor`."""
 

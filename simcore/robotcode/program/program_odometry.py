@@ -80,7 +80,7 @@ def estimated_pose() -> tuple[float, float, float] | None:
 
 
 def _main() -> Any:
-    """Return the odometry in use: the pose estimator, else the odometry, that was built or set last; else None."""
+    """Return the pose estimator that was built or set last, else the last odometry object; None without odometry."""
     estimators = [made for made in _built if hasattr(made, "get_estimated_position")]
     return (estimators or _built or [None])[-1]
 
@@ -139,7 +139,7 @@ def _is_updated(made: Any) -> bool:
 
 
 def why_still() -> str:
-    """Return the reason why the program's pose does not follow the sensors; empty without or with updated odometry."""
+    """Return the reason why no update reaches the program's odometry; empty if the odometry is updated or missing."""
     main, asked = _main(), place_of_question()
     if main is None or _is_updated(main):
         return ""
@@ -220,7 +220,7 @@ def _caller() -> tuple[bool, str]:
 
 
 def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None:
-    """Drop calls of a setter that a program repeats in every loop while the robot is enabled; see `_EveryLoop`.
+    """Wrap a setter to drop calls that a program repeats in every loop while the robot is enabled; see `_EveryLoop`.
 
     Args:
         cls: Class that has the method.
@@ -247,7 +247,7 @@ def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None
 
 
 def _position(*args: Any) -> tuple[float, float] | None:
-    """Return the position from the pose or translation among the arguments of a reset, or None without one."""
+    """Return x and y [m] of the pose or translation among the arguments of a reset, or None without a position."""
     for value in args:
         value = value.to_pose2d() if hasattr(value, "to_pose2d") else value
         if hasattr(value, "x") and hasattr(value, "y") and not callable(value.x):

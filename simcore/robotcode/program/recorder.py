@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Built:
-    """WPILib object that the program has built."""
+    """WPILib object that the program has built, with the constructor's arguments."""
 
     kind: str
     """Kind of object: `kinematics`, `odometry`, `drive` or `group`."""
@@ -97,7 +97,7 @@ def guard(
     """Check each call of a method that writes to a simulated device with `may_write`; see `Maker.watch_simulations`.
 
     Args:
-        owner: Class that has the method; an earlier guard is replaced.
+        owner: Class that has the method; a new guard replaces an earlier guard.
         method: Name of the method.
         key_of: Function that returns model and address of the device behind the object, or None to let the call pass.
         may_write: Function that takes model and address, and returns whether the call may pass.
@@ -204,8 +204,8 @@ class BuiltDevices:
         Args:
             cls: Class of the vendor library.
             model: Model in the maker's spelling.
-            address_of: Function that returns an object's address from the object or its constructor arguments; objects
-                with a negative number are not recorded.
+            address_of: Function that returns an object's address from the object or its constructor arguments; an
+                object with a negative number is not recorded.
         """
         record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 

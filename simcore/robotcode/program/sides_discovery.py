@@ -137,7 +137,7 @@ def _wheels(
 
 
 def _given(record: Built, names: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Return the motors passed to a drive class as objects, groups or bound methods; None if any is unknown."""
+    """Return the motors passed to a drive class as objects, groups or bound methods; None if a motor is unknown."""
     found = [_motors_of(record.argument(k, name)) for k, name in enumerate(names)]
     return found if all(found) else None
 

@@ -29,7 +29,7 @@ _DEAF = (
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
-"""Pattern of the attributes that a program subtracts from encoder readings; encoders subtract a magnet offset."""
+"""Pattern of the offsets that a program subtracts from encoder readings, without magnet offsets of encoders."""
 _HALF = 0.28  # [m], x and y distance from the center to a wheel without a known position
 _UNPLACED = "no kinematics or settings give the module positions"
 
@@ -87,7 +87,7 @@ def _drivetrain(
 
 
 def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
-    """List candidate modules, likely ones first: objects of one class with two motors each, or members by corner."""
+    """List candidate groups of modules, likeliest first: objects of one class with two motors, or members by corner."""
     holders = graph.holders()
     by_class: dict[tuple[bool, type], list[Holder]] = {}
     for holder in holders:
@@ -135,7 +135,7 @@ def _is_steered(holder: Holder) -> bool:
 
 
 def _steers(name: str) -> int:
-    """Return 1 if the attribute path of a motor names steering, -1 if it names driving, 0 if both or neither.
+    """Return 1 if the attribute path of a motor suggests steering, -1 for driving, 0 for both or neither.
 
     >>> _steers("turn_motor"), _steers("drive.motor"), _steers("driveTurnMotor")
     (1, -1, 0)
@@ -144,7 +144,7 @@ def _steers(name: str) -> int:
 
 
 def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> tuple[list[Holder], bool]:
-    """Return the modules in the order of `places` and True if their names give corners, else as found and False."""
+    """Return the modules in the order of `places` and True if module names give corners, else as found and False."""
     named = {corner_of(holder.name): holder for holder in holders}
     corners = [(_sign(x), _sign(y)) for x, y in places]
     is_named = len({*corners}) == len(holders) and {*corners} == {*named}
@@ -195,7 +195,7 @@ def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDe
 
 
 def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
-    """Return the drivetrain with the program's signs, zeros and measures, measured by moving the sensors.
+    """Return the drivetrain with the signs, zeros and measures of robot code, found by moving the sensors.
 
     Raises:
         ConfigError: A device does not respond.

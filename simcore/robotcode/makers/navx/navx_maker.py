@@ -2,8 +2,7 @@
 
 The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. This module therefore
 provides the return values of robot code's calls, in real and in simulated time. The module also writes the SimDevice,
-for other readers.
-Displacement, velocity, accelerometer and compass are not simulated.
+for other readers. Displacement, velocity, accelerometer and compass are not simulated.
 
 navX axes: x right, y forward, z up; pitch is positive nose up, roll left side down, yaw clockwise. Source: Studica's
 navX-MXP manual, "Orientation", for a board that lies flat.
@@ -29,7 +28,7 @@ __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 
 
 class NavxPort:
-    """Simulated values of one `AHRS`.
+    """Port of one navX, the `AHRS` object of robot code.
 
     `reset()` and `zeroYaw()` zero yaw and angle, but not quaternion and fused heading.
 
@@ -93,7 +92,7 @@ _NAVX3_QUATERNIONS = ("Quaternion6", "Quaternion9")
 
 
 class Navx3Port:
-    """Simulated values of one `Navx` (navX3), counter-clockwise positive like `Navx.getRotation2D`.
+    """Port of one navX3, the `Navx` object of robot code; counter-clockwise positive like `Navx.getRotation2D`.
 
     The library reads the SimDevice without delay; `resetYaw()` zeroes the yaw but not the continuous angle. The other
     axes are assumed to match the robot axes: x forward, y left.

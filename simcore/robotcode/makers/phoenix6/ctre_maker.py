@@ -135,7 +135,7 @@ _WIRED = ("QUADRATURE", "PULSE_WIDTH")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess(GuessedMechanism):
-    """Guessed mechanism of a group of Talons."""
+    """Guessed mechanism of a group of Talons, with the settings that the connection needs."""
 
     inverted: bool
     """Whether the leader is configured as `CLOCKWISE_POSITIVE`."""

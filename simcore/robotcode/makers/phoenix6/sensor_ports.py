@@ -48,7 +48,8 @@ def sim_state_of(device: Any) -> Any:
     """Return the simulated state of a device, for physics to read and write.
 
     Args:
-        device: Device object of robot code; an emulated `TalonFX`, `CANcoder` or `Pigeon2` is accessed directly.
+        device: Device object of robot code; the result for an emulated `TalonFX`, `CANcoder` or
+            `Pigeon2` bypasses `sim_state`.
     """
     emulator = _emulator()
     for kind in type(device).__mro__ if emulator is not None else ():
@@ -91,7 +92,7 @@ class _Mounted:
 
 
 class _EmulatedTalonState(_Mounted):
-    """Direct access to an emulated TalonFX: motor requests and readings; rotor in rotations and rotations/s."""
+    """Direct access to motor requests, rotor [rotations, rotations/s] and readings of an emulated TalonFX."""
 
     def __init__(self, device: EmulatedTalon) -> None:
         super().__init__()
@@ -172,8 +173,8 @@ class CANcoderSim:
 
     Args:
         encoder: Device object of robot code.
-        inverted: Whether the sensor direction is `CLOCKWISE_POSITIVE`; None to read the direction from the device, once
-            and in 50 ms.
+        inverted: Whether the sensor direction is `CLOCKWISE_POSITIVE`; None to read the direction from the device,
+            which takes 50 ms.
         magnet_offset: Configured magnet offset [rotations]; None to read the offset from the device.
 
     Raises:
@@ -207,8 +208,8 @@ class CANdiEncoderSim:
     Args:
         candi: Device object of robot code.
         pin: Pin number, 1 or 2.
-        inverted: Whether the pin's sensor direction is inverted; None to read the direction from the device, once and
-            in 50 ms.
+        inverted: Whether the pin's sensor direction is inverted; None to read the direction from the device, which
+            takes 50 ms.
         offset: Configured absolute sensor offset [rotations]; None to read the offset from the device.
 
     Raises:

@@ -85,7 +85,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _azimuth(module: Any, c: Any) -> AnglePort | None:
-    """Return the steer CANcoder or CANdi of a module, configured from the module constants, or None without one.
+    """Return the steer CANcoder or CANdi of a module, configured from the module constants, or None.
 
     Raises:
         ConfigError: The constants give no CANdi pin.
@@ -97,7 +97,7 @@ def _azimuth(module: Any, c: Any) -> AnglePort | None:
 
 
 def _pin(c: Any) -> int:
-    """Return the CANdi pin of the steer encoder, or 0 without one."""
+    """Return the CANdi pin of the steer encoder, or 0 without a CANdi."""
     name = str(getattr(getattr(c, "feedback_source", None), "name", ""))
     return int(name[-1]) if "CANDI_PWM" in name else 0
 
@@ -227,9 +227,9 @@ def swerve_config(
 ) -> SwerveConfig:
     """Return the model configuration of a drivetrain from its `SwerveModuleConstants`.
 
-    The constants give module positions, gear ratios, coupling, wheel radius, motors and current limits. Inertias and
-    friction voltages are ignored on purpose: Tuner X fills them with placeholders (0.01 kg m^2, 0.2 V) that describe no
-    real robot. Mass and bumper size are not part of the constants.
+    The constants give module positions, gear ratios, coupling, wheel radius, motors and current limits. The function
+    ignores inertias and friction voltages on purpose: Tuner X fills these constants with placeholders (0.01 kg m^2,
+    0.2 V) that describe no real robot. Mass and bumper size are not part of the constants.
 
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.

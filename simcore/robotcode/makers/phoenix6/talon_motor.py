@@ -49,7 +49,7 @@ def is_configured_clockwise(talon: Talon) -> bool:
 
 
 class TalonPort(MotorPort):
-    """Simulated side of one Talon.
+    """Port of one TalonFX or TalonFXS.
 
     `get_position` has the sign of the raw rotor position if the simulated orientation and the configured inversion are
     equal, else the opposite sign. Robot code and physics therefore agree on the positive direction with equal settings.
@@ -182,7 +182,7 @@ class TalonFXMotorSim(MotorSim):
     """Connection of a TalonFX or TalonFXS and its followers to a mechanism: flywheel, roller, arm, elevator, rack.
 
     By default, robot code and mechanism have the same sign: positive volts in robot code, with any configured
-    inversion, push the mechanism in its positive direction, and `get_position()` rises with `mechanism.position`. This
+    inversion, push the mechanism in the positive direction, and `get_position()` rises with `mechanism.position`. This
     holds for a clockwise shooter as well as for a clockwise hood that goes up. If the signs differ (robot code counts
     down while the arm goes up), pass `reversed=True` and negate nothing elsewhere. A simulated
     TalonFXS has the motor of the configured motor arrangement.
@@ -193,7 +193,7 @@ class TalonFXMotorSim(MotorSim):
         followers: Followers on the same shaft; `write` also writes their rotors.
         opposed: Indices of followers mounted face to face with the leader (`Follower` with OPPOSED).
         inverted: Whether the leader is configured `CLOCKWISE_POSITIVE`; None to read the inversion from the device,
-            once and in 50 ms.
+            which takes 50 ms.
         reversed: Whether positive output in robot code moves the mechanism in its negative direction.
         zero_at: Angle of the mechanism at which the rotor position reads zero [rad].
         motor_type: Motor of a TalonFX in the simulated device; None for the default Kraken X60.

@@ -112,7 +112,7 @@ class PhotonCameraPort:
         return requests
 
     def publish(self, frame: Frame) -> None:
-        """Publish a frame unless it exceeds the requested frame limit; in driver mode, omit the targets."""
+        """Publish a frame, without targets in driver mode; drop frames beyond the requested frame limit."""
         if frame.time - self._last < self._shortest - 1e-9:
             return
         self._last = frame.time

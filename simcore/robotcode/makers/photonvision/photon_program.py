@@ -1,7 +1,7 @@
 """Record of the photonlibpy objects that a robot program builds: cameras, camera models and camera mountings.
 
-Classes of photonlibpy are wrapped only when the program loads them, since most programs do not use them. Wrapped
-classes work as before, with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
+This module wraps the classes of photonlibpy only when the program loads photonlibpy. Wrapped classes work as before,
+with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
 so that each camera has one publisher. A `VisionSystemSim` is updated with the robot's true pose, because the program's
 own estimate would confirm itself.
 """
@@ -150,7 +150,7 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if it has no simulated camera.
+    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` without a simulated camera.
 
     Noise, latency and frame rate come from `PHOTON_LENS` if the program leaves photonlib's default of zero.
     """
@@ -179,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """Return the pipeline of a camera: game pieces if its `VisionSystemSim` has only non-tag targets, else tags."""
+    """Return the pipeline of a camera: game pieces if the `VisionSystemSim` has only non-tag targets, else tags."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()

@@ -79,7 +79,7 @@ class SlotGains:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SparkConfiguration:
-    """SPARK settings that matter in simulation."""
+    """SPARK settings that affect the simulation."""
 
     brakes: bool = False
     """Whether the idle mode is brake instead of coast."""
@@ -225,7 +225,7 @@ class SparkLoop:
         return self._pid(loops, gains, error, rest), volts
 
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
-        """Return the PID output for a constant error over a number of loops; I is summed and D differenced per loop.
+        """Return the PID output for a constant error over a number of loops, with I and D terms per loop.
 
         Args:
             loops: Number of loops.

@@ -18,7 +18,7 @@ class SparkMotorSim(MotorSim):
     """Connection of a SPARK MAX or SPARK Flex and its followers to a mechanism.
 
     Robot code and mechanism have the same sign, as with `TalonFXMotorSim`: positive output in robot code, with any
-    configured inversion, pushes the mechanism in its positive direction, and the encoders count up.
+    configured inversion, pushes the mechanism in the positive direction, and the encoders count up.
 
     Args:
         controller: Device object of the leader in robot code.
@@ -80,7 +80,7 @@ class SparkMotorSim(MotorSim):
 
 
 class WiredEncoder:
-    """Encoder wired to a SPARK of the drivetrain, as an `AnglePort`."""
+    """Port of an encoder that is wired to a SPARK of the drivetrain; implements `AnglePort`."""
 
     def __init__(self, port: SparkPort) -> None:
         self._port = port

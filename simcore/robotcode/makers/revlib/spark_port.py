@@ -32,7 +32,7 @@ ANALOG_SPAN = 3.3
 
 
 class _Sensor:
-    """SimDevice of a sensor wired to the controller.
+    """Access to the SimDevice of a sensor that is wired to a SPARK.
 
     Args:
         name: Name of the sensor's SimDevice.
@@ -50,7 +50,7 @@ class _Sensor:
 
 
 class _Encoder(_Sensor):
-    """Relative encoder, whose position robot code may set."""
+    """Relative encoder, which continues from a position that robot code sets."""
 
     _shown = 0.0  # last reading written; a different value has been set by robot code
     _shift = _turns = 0.0
