@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if path.exists() and not args.force:
         raise ConfigError(f"{path} already exists; simcore init --force overwrites it")
     if not args.no_look:
-        prepare()  # its first run on a computer takes longer than a program may take to start
+        prepare()  # the first compilation on a computer takes longer than the allowed start of a program
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(

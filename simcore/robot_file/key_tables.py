@@ -30,7 +30,7 @@ __all__ = [
 ]  # fmt: skip
 
 REQUIRED: Any = object()
-"""Default of a required key."""
+"""Marker for the default of a required key."""
 
 
 _MEANT = {
@@ -106,7 +106,7 @@ class Table:
         self._asked: list[str] = []
 
     def error(self, key: str, problem: str) -> ConfigError:
-        """Return a `ConfigError` whose message has the table, the key and the problem."""
+        """Return a `ConfigError` whose message names the table, the key and the problem."""
         return ConfigError(f"{self.where}: {key} {problem}")
 
     def __contains__(self, key: str) -> bool:
@@ -243,7 +243,7 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """Form of a value that is a list."""
+    """Form of a value that is a list with entries of one form."""
 
     of: Quantity | tuple[str, ...] | type[str] | type[DeviceAddress]
     """Form of the entries: numbers, names from a fixed set, any text, or devices."""

@@ -25,7 +25,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "rack": ("rack", "slide", "extension", "extender", "deploy"),
     "flywheel": ("flywheel", "shooter", "launcher"),
 }
-"""Words of each kind of mechanism, in order of priority; a name without these words is a roller."""
+"""Words that indicate each kind of mechanism, in order of priority; other names indicate a roller."""
 
 
 def mechanism_name(path: str) -> str:

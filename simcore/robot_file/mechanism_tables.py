@@ -368,7 +368,7 @@ def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) 
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """Check that every `on` names a mechanism that can carry other mechanisms, and that no mechanism carries itself.
+    """Check that every `on` names a mechanism that can carry other mechanisms, and that no chain of `on` is a loop.
 
     Returns:
         Names of the mechanisms that can carry other mechanisms.

@@ -31,11 +31,11 @@ class NeededSpeed:
     speed: float
     """Speed of the piece relative to the muzzle [m/s]."""
     wheel_rps: float
-    """Wheel speed that gives the piece this speed at the exit efficiency of the shooter [turns/s]."""
+    """Wheel speed that gives the piece `speed`, at the exit efficiency of the shooter [turns/s]."""
 
 
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
-    """Return the first zone with an opening that accepts the shooter's pieces; None if the game has no such zone."""
+    """Return the first zone that has an opening and accepts the shooter's pieces; None without such a zone."""
     takes = [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
     return next((zone for zone in takes if zone.opening is not None), None)
 

@@ -42,7 +42,7 @@ from simcore.world.engine_choice import ENGINES
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 
 _D = RobotSettings()
-_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb, with about 33 lb of bumpers and battery 67 kg
+_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb plus bumpers and battery of about 33 lb: 67 kg
 _BAY = Quantity("m", 0.1, 1.1)
 _BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame perimeter of 110 in, a square of 0.76 m
 _FIELD = Quantity("m", 2.0, 100.0)

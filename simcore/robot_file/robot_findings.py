@@ -46,8 +46,8 @@ __all__ = [
 
 _FAR = 0.5  # [m] beyond the bumpers; 2026 robots may extend by 0.305 m
 _HARD = 0.7  # [-], fraction of the load that the motors can hold
-_LEAST_WAY = math.radians(10.0)  # [rad], travel of an arm or a turret
-_SLOW = 5.0  # [s] to full speed
+_LEAST_WAY = math.radians(10.0)  # [rad], smallest plausible travel of an arm or a turret
+_SLOW = 5.0  # [s], longest plausible time to full speed
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +80,9 @@ class CodeView:
     upper_limit: float | None = None
     """Forward soft limit [turns]; None if the limit is disabled."""
     stator_limit: float = math.inf
-    """Stator current limit [A]."""
+    """Stator current limit [A]; infinite for no limit."""
     supply_limit: float = math.inf
-    """Supply current limit [A]."""
+    """Supply current limit [A]; infinite for no limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,13 +95,13 @@ class MechanismRun:
     sign: float
     """Sign of the voltage at the mechanism: +1 for the mechanism's positive direction, else -1 [-]."""
     speed: float
-    """Largest speed, unsigned [rad/s]."""
+    """Largest absolute speed in the run [rad/s]."""
     travel: float
-    """Travel from the start, signed [rad]."""
+    """Final minus initial position [rad]."""
     position: float
     """Final position [rad]."""
     spin_up: float
-    """Time until 95 % of the largest speed [s]."""
+    """Time from the start until 95 % of the largest speed [s]."""
     is_rising: bool
     """Whether the speed rose by more than 5 % in the last tenth of the run."""
     stop: float | None

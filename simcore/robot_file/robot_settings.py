@@ -59,7 +59,7 @@ _OF_FIXED_WHEELS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismSettings:
-    """Mechanism, and the devices that drive the mechanism."""
+    """Mechanism with config, devices and joint, as described in a `[[mechanism]]` table."""
 
     name: str
     config: MechanismConfig
@@ -224,7 +224,7 @@ class RobotSettings:
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
     storages: tuple[StorageConfig, ...] = ()
-    """Storages; empty for a single storage with `capacity`."""
+    """Storages, the first for preloads; empty for a single storage with `capacity`."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
@@ -237,7 +237,7 @@ class RobotSettings:
     headset: QuestConfig | None = None
     """QuestNav headset; None if the robot has no headset."""
     further_robots: tuple[FurtherRobot, ...] = ()
-    """Partners and opponents."""
+    """Partners and opponents of the team's robot in the file."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
         """Return a copy with bumpers 15 cm beyond the given wheel centers [m], unless the file gives the bumpers."""

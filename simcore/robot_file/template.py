@@ -1,4 +1,4 @@
-"""Text of a new `simcore.toml`: the devices of a robot program, and optionally all other keys in comments."""
+"""Text of a new `simcore.toml`: the devices of a robot program, and on request all other keys in comments."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _port(port: Found) -> str:
 
 
 def _tables() -> list[KeyTable]:
-    """Return all tables that a file may have."""
+    """Return all tables that a file may have, in the order of the documentation."""
     return [
         *(TOP, ROBOT, DRIVETRAIN, START, AUTOS, KeyTable(SCATTER.head, SCATTER.about, SCATTER.keys[:1])),
         *(MECHANISM, MOTORS),
@@ -90,7 +90,7 @@ def reference() -> str:
 
 
 def _prose(*lines: str) -> str:
-    """Format lines as comments."""
+    """Format lines of text as TOML comments."""
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
 
 

@@ -141,7 +141,7 @@ class ControlTopics:
         if not isinstance(value, bool):
             raise ConfigError(f"a button is a boolean that is set to true, got {shown(value)}")
         if action == "Manual":
-            if value != self._values.get(_HUMAN_TABLE + name):  # an equal value was published here
+            if value != self._values.get(_HUMAN_TABLE + name):  # an equal value comes from this object
                 self._values[_HUMAN_TABLE + name] = value
                 self._control.do("take_over", {"alliance": alliance.lower(), "by_person": value})
         elif value:

@@ -24,7 +24,7 @@ from simcore.vision.limelight_settings import INPUTS
 __all__ = ["TOPICS", "LimelightTable", "frame_json", "frame_values"]
 
 _ORIENTATION = "robot_orientation_set"
-_EVERY = 0.005  # [s], period with which ntcore sends
+_EVERY = 0.005  # [s], send period of ntcore
 _MOST_HEADINGS = 100  # requests buffered between ticks; a team's odometry thread sends up to 250 per second
 _KINDS = {
     "int": "integer",
@@ -38,7 +38,7 @@ _KINDS = {
 Value = float | int | str | list[float] | list[str]
 
 PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
-"""Value of `getpipetype` for each kind of pipeline."""
+"""Value of the topic `getpipetype` for each kind of pipeline."""
 
 _NO_POSE = [0.0] * 6
 _DEGREES = 180.0 / math.pi
@@ -183,7 +183,10 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
 
 
 def _position_and_angles(place: FloatArray, turn: FloatArray) -> list[float]:
-    """Return x, y, z [m] and pitch, yaw, roll [deg]; rotation order yaw (clockwise seen from above), pitch, roll."""
+    """Return x, y, z [m] and pitch, yaw, roll [deg], for rotations in the order yaw, pitch, roll.
+
+    Yaw is positive clockwise, seen from above.
+    """
     (_, _, t02), (t10, t11, t12), (_, _, t22) = turn.tolist()
     pitch = math.asin(max(-1.0, min(1.0, -t12)))
     return [*place.tolist(), _DEGREES * pitch, _DEGREES * math.atan2(t02, t22), _DEGREES * math.atan2(t10, t11)]
@@ -321,7 +324,7 @@ FRAME_TOPICS = tuple(_empty_frame_values())
 TOPICS = {
     name: _kind(name, value) for name, value in {**_empty_frame_values(), **constant_values(CameraConfig())}.items()
 }
-"""Type of each topic in a Limelight's table."""
+"""Type of each topic in a Limelight's table, a key of `_KINDS`."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
 """Topics sent with every frame, even if unchanged, because readers detect a new frame by the timestamp."""

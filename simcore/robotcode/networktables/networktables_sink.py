@@ -140,7 +140,7 @@ class NetworkTablesSink:
         self._publishers.clear()
 
     def _set_columns(self, field: str, values: Mapping[str, Any]) -> None:
-        """Publish the changed values of one type."""
+        """Publish the changed values of one snapshot field that is stored in columns."""
         changes, type_name = self._changes[field], _COLUMNS[field]
         columns, block = changes.of(values)
         for column, value in zip(columns.tolist(), changes.table.values(block), strict=True):

@@ -106,7 +106,7 @@ def _command(value: Any) -> Command:
 
 @dataclass(slots=True)
 class Command:
-    """Content of a `ProtobufQuestNavCommand`."""
+    """Decoded `ProtobufQuestNavCommand`."""
 
     number: int
     """Command ID, repeated in the response."""

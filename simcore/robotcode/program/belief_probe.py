@@ -1,9 +1,9 @@
 """Measurement of the signs, zeros and distances that robot code assumes for the sensors of swerve modules.
 
-Robot code contains these values only in its arithmetic. Before the first loop, the probe moves
-each sensor a little and compares the angles and distances that the swerve modules in robot code return before and after
-the move. If a module does not respond, the probe calls the module's `update` and `periodic` methods before each query.
-If a module still does not respond, the probe calls the program's loop as well, as on a disabled robot.
+Robot code contains these values only in its arithmetic. Before the first loop, the probe moves each sensor a little and
+compares the angles and distances that the swerve modules in robot code return before and after the move. If a module
+does not respond, the probe calls the module's `update` and `periodic` methods before each query. If a module still does
+not respond, the probe calls the program's loop as well, as on a disabled robot.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"place
 _GEARINGS = (3.0, 24.0)
 _SPEEDS = (1.0, 8.0)  # [m/s], plausible top speeds of robots, up to the fastest gearing on sale
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
-"""Size [m] of the other units in which a tank or mecanum drive may count distance, judged by the top speed."""
+"""Size of each unit [m] that a tank or mecanum drive in robot code may use for distance instead of meters."""
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
@@ -151,7 +151,7 @@ def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _of_file(settings: RobotSettings) -> dict[str, Measure]:
-    """Return the measures given in simcore.toml."""
+    """Return the drivetrain measures that simcore.toml gives, by name; lengths in meters."""
     said: dict[str, Any] = dict(settings.drivetrain.measures)
     if "wheel_diameter" in said:
         said["wheel_radius"] = 0.5 * said.pop("wheel_diameter")
@@ -226,7 +226,7 @@ def _fill_wheel(
 
 
 def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
-    """Add an implausible robot speed at free speed to `differences`, unless the distance per rotor turn is known."""
+    """Report an implausible top speed of the robot in `differences`, unless the distance per rotor turn is known."""
     radius, gearing = known["wheel_radius"], known["drive_gearing"]
     speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
     is_known = known.get("meters_per_rotor_turn") is not None

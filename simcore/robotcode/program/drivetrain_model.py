@@ -288,7 +288,7 @@ class _Mounted(_Counter, MotorPort):
 
 _SOON = 0.25  # [s], longest time between two sign changes of an unstable loop; a slow loop needs half of this time
 _CHANGES = 3  # consecutive sign changes, each from and to more than half of the largest output, before a reversal
-_FAR = 1.25  # [turns] of the steering axis without nearing its goal, before a reversal
+_FAR = 1.25  # [turns], travel of the steering axis without approaching the goal, before a reversal
 _HOLDS = 0.5  # [s], time after which a reversal is kept
 _FADES = 0.995  # decay of the largest output per check
 
@@ -317,7 +317,7 @@ class _DecidingMotor(_Mounted):
 
     @property
     def is_turned(self) -> bool:
-        """Whether the motor's sign is reversed."""
+        """Whether this class has reversed the motor."""
         return self._turns == 1
 
     def volts(self) -> float:

@@ -39,7 +39,7 @@ class FoundWheel:
     """Swerve module, side of a tank drive, or mecanum wheel."""
 
     name: str
-    """Name of the wheel in messages."""
+    """Name of the wheel for messages: attribute path or number of a module, else side or corner."""
     place: tuple[float, float]
     """Position relative to the robot's center: x forward, y left [m]; the midpoint of a tank drive's side."""
     motors: tuple[BuiltDevice, ...]
@@ -104,7 +104,7 @@ class FoundDrivetrain:
 
     @property
     def keys(self) -> tuple[DeviceKey, ...]:
-        """Keys of all devices of the drivetrain."""
+        """Model and address of each device of the drivetrain, without duplicates."""
         found = [d.key for wheel in self.wheels for d in wheel.devices]
         found += [] if self.gyro is None else [self.gyro.key]
         return tuple(dict.fromkeys(found))
@@ -139,13 +139,13 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
     """List the `[drivetrain]` entries that `simcore init` writes: key, value and remark.
 
     Args:
-        found: Drivetrain with all measures filled in.
+        found: Drivetrain with complete measures.
     """
     wheels, first = found.wheels, found.wheels[0]
     leaders = [wheel.motors[0] for wheel in wheels]
     head: Row = ("kind", found.kind, found.about)
     measures = [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
-    if len({d.model for d in leaders}) > 1:  # the table has one `controller` key; a found drivetrain needs none
+    if len({d.model for d in leaders}) > 1:  # the table has one `controller` key, not needed for a found drivetrain
         return [head, *(_places(found) if "x and y" in found.measures else ()), *measures]
     model = leaders[0].model
     rows: list[Row] = [head, ("controller", model, "")]

@@ -107,7 +107,7 @@ class MakersDrivetrain(Protocol):
 
     @property
     def found(self) -> FoundDrivetrain:
-        """Devices and measures of the drivetrain."""
+        """Wheels, devices and measures of the drivetrain."""
         ...
 
     @property
@@ -121,7 +121,7 @@ class MakersDrivetrain(Protocol):
 
 
 class LightsShown(Protocol):
-    """State of an LED controller."""
+    """LED state of a controller, as requested by robot code."""
 
     changes: int
     """Number of requests so far that have changed the lights."""
@@ -133,7 +133,7 @@ class LightsShown(Protocol):
 
     @property
     def shows(self) -> str:
-        """Description of the current requests."""
+        """Text that describes the active requests."""
         ...
 
 
@@ -152,7 +152,7 @@ class Maker:
     pulse_encoders: tuple[str, ...] = ()
     """Models of encoders whose pulses per turn are set only in robot code."""
     gyros: tuple[str, ...] = ()
-    """Models of gyros."""
+    """Models of gyros, as named in simcore.toml."""
     others: tuple[str, ...] = ()
     """Models of devices outside the drivetrain: game piece sensors, lights."""
     unserved: tuple[str, ...] = ()
@@ -166,7 +166,7 @@ class Maker:
 
     def __init__(self, devices: BuiltDevices | None = None) -> None:
         self.devices = BuiltDevices() if devices is None else devices
-        """Devices that the program has built."""
+        """Record of the maker's devices that the program has built."""
 
     def watch(self) -> None:
         """Record devices that the program builds from now on; safe to call more than once."""
@@ -209,7 +209,7 @@ class Maker:
         return False
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
-        """Return the configuration of a motor controller."""
+        """Return the settings of a motor controller that a drivetrain model needs."""
         raise ConfigError(f"{motor} is not a motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:

@@ -86,7 +86,7 @@ class GyroPort(Protocol):
 
 
 class MotorDevices(Protocol):
-    """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may have `run` as in `MotorPort`."""
+    """Connection of devices to a mechanism, such as `TalonFXMotorSim`; may have `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
         """Set the controllers' supply [V], and pass their output to the mechanism, which coasts unless `powered`."""
@@ -98,7 +98,7 @@ class MotorDevices(Protocol):
 
 
 class SuppliedMotor(MotorPort):
-    """Motor controller connected through callables, for a maker whose simulation robot code can access.
+    """Motor controller connected through callables, for a maker whose simulated devices robot code can access.
 
     Args:
         volts: Function that returns the motor voltage, with robot code's sign [V].
@@ -269,8 +269,8 @@ class SwervePorts(DrivetrainPorts):
     def module_setpoints(self) -> FloatArray:
         """Return each module's speed [m/s] and angle [rad] set-points, shape (n, 2).
 
-        The result has no rows unless all drive motors run velocity loops and all steer motors position loops; many
-        programs command volts to drive motors.
+        The result has no rows unless all drive motors run velocity loops and all steer motors position loops. Many
+        programs command the volts of drive motors instead.
         """
         rows = []
         for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):

@@ -51,7 +51,7 @@ class ObjectGraph:
         self._below: dict[int, list[tuple[str, Any]]] = {}
         self._depths: dict[int, int] = {}
         self.modules = _modules(folder)
-        """Imported modules of the project."""
+        """Imported modules in the project's folder; empty without a folder."""
         self._walk([("", robot), *(pair for module in self.modules for pair in _globals(module))])
 
     def holders(self) -> list[Holder]:
@@ -222,7 +222,7 @@ def _builds_motors(package: str) -> bool:
 
 
 def _modules(folder: Path | None) -> list[types.ModuleType]:
-    """Return the imported modules in the project's folder."""
+    """Return the imported modules in the project's folder; empty without a folder."""
     if folder is None:
         return []
     base, found = folder.resolve(), []

@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 _MANY = 100  # dropped writes before a warning; fewer may come from a model's thread that is still stopping
 
 DRIVETRAIN = "drivetrain"
-"""Owner name of the drivetrain's devices."""
+"""Name under which physics claims the drivetrain's devices."""
 
 
 class Ownership:
@@ -49,7 +49,7 @@ class Ownership:
 
     @property
     def claimed(self) -> Set[DeviceKey]:
-        """Devices reserved for physics."""
+        """Devices that physics has claimed."""
         return self._claimed.keys()
 
     def may_write(self, key: DeviceKey) -> bool:

@@ -80,7 +80,7 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
         note(made, answer, args, settings)
         return answer
 
-    # pybind11 detects an override that calls its base method by the frame's name; with another name it would recurse
+    # pybind11 detects an override that calls its base method by the frame's name; another name would recurse
     noted.__code__ = noted.__code__.replace(co_name=method)
     setattr(owner, method, functools.wraps(call)(noted))
 

@@ -174,7 +174,7 @@ def _parts_of(given: Any) -> list[Any]:
 
 
 def _members_of(given: Any) -> Sequence[Any]:
-    """Return the members of a `MotorControllerGroup`."""
+    """Return the motor controllers in a `MotorControllerGroup`; empty for any other object."""
     return next((r.args for r in built("group") if r.made is given), ())
 
 
@@ -185,7 +185,7 @@ def _drive_sign(motor: BuiltDevice) -> float:
 
 
 def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
-    """Return the leaders and all their followers."""
+    """Return motor controllers and the followers that robot code has configured for these controllers."""
     devices = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     found = list(leaders)
     for leader in leaders:

@@ -59,7 +59,7 @@ def _settings(folder: Path) -> RobotSettings:
             try:
                 return read_settings(place / FILE_NAME)
             except ConfigError:
-                break  # a bad file is reported elsewhere, by the reader of the field's tables
+                break  # the start of the simulation reports an invalid file
     return RobotSettings()
 
 

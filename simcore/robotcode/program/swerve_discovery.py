@@ -45,7 +45,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
     Raises:
         DrivetrainNotFoundError: The program has swerve kinematics but no matching modules.
     """
-    kinematics = graph.built("kinematics", "SwerveDrive")  # reachable ones first: PathPlanner builds its own, too
+    kinematics = graph.built("kinematics", "SwerveDrive")  # reachable objects first: PathPlanner builds kinematics, too
     groups = _module_groups(graph)
     for record in kinematics:
         places = [(float(t.x), float(t.y)) for t in record.made.get_modules()]
@@ -98,7 +98,7 @@ def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
         bases = [cls for cls in own.__mro__[1:] if not is_foreign(cls)]
         for key in ((False, own), *((True, base) for base in bases)):
             group = by_class.setdefault(key, [])
-            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # if two share a motor, the nearer wins
+            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # of two with one motor, keep the nearer
                 group.append(holder)
     groups = [(is_base, group) for (is_base, _), group in by_class.items()]
     # A container around each module has the module's motors, but only the module gives its position; a program's

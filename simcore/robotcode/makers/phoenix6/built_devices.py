@@ -38,7 +38,7 @@ MODELS: dict[str, Any] = {
     model: getattr(hardware, model)
     for model in ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 }
-"""Device class in robot code, by model."""
+"""Phoenix 6 class of each model of device."""
 DEVICES = BuiltDevices()
 """Devices that the program has built, without placeholders such as `TalonFX.none()`, whose ID is negative."""
 MOTORS_OF_TALON_FXS = {
@@ -166,7 +166,7 @@ def talon_configuration(device: Any, model: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """Feedback sensor configuration of a motor controller."""
+    """Settings of the sensor that a motor controller uses for feedback."""
 
     source: str
     """Feedback source in CTRE's spelling: `ROTOR_SENSOR`, `FUSED_CANCODER`."""

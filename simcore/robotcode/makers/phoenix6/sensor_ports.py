@@ -82,7 +82,7 @@ class _Mounted:
 
     @property
     def orientation(self) -> ChassisReference:
-        """Direction of rotation that is positive in physics."""
+        """Direction of rotation, facing the shaft, that is positive in physics."""
         return self._orientation
 
     @orientation.setter
@@ -197,7 +197,7 @@ class CANcoderSim:
         state.sensor_offset = magnet_offset
 
     def write(self, angle: float, rate: float) -> None:
-        """Set the shaft angle [rad] and rate [rad/s]."""
+        """Write the angle [rad] and rate [rad/s] of the shaft to the encoder."""
         self._set_position(angle / math.tau)
         self._set_velocity(rate / math.tau)
 
@@ -237,7 +237,7 @@ class CANdiEncoderSim:
         self._set_velocity = own_writer(state, f"set_pwm{pin}_velocity")
 
     def write(self, angle: float, rate: float) -> None:
-        """Set the shaft angle [rad] and rate [rad/s]."""
+        """Write the angle [rad] and rate [rad/s] of the shaft to the encoder."""
         self._set_position(angle / math.tau)
         self._set_velocity(self._rate_sign * rate / math.tau)
 

@@ -85,7 +85,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _azimuth(module: Any, c: Any) -> AnglePort | None:
-    """Return the steer CANcoder or CANdi of a module, configured from the module constants, or None.
+    """Return the port of a module's steer CANcoder or CANdi; None for an encoder wired to the motor controller.
 
     Raises:
         ConfigError: The constants give no CANdi pin.
@@ -137,7 +137,7 @@ record_class(SwerveModule, _note_module)
 
 
 _RESETS = PoseResets()
-"""Pose resets of all drivetrains by robot code."""
+"""Record of the pose resets that robot code makes on all drivetrains."""
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:

@@ -152,7 +152,7 @@ def _photonvision_version() -> str:
 def pipeline_result(frame: Frame, stamp: int) -> Any:
     """Convert a camera frame to a `PhotonPipelineResult`.
 
-    Targets are in PhotonVision's default order, largest first, so `getBestTarget` returns the largest.
+    Targets are in PhotonVision's default order, largest first, so `getBestTarget` returns the largest target.
 
     Args:
         frame: Frame of the camera.

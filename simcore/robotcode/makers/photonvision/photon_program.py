@@ -39,7 +39,7 @@ _SECOND = 1.0  # [s], largest plausible latency; a larger value is in millisecon
 
 @dataclass(slots=True, eq=False)
 class SeenEstimator:
-    """`PhotonPoseEstimator` that the program has built."""
+    """`PhotonPoseEstimator` that the program has built, and the estimator's camera."""
 
     estimator: Any
     after: str | None
@@ -59,10 +59,10 @@ class PhotonProgram:
     """PhotonVision objects of one robot program, in build order."""
 
     cameras: dict[str, Any] = field(default_factory=dict)
-    """Each `PhotonCamera` by camera name."""
+    """`PhotonCamera` objects by camera name."""
     estimators: list[SeenEstimator] = field(default_factory=list)
     simulated: dict[str, Any] = field(default_factory=dict)
-    """Each `PhotonCameraSim` of the program's own simulation, by camera name."""
+    """`PhotonCameraSim` objects of the program's own simulation, by camera name."""
     transforms: dict[str, Any] = field(default_factory=dict)
     """Robot-to-camera transform last passed to a `VisionSystemSim`, by camera name."""
     systems: dict[str, Any] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class PhotonProgram:
                 self.version += 1
 
     def begin(self) -> None:
-        """Drop the objects of the previous robot in this process, except those built at module level.
+        """Drop the objects of the previous robot in this process, except module-level objects.
 
         Robot code is imported only once, so module-level objects belong to every robot.
         """
@@ -114,7 +114,7 @@ def photon_program() -> PhotonProgram:
 
 @dataclass(frozen=True, slots=True)
 class FoundMount:
-    """Mounting of a camera found in the program."""
+    """Mounting of a camera as found in the program, and the source of the mounting."""
 
     mount: CameraMount
     source: str
@@ -179,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """Return the pipeline of a camera: game pieces if the `VisionSystemSim` has only non-tag targets, else tags."""
+    """Return a piece pipeline for a camera whose `VisionSystemSim` has only non-tag targets, else a tag pipeline."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()
@@ -301,7 +301,7 @@ def _watch(
 
 
 def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
-    """Replace a method by `call`, which receives the original method, the object and the arguments."""
+    """Replace a method with `call`, which receives the original method, the object and the arguments."""
     method = getattr(cls, name, None)
     if method is not None:
 
@@ -331,7 +331,7 @@ def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings)
 
 
 def _pair_camera(estimator: Any, _: Any, args: Arguments, settings: Settings) -> None:
-    """Match an estimator to the camera whose results it processes."""
+    """Match an estimator to the camera whose results the estimator processes."""
     for argument in (*args, *settings.values()):
         camera = getattr(argument, _TAG, None)
         if camera is not None:

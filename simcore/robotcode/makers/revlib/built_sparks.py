@@ -23,7 +23,7 @@ MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex
 """Device class in robot code, by product name as in the names of SimDevices."""
 
 SPARKS = BuiltDevices()
-"""SPARKs that the program has built."""
+"""Record of the SPARKs that the program has built."""
 
 _configured: dict[DeviceKey, int] = {}
 _centered: dict[DeviceKey, bool] = {}

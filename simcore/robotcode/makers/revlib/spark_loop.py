@@ -84,7 +84,7 @@ class SparkConfiguration:
     brakes: bool = False
     """Whether the idle mode is brake instead of coast."""
     current_limit: float = 80.0
-    """Smart current limit, on the motor current [A]."""
+    """Smart current limit of the motor current [A]; 0 for no limit."""
     compensation: float | None = None
     """Nominal voltage of the voltage compensation [V]; None if disabled."""
     open_ramp: float = 0.0
@@ -123,13 +123,13 @@ class SparkConfiguration:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Request of robot code to a controller."""
+    """Request of robot code to a controller: control mode, set-point, slot and arbitrary feedforward."""
 
     mode: int = 0
     setpoint: float = 0.0
     slot: int = 0
     feed_forward: float = 0.0
-    """Arbitrary feedforward: voltage [V] or duty cycle [-]."""
+    """Arbitrary feedforward: duty cycle [-] if `feed_forward_is_duty`, else voltage [V]."""
     feed_forward_is_duty: bool = False
 
 
@@ -225,7 +225,7 @@ class SparkLoop:
         return self._pid(loops, gains, error, rest), volts
 
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
-        """Return the PID output for a constant error over a number of loops, with I and D terms per loop.
+        """Return the PID output after a number of 1 ms loops with a constant error.
 
         Args:
             loops: Number of loops.

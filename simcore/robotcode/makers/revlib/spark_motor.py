@@ -86,5 +86,5 @@ class WiredEncoder:
         self._port = port
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the shaft angle [rad] and rate [rad/s]."""
+        """Write the angle [rad] and rate [rad/s] of the shaft to the encoder."""
         self._port.write_encoder(angle / math.tau, rate / math.tau)
