@@ -41,7 +41,7 @@ def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
-    """Return the lowest and highest elevation of a shooter [rad]; equal without a hood or without hood stops."""
+    """Return the lowest and highest elevation of a shooter [rad]; equal for a hood without stops, or no hood."""
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)

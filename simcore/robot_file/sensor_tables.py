@@ -63,7 +63,7 @@ class SensorSettings:
     kind: str
     """Kind of the sensor, one of `SENSORS`."""
     keys: tuple[DeviceKey, ...]
-    """Ports or device of the sensor; channels A and B of a quadrature encoder."""
+    """Port or CAN device of the sensor; for a quadrature encoder, the ports of channels A and B."""
     mechanism: str | None = None
     """Name of the measured mechanism; None if the sensor detects pieces."""
     sees: PieceView | None = None

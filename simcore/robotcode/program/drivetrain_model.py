@@ -187,7 +187,7 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """Sensor with a scaled reading, for which the program's odometry measures the distance driven in the model."""
+    """Sensor with a scale on the reading that makes the program's odometry agree with the distance in the model."""
 
     way: _Way | None = None
     turned = shown = 0.0

@@ -297,7 +297,7 @@ def installed_makers() -> list[Maker]:
 
 
 def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
-    """Record devices of every maker and objects of WPILib from now on; call this before importing the program.
+    """Record devices of every maker and objects of WPILib from now on; call this function before the program's import.
 
     Watching of a maker's package begins when the program imports the package, so unused packages are not loaded. An
     import of `phoenix5` raises a `VendorError`.

@@ -117,7 +117,7 @@ def guard(
 
 
 def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:
-    """Call `note` with each new object of a class and its constructor arguments; safe to call more than once."""
+    """Call `note` with each new object of a class and the constructor's arguments; safe to call more than once."""
 
     def note_built(made: Any, _: Any, args: Arguments, settings: Settings) -> None:
         note(made, args, settings)

@@ -198,7 +198,7 @@ class SparkLoop:
     def _closed(
         self, loops: int, command: Command, gains: SlotGains, position: float, velocity: float, current: float
     ) -> tuple[float, float]:
-        """Return the PID output as a duty cycle [-], and the feedforward voltage [V]."""
+        """Return PID duty cycle [-] and feedforward voltage [V]; advance the profile in MAXMotion modes."""
         mode = command.mode
         if mode == ControlMode.POSITION:
             error = self.wrapped(command.setpoint - position)
