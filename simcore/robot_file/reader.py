@@ -81,12 +81,13 @@ ROBOT = KeyTable("[robot]", "your robot", (
         "wheels: 0.73 for blue nitrile, 0.97 for HiGrip (same test as for tread); left out: 1", 1.0),
     Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, from SysId [V]: 0.32 to 0.74 V "
         "measured on swerve drives, 0.13 to 1.3 V on tank drives; left out: the kS in your program, else 0.22 (tank: "
-        "0.65)", 0.22),
-    Key("drive_efficiency", EFFICIENCY, None, "efficiency of the drive gears; left out: 0.95 (tank: 0.9)", 0.95),
+        "0.65, mecanum: 0.25)", 0.22),
+    Key("drive_efficiency", EFFICIENCY, None, "efficiency of the drive gears; left out: 0.95 (tank and mecanum: 0.9)",
+        0.95),
     Key("right_efficiency", EFFICIENCY, None, "efficiency of the drive gears on the right side of a tank drive; left "
         "out: drive_efficiency", 0.9),
     Key("free_speed_share", SPEED_SHARE, None, "ratio of actual to datasheet free speed of the drive motors; left "
-        "out: 1 (tank drive with NEOs: 0.885)", 1.0),
+        "out: 1 (tank or mecanum drive with NEOs: 0.885)", 1.0),
     Key("battery_resistance", RESISTANCE, None, "resistance of battery, breaker and cables [ohm]; left out: 0.02",
         0.02),
     Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "kS of the steer motors [V]; left out: 0.2", 0.2),
