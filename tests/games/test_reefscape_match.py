@@ -51,7 +51,7 @@ def rows(match: Match, prefix: str = "Blue/") -> dict[str, int]:
 
 
 def test_coral_counts_by_level_and_period_and_loses_its_points_when_it_falls():
-    """One coral per level in auto, including the trough, and again in teleop; then a robot takes one off."""
+    """Each level, including the trough, gets a coral in auto and another in teleop; then a robot takes one off."""
     with Match(REEFSCAPE, robots=FAR) as match:
         slots = {level: put_on(match, 2 * level, level) for level in (2, 3, 4)}
         lying = np.array([[*(math.sin(math.pi / 4) * np.array([1.0, 0.0, 0.0])), math.cos(math.pi / 4)]])
@@ -283,7 +283,7 @@ def test_human_players_feed_only_their_own_alliance():
 
 
 def test_a_thrown_algae_and_a_lodged_algae_never_gain_energy_together():
-    """Thrown from below and outside while nothing else moves; their energy never exceeds that at the throw."""
+    """One algae is thrown from below at the other; their energy never exceeds that at the throw."""
     with Match(REEFSCAPE, robots=[RobotEntry(start=(7.2, 2.0, 0.0))]) as match:
         for seed, (speed, up) in enumerate(((3.3, 0.6), (9.0, 0.35), (9.0, 0.5), (10.0, 0.8))):
             match.reset(seed)

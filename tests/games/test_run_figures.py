@@ -297,7 +297,7 @@ def needs_robot_packages() -> None:
 
 @pytest.mark.slow
 def test_the_page_of_a_failed_test_agrees_with_the_test_networktables_log_and_chart(tmp_path):
-    """Recorded ten times a second: shots begin and end between two rows, and so does the lowest battery voltage."""
+    """The run is recorded ten times a second: shots and the lowest battery voltage fall between two rows."""
     needs_robot_packages()
     project = tmp_path / "project"
     shutil.copytree(EXAMPLE, project, ignore=shutil.ignore_patterns("tests", "test_output", "out", "__pycache__"))

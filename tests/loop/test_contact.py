@@ -1,4 +1,4 @@
-"""Laws of contact, one by one, against closed forms."""
+"""Each contact law agrees with its closed form."""
 
 import math
 from itertools import pairwise
@@ -63,8 +63,8 @@ CURVES = {
 
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("restitution", [0.0, 0.1, 0.2, 0.3, 0.31, 0.55, 0.8, 1.0])
-def test_a_contact_returns_the_square_of_its_restitution_for_any_force_curve(curve, restitution):
-    """Compressed by 60 mm and released fast, in 40,000 steps; the thinnest band has three steps."""
+def test_a_contact_returns_e_squared_of_its_energy_for_any_force_curve(curve, restitution):
+    """Foam is compressed by 60 mm and released fast, in 40,000 steps; the thinnest band has three steps."""
     foam, (loss, band) = CURVES[curve], foam_loss(restitution)
     inward = np.linspace(0.0, 0.06, 20_001)
     memory, last, work = 1.0, 0.0, [0.0, 0.0]
@@ -76,7 +76,7 @@ def test_a_contact_returns_the_square_of_its_restitution_for_any_force_curve(cur
     assert math.sqrt(-work[1] / work[0]) == pytest.approx(max(restitution, 0.0387), abs=0.005)
 
 
-def test_released_foam_pushes_with_the_returned_fraction_of_its_force():
+def test_released_foam_pushes_with_e_squared_of_its_force():
     """1 - c = e^2, which is never zero, so a pair of balls separates."""
     for restitution in (0.1, 0.3, 0.7, 1.0):
         assert 1.0 - foam_loss(restitution)[0] == pytest.approx(restitution**2)

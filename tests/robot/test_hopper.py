@@ -46,7 +46,7 @@ def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
 
 
 def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, gate: bool = True) -> list[int]:
-    """Return the ticks in which balls left."""
+    """Advance the hopper, take balls at the outlet if the gate is open, and return the ticks in which balls left."""
     left = []
     for tick in range(ticks):
         made.advance(pull, spin, NONE, belt)
@@ -139,7 +139,7 @@ def test_two_intakes_share_the_space_at_an_inlet():
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
 def test_pieces_move_against_the_acceleration_of_the_robot(pull, side):
-    """In a robot that accelerates forward, they move to the rear; on a stopped belt, they roll."""
+    """Pieces move to the rear of a robot that accelerates forward; on a stopped belt, pieces roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
     before = made.pos.mean(axis=0)
     run(made, 75, pull=(*pull, -GRAVITY))
