@@ -39,8 +39,7 @@ def test_battery_energy_equals_motor_heat_and_kinetic_energy(name, count, limits
     """Mechanisms and drivetrain for half a second at 12 V: within 0.5 %.
 
     A datasheet motor delivers kt kv times its electrical power as mechanical power, see `MotorModel`. In the
-    millisecond
-    in which an arm meets its stop, the energy of the impact is neither winding heat nor motion.
+    millisecond in which an arm meets its stop, the energy of the impact is neither winding heat nor motion.
     """
     config = robot(name, count, limits, stalled=stalled)
     with Match.bare(config, start=(4.0, 4.0, 0.0)) as match:

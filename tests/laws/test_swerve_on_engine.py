@@ -92,7 +92,7 @@ def test_pushing_a_wall_stalls_the_motors_at_their_current_limit():
 
 
 @pytest.mark.parametrize(("treads", "expected"), [((1.2, 1.2), 0.0), ((1.2, 0.9), 0.5 * (1.2 - 0.9) * GRAVITY)])
-def test_a_pushing_match_is_won_by_grip(treads, expected):
+def test_the_robot_with_more_grip_wins_a_pushing_match(treads, expected):
     """Head-on at 12 V with all wheels slipping: a = (mu1 - mu2) g / 2 at equal masses; with equal treads none moves."""
     with PhysicsWorld() as world:
         a = robot(world, (0.0, 0.0, 0.0), name="a", module=replace(MODULE, wheel_cof=treads[0]))
