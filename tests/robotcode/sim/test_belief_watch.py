@@ -1,4 +1,4 @@
-"""The watch reports faults of odometry, but not where cameras, people or resets move the belief or the robot."""
+"""The watch reports odometry faults, but no errors after camera corrections, resets or moves by people."""
 
 import logging
 import math
