@@ -1,4 +1,4 @@
-"""Statistics of a table of runs, as a user needs them."""
+"""Statistics of a table of runs: success rates, percentiles and paired differences."""
 
 import csv
 from dataclasses import replace
@@ -73,7 +73,7 @@ def test_a_run_without_the_metric_is_excluded_from_pairs(tired_battery):
 
 
 def test_a_clear_difference_is_listed_first_despite_large_variation_between_seeds():
-    """One more point in each of ten pairs; another factor moves more, but up in some seeds and down in others."""
+    """One factor adds a point in each of ten pairs; another moves more, but up in some seeds and down in others."""
     grid = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
 
     def play(values, seed):
@@ -91,7 +91,7 @@ def test_a_clear_difference_is_listed_first_despite_large_variation_between_seed
     assert said[3].startswith("  sure = 1 against 0: +1 (95 % interval +1 to +1), 10 seeds: 10 more, 0 less")
 
 
-def test_the_order_of_rows_changes_nothing(tired_battery):
+def test_the_order_of_rows_does_not_change_the_results(tired_battery):
     assert replace(tired_battery, rows=tired_battery.rows[::-1]).rows == tired_battery.rows
 
 

@@ -1,4 +1,4 @@
-"""Launches and flights of a shooter: the same as in a match, with the spreads of its scatter, from all sides."""
+"""Sampled launches and flights of a shooter agree with those of a match."""
 
 import numpy as np
 import pytest
