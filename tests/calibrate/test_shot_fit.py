@@ -44,7 +44,7 @@ def test_the_fit_recovers_the_exit_efficiency_of_shots_on_a_parabola():
 
 
 def test_shots_that_fall_short_give_an_upper_bound_of_the_efficiency():
-    """At the wheel speed of a hit with 0.42, shots that all fall short bound it to at most 0.42."""
+    """At the wheel speed of a hit with 0.42, shots that all fall short bound the efficiency by 0.42."""
     short = [replace(parabola(d, 0.42), time=None, result="short") for d in (3.0, 4.0)]
     assert fit_shots(TASK, short).estimates["exit_efficiency"].value < 0.42 * 1.002
 

@@ -183,7 +183,7 @@ def test_coral_is_judged_three_seconds_after_auto_and_after_the_match():
 
 
 def test_coral_and_barge_ranking_points_need_their_thresholds():
-    """Five coral on each of four levels; 14 points at the barge by a deep cage and a parked robot."""
+    """Thresholds are five coral on each of four levels, and 14 barge points by a deep cage and a parked robot."""
     with Match(REEFSCAPE, robots=(FAR[0], RobotEntry(start=(7.0, 5.0, 0.0), preload=0))) as match:
         for count, ends, met in ((5, ("DeepCage", "Parked"), 1), (4, ("DeepCage", "None"), 0)):
             for level in ("BlueL2", "BlueL3", "BlueL4", "BlueL1"):

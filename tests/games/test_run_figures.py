@@ -138,7 +138,7 @@ def of_layout(path: Path) -> set[str]:
 
 
 def of_chart(recording: Recording, scene, lowest: float, *, within: float = 6e-4) -> Figures:
-    """Return the figure of the battery chart, which has millivolts, compared before rounding to two decimals."""
+    """Return the lowest voltage to two decimals after comparing the battery chart, which has millivolts."""
     (battery,) = (chart for chart in charts_of(RunTrack(recording, scene)) if chart.title.startswith("Battery"))
     assert battery.curves[0].values.min() == pytest.approx(lowest, abs=within)
     return Figures(volts=f"{lowest:.2f}")

@@ -159,7 +159,7 @@ def test_a_robot_hit_off_center_turns_as_angular_momentum_requires(offset):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
 def test_a_robot_driven_by_voltage_crosses_the_bump(speed):
-    """Wheels in the air spin up and odometry counts their turns; the gyro measures the slope; it lands upright."""
+    """Wheels in the air spin up and odometry counts their turns; the gyro measures slopes; the robot lands upright."""
     height, depth = inches(6.513), inches(44.4)
     slope = math.degrees(math.atan2(height, depth / 2))
     with PhysicsWorld() as world:

@@ -120,7 +120,7 @@ def test_a_contact_with_little_restitution_needs_shorter_steps():
 
 
 def test_foam_resists_rolling_in_proportion_to_its_loss():
-    """3/16 (1 - e^2) a with a patch a = sqrt(R d): 0.97 mm for two fuel pressed by 2.2 N, the weight of one."""
+    """The lever arm is 3/16 (1 - e^2) a with a patch a = sqrt(R d): 0.97 mm for two fuel pressed by 2.2 N."""
     for spin in (0.1, 10.0):
         torque = spin * rolling_resistance(2.2, spin**2, 0.00086, 0.0375, 0.3)
         assert torque == pytest.approx(2.2 * 0.00097, rel=0.01)

@@ -72,7 +72,7 @@ def test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts():
 def test_motors_stop_and_restart_at_the_heartbeat_after_a_brownout_starts_or_ends(h):
     """A load that returns with the motors is on for half the time at any step.
 
-    It is on until the next heartbeat and off until the following heartbeat. The tick of a brown-out reports it.
+    It is on until the next heartbeat and off until the following heartbeat. The tick of a brownout reports it.
     """
     battery = made()
     begun = []

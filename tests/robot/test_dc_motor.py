@@ -63,7 +63,7 @@ def test_a_motor_with_invalid_figures_is_refused(wrong):
 
 
 def test_a_falcon_has_the_stall_torque_and_current_of_the_vendors_dynamometer():
-    """2.15 N m and 39 A from a 12 V supply; at 12 V, its 4.69 N m and 257 A (motors.vex.com)."""
+    """At 4 V it has 2.15 N m and draws 39 A from a 12 V supply; at 12 V, 4.69 N m and 257 A (motors.vex.com)."""
     m = LimitedMotor.of(motor("Falcon 500"), gearing=1.0)
     for volts, torque, supply in ((4.0, 2.15, 39.0), (12.0, 4.69, 257.0)):
         at, resistance = line_in_force(volts, 12.0, 0.0, math.inf, m.resistance, m.winding)

@@ -113,7 +113,7 @@ def test_a_shot_within_a_tick_has_the_aim_at_the_time_of_its_release():
 
 
 def test_the_x_axis_of_a_released_piece_points_along_its_velocity():
-    """The piece's x axis is that direction: a piece that lies along x in the storage leaves along the muzzle."""
+    """A piece that lies along x in the storage leaves along the muzzle."""
     made, parts = shooter(turret="turret", elevation=0.7)
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     parts["turret"].position = 0.4

@@ -58,7 +58,7 @@ def test_an_incomplete_pair_is_left_out(tired_battery):
 
 
 def test_all_pairs_of_a_seed_count_as_one_mean_difference():
-    """From 0 to 1, the score rises by 1 at one value of the other factor and by 3 at the other: by 2 in each seed."""
+    """From x = 0 to 1 the score rises by 1 at y = 0 and by 3 at y = 1: by 2 in each seed."""
     points = {"x": np.array([0.0, 1.0, 0.0, 1.0]), "y": np.array([0.0, 0.0, 1.0, 1.0])}
     rows = made_sweep.runs_of(points, lambda v, seed: {"score": seed + v["x"] * (1.0 + 2.0 * v["y"])}, seeds=3)
     found = Results(rows, made_sweep.described("x", "y")).paired("x", 0.0, 1.0, "score")

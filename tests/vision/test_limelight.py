@@ -78,7 +78,7 @@ def test_without_a_heading_megatag_2_assumes_heading_zero():
 
 
 def test_a_moved_camera_takes_frames_from_its_new_mount_and_reports_the_mount():
-    """For the second half, it is turned to the back: it sees other tags and still finds the robot's true place."""
+    """Then the camera is turned to the back: it sees other tags and still finds the robot's true place."""
 
     def turn(camera, t, yaw):
         if abs(t - 0.5) < 1e-9:

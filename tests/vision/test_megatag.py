@@ -72,7 +72,7 @@ def test_pixels_agree_with_the_projection_of_opencv(kind):
 
 
 def test_the_pose_from_several_tags_agrees_with_opencv():
-    """The linearization leaves out terms of second order: for a turn by d about d^2, some hundredths of d."""
+    """The linearization leaves out terms of second order, about d^2 for a turn by d: some hundredths of d."""
     rng = np.random.default_rng(11)
     shares = []
     for lens, _, _, eye, rotation, rows, exact in views("LL3", 80):

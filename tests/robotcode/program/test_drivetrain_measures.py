@@ -55,7 +55,7 @@ def planned(tmp_path):
 
 
 def test_a_maxswerve_module_is_recognized_by_its_ratio(tmp_path):
-    """pi 3 in / 4.71 m a turn, and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
+    """It has pi 3 in / 4.71 m a turn and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
     found = complete_measures(swerve(math.pi * 0.0762 / 4.71, wired=True), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measure("drive_gearing") == pytest.approx(
         4.71
@@ -73,7 +73,7 @@ def test_wheel_radius_and_gearing_give_the_distance_per_motor_turn_in_the_progra
 
 @each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
 def test_a_tank_drive_may_count_distance_in_another_unit(tmp_path, unit, size):
-    """Wheels of 6 in at 8.45:1; the unit follows from the usual speed of robots."""
+    """Wheels are 6 in at 8.45:1; the unit follows from the usual speed of robots."""
     way = math.tau * 0.0762 / 8.45
     found = replace(swerve(way / size), kind="tank")
     known = complete_measures(found, RobotSettings(), tmp_path)
@@ -167,7 +167,7 @@ def test_settings_that_are_not_json_are_ignored(tmp_path, caplog):
 
 
 def test_an_implausible_distance_per_motor_turn_is_reported(tmp_path):
-    """At a NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing applied twice."""
+    """A NEO's 5676 rpm give 4.3 m/s, 13 without the wheel's circumference, and 0.17 with the gearing applied twice."""
     assert not any("m/s" in text for text in complete_measures(swerve(0.0455), RobotSettings(), tmp_path).differences)
     for way in (1.0 / 7.36, 0.0018):
         (text,) = complete_measures(swerve(way), RobotSettings(), tmp_path).differences
