@@ -359,7 +359,7 @@ def test_a_tank_drive_can_start_with_rolling_sides():
     assert drive.wheel_distances() == [0.0] * 6
 
 
-def test_swerve_and_tank_drives_provide_the_same_readings():
+def test_swerve_and_tank_drives_provide_the_same_kinds_of_readings():
     swerve, tank = drive_of(), TankDrive(TankConfig())
     swerve.set_volts([6.0] * 4, [0.0] * 4)
     tank.set_volts(6.0, 3.0)
