@@ -165,7 +165,7 @@ def test_every_output_has_the_same_figures_of_each_robot(told):
 
 
 def test_a_page_made_from_the_log_has_the_contents_of_the_page_of_the_run(told):
-    """Equal word for word, except for computation times."""
+    """The pages are equal word for word, except for computation times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
     for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):

@@ -58,7 +58,7 @@ def test_committed_models_are_small_valid_and_equal_the_output_of_the_scripts(ga
 
 @both
 def test_each_part_model_has_its_axle_at_the_origin(game):
-    """A wheel that turned about any other place would wobble."""
+    """A wheel that turned about any other axis would wobble."""
     parts, components = load_models(game.models).robots[0].parts, game.robot().components
     assert len(parts) == len(components) == {"rebuilt": 16, "reefscape": 8}[game.name]
     for part, component in zip(parts, components, strict=True):

@@ -23,7 +23,7 @@ from simcore.world.world import PhysicsWorld
 pytestmark = pytest.mark.engines("bullet")
 BASE = 0.527
 HELD = SwerveModuleConfig(x=0, y=0, rolling_resistance=0.0, drive_friction_volts=20.0)
-"""Wheels are locked: they slide with mu N at any speed."""
+"""Module whose wheel is locked, so that the wheel slides with mu N at any speed."""
 
 
 def braked(cof, *, height=0.2, vx=4.0):
@@ -49,7 +49,7 @@ def play(world, *robots, seconds, each=lambda: None):
         each()
 
 
-def test_a_robot_at_rest_has_equal_loads_at_height_zero():
+def test_a_robot_at_rest_has_equal_wheel_loads_and_is_at_height_zero():
     bench = DriveBench(SwerveDrive(SwerveConfig.square(BASE, HELD)))
     bench.run(1.0)
     assert bench.loads == pytest.approx([55.0 * GRAVITY / 4.0] * 4, rel=1e-6)

@@ -88,7 +88,7 @@ class Element:
 
 
 def test_each_field_element_keeps_its_own_material():
-    """Two plates side by side; the restitution of one does not leak to the other."""
+    """Two plates lie side by side; the restitution of one does not affect the other."""
     plates = [
         Element("dead", Box((1.0, 1.0, 0.2)), (0.0, 0.0, 0.1), replace(WALL, restitution=0.0)),
         Element("live", Box((1.0, 1.0, 0.2)), (2.0, 0.0, 0.1), replace(WALL, restitution=0.9)),
@@ -179,7 +179,7 @@ def memory_mb() -> float:
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="reads Linux's /proc")
-def test_closing_frees_the_engine():
+def test_closing_a_world_frees_its_memory():
     """A world takes about 30 MB; forty leaked worlds would take 1.2 GB."""
     for _ in range(5):
         Scene(0).world.close()

@@ -1,4 +1,4 @@
-"""Cache of compiled functions: its place, its messages and its failures."""
+"""Cache of compiled functions: folder, messages and failures."""
 
 import os
 import subprocess
@@ -36,7 +36,7 @@ def run(program: str = _TICK, **environment: str) -> subprocess.CompletedProcess
     )
 
 
-def test_compiled_code_is_cached_by_the_contents_of_its_sources():
+def test_compiled_code_is_cached_next_to_the_sources_or_in_the_users_cache_folder():
     folder = Path(compiled.__file__).parent
     assert compiled.cache_folder is not None and compiled.cache_folder.name.startswith("simcore-")
     assert compiled.cache_folder.parent in (folder / "__pycache__", compiled._user_caches() / "simcore")
@@ -53,12 +53,12 @@ def test_the_loop_code_also_runs_without_the_compiler():
     assert done.stdout.split() == ["None", "True"] and not done.stderr
 
 
-def test_touching_bumpers_give_equal_results_in_plain_python_to_the_last_bit():
+def test_touching_bumpers_give_bit_identical_results_with_and_without_compilation():
     plain, made = run(_BUMPERS, NUMBA_DISABLE_JIT="1").stdout, run(_BUMPERS).stdout
     assert plain == made and plain.startswith("True True")
 
 
-def test_unwritable_cache_folders_cause_no_error(monkeypatch, tmp_path):
+def test_the_cache_uses_the_first_writable_folder_or_no_folder(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setattr(compiled, "_HERE", blocked)
@@ -99,7 +99,7 @@ print(compiled.compiled(twice)(3.0), compiled.not_kept)
 
 
 def small(folder: Path) -> subprocess.CompletedProcess[str]:
-    """Compile a small function in a new process with its cache in a folder."""
+    """Run a small compiled function in a new process that keeps its cache in a folder."""
     script = folder / "small.py"
     if not script.exists():
         script.write_text(
@@ -121,7 +121,7 @@ def test_a_damaged_cache_file_is_compiled_again_with_a_one_sentence_message(kind
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a device that is full")
-def test_a_full_disk_costs_the_cache_but_not_the_run(monkeypatch, tmp_path):
+def test_a_function_runs_although_a_full_disk_prevents_caching(monkeypatch, tmp_path):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

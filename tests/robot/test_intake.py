@@ -104,7 +104,7 @@ def test_a_piece_at_nan_is_never_taken():
 
 
 @each("change", [{"x_min": 0.0}, {"y_max": math.nan}, {"z_max": -0.2}, {"z_min": math.inf}])
-def test_invalid_boxes_are_refused(change):
+def test_an_invalid_intake_zone_is_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))[0]):
         IntakeZone(**{**REAR, **change})
 

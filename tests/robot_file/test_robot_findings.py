@@ -178,7 +178,7 @@ def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
 
 
 def test_a_reading_that_counts_against_the_motion_of_its_mechanism_is_reported():
-    """An arm starts at its upper stop, and the code counts up as it goes down."""
+    """An arm starts at its upper stop, and the code counts up as the arm goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
     )
@@ -199,7 +199,7 @@ def test_a_reading_that_counts_against_the_motion_of_its_mechanism_is_reported()
     assert said(turned=True, lower_limit=0.0, upper_limit=0.25) == []
 
 
-def test_an_arm_that_is_too_heavy_has_a_holding_share_above_one():
+def test_the_holding_share_is_the_weight_torque_over_the_available_motor_torque():
     """m g c / (kt I) over its whole travel, whether or not it is ever level."""
     arm = ArmConfig(
         gearbox=gearbox(20.0, stator_current_limit=20.0), inertia=0.5, mass=8.0, center_of_mass=0.5,

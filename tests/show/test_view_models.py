@@ -152,7 +152,7 @@ def test_a_git_lfs_pointer_is_reported(robot: Path) -> None:
         (struct.pack("<4sII", b"glTF", 2, 9000) + b" " * 18, "cut off: 30 of 9000 bytes"),
     ],
 )
-def test_broken_files_are_reported(robot: Path, content: bytes, words: str) -> None:
+def test_broken_model_files_are_reported(robot: Path, content: bytes, words: str) -> None:
     (robot / "model.glb").write_bytes(content)
     (line,) = texts(robot)
     assert line.startswith("ERROR: Robot_Mine/model.glb: ") and words in line

@@ -205,7 +205,7 @@ def scene_goals():
 
 @pytest.mark.slow
 def test_the_score_board_shows_the_values_in_the_log(browser, run) -> None:
-    """At twenty times: both scores, the clock and the period, as a reader sees them over the picture."""
+    """The test reads both scores, the clock and the period at twenty times, as a reader sees them over the picture."""
     path, recording = run
     page = opened(browser, path)
     for time in np.linspace(0.1, 7.9, 20):
