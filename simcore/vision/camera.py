@@ -1,6 +1,6 @@
-"""Cameras: types, mounts, pipelines, and the projection of field points into a picture.
+"""Cameras: types, mounts, pipelines, and the projection of field points into an image.
 
-Camera axes are WPILib's (x forward, y left, z up); picture axes are u to the right and v down. Projection uses the
+Camera axes are WPILib's (x forward, y left, z up); image axes are u to the right and v down. Projection uses the
 optical frame (x right, y down, z forward).
 """
 
@@ -55,7 +55,7 @@ __all__ = [
 
 
 FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""Crop window of the full picture: x0, x1, y0, y1, from -1 at the left and lower edge to 1 at the right and upper
+"""Crop window of the full image: x0, x1, y0, y1, from -1 at the left and lower edge to 1 at the right and upper
 edge."""
 OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
 """Rotation from camera axes (x forward, y left, z up) to optical axes (x right, y down, z forward)."""
@@ -67,9 +67,9 @@ class LimelightType:
 
     name: str
     width: int
-    """Width of the picture [px]."""
+    """Width of the image [px]."""
     height: int
-    """Height of the picture [px]."""
+    """Height of the image [px]."""
     horizontal_fov_deg: float
     """Horizontal field of view [deg]."""
     vertical_fov_deg: float
@@ -90,7 +90,7 @@ class LimelightType:
     focal_length: tuple[float, float] = field(init=False)
     """Horizontal and vertical focal length of the pinhole model [px]."""
     principal_point: tuple[float, float] = field(init=False)
-    """Intersection of the optical axis with the picture, from the upper left corner [px]."""
+    """Intersection of the optical axis with the image, from the upper left corner [px]."""
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
@@ -176,11 +176,11 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
     Args:
         horizontal_deg: Horizontal field of view [deg].
-        width: Width of the picture [px].
-        height: Height of the picture [px].
+        width: Width of the image [px].
+        height: Height of the image [px].
 
     Raises:
-        ConfigError: If the field of view is not between 0 and 180 degrees, or the picture is empty.
+        ConfigError: If the field of view is not between 0 and 180 degrees, or the image is empty.
 
     >>> round(vertical_fov_deg(90.0, 1280, 720), 1)
     58.7
@@ -276,9 +276,9 @@ class TagPipeline:
     json: bool = False
     """Whether each frame is also published as `json`; off by default, as on a new Limelight."""
     downscale: float = 1.0
-    """Downscale factor of the searched picture [-]; a larger factor shortens the range at which tags are readable."""
+    """Downscale factor of the searched image [-]; a larger factor shortens the range at which tags are readable."""
     min_side: float = 12.0
-    """Length of the shortest readable edge of a tag [px of the searched picture]; 1.5 px for each of 8 cells. Estimate,
+    """Length of the shortest readable edge of a tag [px of the searched image]; 1.5 px for each of 8 cells. Estimate,
     +-30 %."""
     max_angle_deg: float = 75.0
     """Largest readable angle between a tag's normal and the line to the camera [deg]; at larger angles, cells merge.
@@ -371,7 +371,7 @@ def optical_rotation(quat: Quaternion) -> FloatArray:
 def project(
     points: FloatArray, pos: Vector, rotation: FloatArray, lens: LimelightType
 ) -> tuple[FloatArray, FloatArray]:
-    """Project field points into the picture.
+    """Project field points into the image.
 
     Args:
         points: Points, field frame [m], shape (n, 3).
@@ -391,7 +391,7 @@ def project(
 
 
 def quad_area(corners: FloatArray) -> FloatArray:
-    """Compute the signed areas of quadrilaterals, (n, 4, 2) [px^2], positive if counter-clockwise in the picture."""
+    """Compute the signed areas of quadrilaterals, (n, 4, 2) [px^2], positive if counter-clockwise in the image."""
     a, b = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     area: FloatArray = 0.5 * (a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1])
     return area
