@@ -1,4 +1,4 @@
-"""Path of the HAL extension for this operating system and processor; `scripts/build_bridge.py` builds the extensions."""
+"""Path of the HAL extension for this computer; the script `scripts/build_bridge.py` builds the extensions."""
 
 from __future__ import annotations
 
