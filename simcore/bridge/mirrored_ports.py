@@ -31,7 +31,7 @@ _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
 }  # fmt: skip
 """WPILib type name and conversion from a number, by HAL type code. An enum is represented by the index of its value."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
-"""WPILib class of each gyro by the first part of its SimDevice name."""
+"""WPILib class of each gyro, by the first part of the SimDevice name."""
 _INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
 _OUTPUT_NAMES = list(OUTPUTS)
 _TEXTS = ("SetGameSpecificMessage", "SetEventName")
@@ -41,7 +41,7 @@ class MirroredPorts:
     """Mirror, in simcore's HAL, of the ports and SimDevices that a program in another process has opened.
 
     Args:
-        settings: Settings of simcore.toml. Only the settings name the solenoids, because the HAL does not report them.
+        settings: Settings of simcore.toml. The settings list the channels of the solenoids; the HAL does not.
         follows: Whether the driver station of the program controls the robot instead of simcore's driver station.
     """
 

@@ -78,7 +78,7 @@ class VersionError(SimcoreError):
 
 
 class Record(NamedTuple):
-    """One value or text of a frame, with its kind, second index and index."""
+    """One value or text of a frame: kind, second index (`sub`), index (`number`), value and text."""
 
     kind: int
     sub: int

@@ -1,4 +1,4 @@
-"""Control of a robot program in another process: start or wait for the program, step its clock, and end the program."""
+"""Control of a robot program in another process: start the program, step the program's clock, and end the program."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ProgramError(SimcoreError, RuntimeError):
 
 
 class RobotProcess:
-    """Process of a robot program, and the socket to its extension.
+    """Process of a robot program, and the socket to the extension in the program.
 
     Args:
         command: Command that starts the program; empty if another process starts the program.

@@ -49,7 +49,7 @@ _SCORES = ("score.blue", "score.red", "score.total")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore serve`."""
+    """Add the arguments and options of `simcore serve`."""
     parser.usage = "%(prog)s [GAME] [options] [-- COMMAND ...]"
     parser.add_argument(
         "game", nargs="?", metavar="GAME", help=f"which game (default: that of {FILE_NAME}, or the newest)"

@@ -33,7 +33,7 @@ _POLL = 0.005  # [s], wall time between checks for the start of the program
 
 
 class Program:
-    """Placeholder for the robot object, because the robot object exists only in the other process."""
+    """Placeholder for the program's robot object; the robot object itself is in the other process."""
 
 
 class ServedRobot(RobotTest):
@@ -104,14 +104,14 @@ class ServedRobot(RobotTest):
             self._exchange(0.0, [])
 
     def ask_choosers(self) -> None:
-        """Request the program's choosers, and publish them on simcore's NetworkTables."""
+        """Request the choosers of the program, and publish the choosers on simcore's NetworkTables."""
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
     def _run_robot(self) -> None:
         self.connect()
 
     def _build(self) -> None:
-        """Build the robot and the field for the open ports, and step the program's clock by half of the physics' part.
+        """Build the robot and the field for the open ports, and step the program's clock by half a part.
 
         A part is the fraction of a tick between two exchanges with the program.
         """

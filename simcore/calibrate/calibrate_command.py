@@ -38,7 +38,7 @@ _MASSES = (20.0, 75.0)  # [kg], range of masses in simcore.toml
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore calibrate`."""
+    """Add the arguments and options of `simcore calibrate`."""
     parser.add_argument(
         "logs", nargs="*", type=Path, metavar="FILE", help="logs of one robot: SysId's JSON, .wpilog or .csv"
     )

@@ -40,7 +40,7 @@ class Described:
 
     @property
     def drivetrain(self) -> DriveConfig:
-        """Drivetrain of the robot.
+        """Config of the robot's drivetrain.
 
         Raises:
             ConfigError: If `problem` is not empty.

@@ -62,7 +62,7 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveFit:
-    """Result of a drivetrain fit."""
+    """Fitted parameters of a drivetrain, predictions of held-out runs, and properties that remain unknown."""
 
     estimates: Mapping[str, Estimate]
     """Estimates by name: `ks` [V], `mass` [kg], `left_efficiency` [-], `right_efficiency` [-], `free_speed_share` [-],

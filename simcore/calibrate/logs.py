@@ -34,7 +34,8 @@ class Log:
     tests: Sequence[tuple[str, float, float]] = ()
     """Tests marked in the log: name, begin and end [s]; empty for a log without marks."""
     kind: str = ""
-    """Test kind of a SysId file: Drivetrain, Simple, Arm or Elevator; empty if unknown."""
+    """Kind of the tested mechanism in a SysId file, e.g. `Drivetrain`, `Simple`, `Arm` or `Elevator`; empty if unknown.
+    """
     meters_per_turn: float | None = None
     """Distance per wheel turn according to a log with positions in turns [m]; None if the log gives no distance."""
     notes: Sequence[str] = field(default_factory=tuple)
@@ -174,7 +175,7 @@ def _wpilog(path: Path) -> Log:
 
 
 def _unit_of(column: LogColumn) -> str:
-    """Return the unit in an entry's metadata: the JSON field `unit`, or the metadata itself if it is not JSON."""
+    """Return the unit in the metadata of an entry: the JSON field `unit`, or the whole text if the text is not JSON."""
     try:
         return str(json.loads(column.metadata or "{}").get("unit", ""))
     except (ValueError, AttributeError):

@@ -29,7 +29,7 @@ _CREEPS = 0.05  # fraction of the top speed; slower data are ignored
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MechanismFit:
-    """Result of a mechanism fit."""
+    """Fitted parameters of a mechanism, predictions of held-out runs, and properties that remain unknown."""
 
     estimates: Mapping[str, Estimate]
     """Estimates by name: `friction_volts` [V]; `inertia` [kg m^2], except for an elevator; `mass` [kg] of an elevator,

@@ -16,7 +16,7 @@ TICK = 0.02  # [s], time between two samples of a run
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """Drive from standstill, or motion of a mechanism, at n sample times."""
+    """Part of a log with one motion of a robot or a mechanism, at n sample times."""
 
     name: str
     times: FloatArray

@@ -102,7 +102,7 @@ class Shot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShotFit:
-    """Result of a shooter fit."""
+    """Fitted parameters of a shooter, predictions of held-out shots, and properties that remain unknown."""
 
     estimates: dict[str, Estimate]
     """Estimates by name: `exit_efficiency` [-], and `spin`, the ratio of the spin to that of wheels without slip [-].
@@ -195,7 +195,7 @@ def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
 
 
 def _elevation(task: ShotTask, shot: Shot) -> float:
-    """Return the elevation of a shot [rad]: as measured, from the hood angle, or of a shooter without a hood.
+    """Return the elevation of a shot [rad] from the measured elevation, the hood angle, or a shooter without a hood.
 
     Raises:
         ConfigError: If the elevation of the shot is unknown.

@@ -30,7 +30,7 @@ _YEAR = Quantity("", 1992, 2992, is_whole=True)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore new-game`."""
+    """Add the arguments and options of `simcore new-game`."""
     parser.add_argument("name", metavar="NAME", help="name of the game: lower-case letters, digits and _, e.g. discs")
     parser.add_argument(
         "--year",

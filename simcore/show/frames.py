@@ -141,7 +141,7 @@ class FrameLayout:
         }
 
     def frames(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
-        """Return the frames of a recording for a page, thinned out if the recording is long.
+        """Return the frames of a recording for a page; a long recording has fewer frames per second.
 
         Returns:
             Times [s], shape (n,), and rows, shape (n, width), of each group that has columns.
@@ -212,7 +212,7 @@ class FrameLayout:
 def _picked(times: FloatArray, period: float, most: int) -> list[int]:
     """Return the indices of the times [s] to use for frames, including the last time.
 
-    The times are at least a period [s] apart, and their number is at most about `most`.
+    The times are at least a period [s] apart. The number of times is at most about `most`.
     """
     rows: list[int] = []
     for row, time in enumerate(times.tolist()):
@@ -223,7 +223,7 @@ def _picked(times: FloatArray, period: float, most: int) -> list[int]:
 
 
 def _robot_rows(poses: FloatArray, intakes: npt.NDArray[np.uint8]) -> Rows:
-    """Return frames of the group `robots`, shape (n, width).
+    """Return the rows of the group `robots`, shape (n, width).
 
     Args:
         poses: True poses of all robots, then estimated poses of all robots, NaN if unknown, shape (n, 2 * robots, 7).
@@ -245,7 +245,7 @@ _NONE, _NONE_HELD = np.empty((0, 7)), np.empty(0, dtype=np.int64)
 
 
 def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -> None:
-    """Write poses and states into the columns of pieces, skipping poses that are not finite or have no row."""
+    """Write poses and states to rows of pieces; skip poses that are not finite or whose row does not exist."""
     rows, poses = rows[: len(poses)], poses[: len(rows)]
     is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
     rows, poses = rows[is_there], poses[is_there]

@@ -113,7 +113,7 @@ class LiveView:
 
     @property
     def wants_restart(self) -> bool:
-        """Whether the run should end because a restart was requested."""
+        """Whether the current run should end, because a page or `restart` has requested a new run."""
         return self._restart is not None
 
     def restart(self, seed: int) -> None:

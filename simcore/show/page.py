@@ -1,7 +1,7 @@
 """Page of a run: a single HTML file that replays the run in two and three dimensions in any browser.
 
-The page loads nothing from the network, and the content security policy of the page forbids it. The source of the
-page's script is in `simcore/show/player/`.
+The page loads nothing from the network; the content security policy of the page forbids network access. The source of
+the page's script is in `simcore/show/player/`.
 """
 
 from __future__ import annotations

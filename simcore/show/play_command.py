@@ -283,7 +283,7 @@ def _run(
     watch: Watch,
     interrupted: Callable[[], bool],
 ) -> AutoRun:
-    """Play one run with a progress bar on stderr, so that stdout contains only the report."""
+    """Play one run with a progress bar on stderr, because stdout contains only the report."""
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),

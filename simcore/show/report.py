@@ -50,7 +50,9 @@ def paragraph(text: str) -> dict[str, object]:
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[object]], caption: str = "") -> dict[str, object]:
-    """Return a block with a table of texts and numbers; None is an empty cell. Numbers are aligned to the right.
+    """Return a block with a table of texts and numbers; None is an empty cell.
+
+    The page aligns columns of numbers to the right.
 
     Raises:
         ConfigError: If the length of a row differs from the number of columns.

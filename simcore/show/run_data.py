@@ -200,7 +200,7 @@ def report_data(
 
 @functools.lru_cache(maxsize=8)
 def _models(folder: Path | None) -> ViewModels:
-    """Load the models of a folder; without a folder, or if a model is invalid, return no models and log a warning."""
+    """Load the models of a folder, or return no models without a folder; log a warning if a model is invalid."""
     try:
         return ViewModels() if folder is None else load_models(folder)
     except ModelError as error:

@@ -41,7 +41,7 @@ _WANTED = re.compile(r"assert ([^<>=!]+) (>=|<=|==|>|<) ([^<>=!]+)")
 _SIGNS = {">=": "at least", "<=": "at most", "==": "exactly", ">": "more than", "<": "less than"}
 _TOGETHER = 0.5  # [s]; repetitions within this time count as one event
 BROWNOUT = 6.75
-"""Brownout voltage of a roboRIO 2 [V]; finds brownouts in logs without `BrownedOut`."""
+"""Brownout voltage of a roboRIO 2 [V], for logs without `BrownedOut`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class RunEvent:
     """Event of a run for the event list and the time line of a page."""
 
     time: float
-    """Time of the event [s]."""
+    """Simulated time of the event [s]."""
     kind: EventKind
     text: str
 
@@ -213,7 +213,10 @@ def failure_of(recording: Recording) -> str:
 
 
 def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
-    """Return the counts of the robots as texts, with the robots' labels if there are several; None is left out."""
+    """Return the count of each robot as text, with the label of the robot if the scene has several robots.
+
+    Robots with a count of None are left out.
+    """
     known = [(number, count) for number, count in enumerate(counts) if count is not None]
     return [str(count) if len(counts) == 1 else f"{scene.label(number)} {count}" for number, count in known]
 

@@ -50,7 +50,7 @@ _STEEL, _HANGING = "#9ea5ae", {"blue": "#4a6db0", "red": "#b0564f"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceLook:
-    """Look of one kind of piece seen from above: a disk, or a rectangle turned by the piece's attitude."""
+    """Look of one kind of piece: a disk or a box seen from above, colors, and a shape for the 3D view."""
 
     color: str
     """Color of a piece on the carpet, `#rrggbb`."""
@@ -108,7 +108,7 @@ class RobotLook:
     prefix: str = "Sim"
     """Beginning of the robot's telemetry keys, e.g. `<prefix>/Robot/Pose3d`."""
     intakes: Sequence[FloatArray] = ()
-    """Outline of each deployed intake's zone seen from above, robot frame [m], shape (n, 2)."""
+    """Outline of the zone of each deployed intake, seen from above, robot frame [m], shape (n, 2) each."""
     config: RobotConfig | None = None
     """Config of the robot; None if only telemetry is available."""
     models: Path | None = None
@@ -135,7 +135,7 @@ class RobotLook:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """Goal of an alliance at which robots shoot."""
+    """Goal of an alliance: the target of shots."""
 
     alliance: str
     center: tuple[float, float, float]
@@ -220,7 +220,7 @@ class Scene:
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)
 
     def look(self, name: str) -> PieceLook:
-        """Return the look of the kind of piece with a name, or `PLAIN_PIECE` for an unknown kind."""
+        """Return the look of the kind of piece `name`, or `PLAIN_PIECE` for an unknown kind."""
         return self.pieces.get(name, PLAIN_PIECE)
 
 
@@ -239,7 +239,7 @@ def shape_look(shape: Shape, color: str) -> PieceLook:
 
 
 def bare_scene(game: Game) -> Scene:
-    """Return a scene with the field but without robots, for runs of which only a log exists."""
+    """Return a scene with the field of a game and without robots."""
     return _scene(game, game.field.load(), ())
 
 
@@ -303,7 +303,7 @@ def _level(name: str, places: Sequence[RestingPlace]) -> LevelLook:
 
 
 def _middle(zone: Zone) -> tuple[float, float] | None:
-    """Return the x and y coordinates of the center of a zone [m]; None unless a box, cylinder or capsule."""
+    """Return x and y of the center of a box, cylinder or capsule zone [m]; None for any other zone."""
     if isinstance(zone, CylinderZone):
         return zone.center
     if isinstance(zone, BoxZone):

@@ -44,7 +44,7 @@ class ShotPath:
     """Points that the piece would score now."""
 
     def __str__(self) -> str:
-        """Return the outcome in one line."""
+        """Return the result of the shot as one line of text."""
         if self.zone:
             return f"scores in {self.zone}, {self.worth} point{'' if self.worth == 1 else 's'}"
         x, y, z = self.landing.tolist()

@@ -68,7 +68,7 @@ class Solid:
     color: str
     opacity: float
     vertices: FloatArray
-    """Vertices in the frame of the field, robot, moving part or piece with the solid [m], shape (n, 3)."""
+    """Vertices in the frame of the object that the solid shows (field, robot, part or piece) [m], shape (n, 3)."""
     faces: IntArray
     """Indices into `vertices`, three per triangle, shape (m, 3)."""
 
@@ -186,7 +186,10 @@ def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
 
 
 def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1.0) -> list[Solid]:
-    """Return the solids of a collision shape, in the frame of the shape; each part of a compound shape is drawn."""
+    """Return the solids of a collision shape in the frame of the shape.
+
+    The solid of a mesh has the same triangles. The solids of any other shape are the convex hulls of the parts.
+    """
     if isinstance(shape, Mesh):
         return [Solid(name, color, opacity, shape.vertices, shape.faces)]
     found = []
@@ -348,9 +351,9 @@ def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
 
 
 def _sketched_body(look: RobotLook) -> list[Solid]:
-    """Build the body of a robot from its config: bumpers, drivetrain, electronics and superstructure.
+    """Build the body of a robot from the config in a look: bumpers, drivetrain, electronics and superstructure.
 
-    Without a config, build the body of a typical robot. The body is stretched to the bumper size of the look.
+    Without a config, build the body of a typical robot. Scale the body to the bumper size of the look.
     """
     body = ChassisConfig() if look.config is None else look.config.body
     solids = []

@@ -101,7 +101,7 @@ class ViewDriving:
     """Current input of the drivers at the pages; at most one page drives a robot.
 
     Args:
-        actions: Names of the robots' actions, in the order of their buttons.
+        actions: Names of the robots' actions, in the order of the buttons.
         robots: Number of robots that can be driven.
         at_once: Whether a page starts driving as soon as the page is open.
         is_free: Whether a person drives without a match. The page then shows no clock, and the camera follows the

@@ -36,8 +36,8 @@ class Model:
 
     path: Path
     transform: FloatArray
-    """Homogeneous transform from the frame of the file to the frame of the field, robot, part or piece [m], shape
-    (4, 4)."""
+    """Homogeneous transform from the frame of the file to the frame of the object (field, robot, part or piece) [m],
+    shape (4, 4)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -45,10 +45,10 @@ _HEADERS = {
 
 
 class Headers(Protocol):
-    """Headers of an HTTP request, as in `websockets`."""
+    """Headers of an HTTP request."""
 
     def get_all(self, key: str) -> Sequence[str]:
-        """Return all values of the header with a name; the name is case-insensitive."""
+        """Return all values of the header `key`; the name of a header is case-insensitive."""
         ...
 
 
@@ -166,7 +166,7 @@ class ViewServer:
             self._loop.call_soon_threadsafe(self._send, message, is_frame)
 
     def close(self) -> None:
-        """Stop the server; safe to call twice."""
+        """Stop the server; a second call has no effect."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join(2.0)

@@ -128,7 +128,7 @@ class Watch:
         return None
 
     def close(self) -> None:
-        """Stop all live outputs; safe to call twice."""
+        """Stop all live outputs; a second call has no effect."""
         if self._view is not None:
             self._view.close()
         if self._control is not None:

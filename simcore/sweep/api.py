@@ -35,10 +35,10 @@ def sweep(
     Args:
         experiment: Experiment to play.
         workers: Number of processes on this machine; None for one process per core; 0 to play in this process without
-            a time limit. Runs of a robot project always have processes of their own.
-        cluster: Address of a Dask scheduler, whose workers play instead of this machine.
+            a time limit. A run of a robot project always plays in a separate process.
+        cluster: Address of a Dask scheduler; the workers of the cluster play the runs. None to play on this machine.
         out: Folder for the store of rows, `runs.sqlite`; None to keep rows only in memory.
-        on_row: Function that is called with each new row and the number of rows taken from the store.
+        on_row: Function to call with each new row and the number of rows from the store; None to call no function.
 
     Returns:
         Results of the played and the stored runs. The columns of a row are run, point, seed, the factors, the metrics,

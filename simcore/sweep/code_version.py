@@ -18,7 +18,7 @@ _APART = ("new_game", "show", "testing")
 """Packages of simcore that do not affect the result of a run; `code_version` ignores changes in these packages."""
 _SOURCES = (".cpp", ".gradle", ".h", ".java", ".json", ".obj", ".py", ".toml")
 _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
-"""Folders of a robot project that the robot program does not read."""
+"""Names of folders in a robot project that the robot program does not read."""
 
 
 @cache

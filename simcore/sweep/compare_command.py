@@ -139,8 +139,8 @@ def _played(factor: Factor, options: argparse.Namespace) -> Results:
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
     """Write a page of two logs, one of each version, and return the path of the page.
 
-    The logs are of the seed with the largest difference in the direction of the mean difference. The function plays
-    both runs again.
+    The function plays both versions again with one seed: that of the largest difference with the sign of the mean
+    difference.
     """
     factor = results.experiment.factors[0]
     by_seed: list[dict[int, float]] = [{}, {}]

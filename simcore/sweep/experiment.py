@@ -50,7 +50,7 @@ class Experiment:
     """Set of runs of scripted autos of a game, or of a robot project.
 
     All fields are plain values, paths and names. `to_json` can therefore write an experiment as JSON, and any machine
-    of a cluster can play its runs.
+    of a cluster can play the runs.
 
     Example:
         >>> experiment = Experiment(auto="left", factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(3))

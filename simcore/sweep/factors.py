@@ -55,7 +55,7 @@ _STARTS = ("start.x", "start.y", "start.heading")
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """Distribution of the values of a factor.
+    """Uniform or normal distribution from which the values of a factor are drawn.
 
     >>> Distribution("uniform", 40.0, 60.0).at(0.25)
     45.0
@@ -75,7 +75,7 @@ class Distribution:
             raise ConfigError(f"normal(mean,deviation) needs a deviation > 0, got {self}")
 
     def at(self, share: float) -> float:
-        """Return the quantile for the probability `share`, which is between 0 and 1, both excluded [-]."""
+        """Return the quantile for a probability `share` [-], 0 < share < 1."""
         if self.kind == "uniform":
             return self.first + share * (self.second - self.first)
         return NormalDist(self.first, self.second).inv_cdf(share)

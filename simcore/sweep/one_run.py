@@ -137,7 +137,9 @@ def setup_of(experiment: Experiment) -> RunSetup:
 
 
 def require_playable_runs(experiment: Experiment) -> None:
-    """Check an experiment before the first run, with each listed value of every factor, or the median if drawn.
+    """Check an experiment before the first run.
+
+    The check includes each listed value of every factor, or the median of a factor with a distribution.
 
     Raises:
         SimcoreError: If a game, auto, robot, factor or value is invalid; the message names the valid choices.

@@ -86,7 +86,7 @@ class Condition:
         return tuple(dict.fromkeys(sides))
 
     def holds(self, row: Row) -> bool:
-        """Return whether a run ended without an error, has values in all columns of the condition, and meets it.
+        """Return whether a run ended without an error, has all columns of the condition, and meets the condition.
 
         Raises:
             ConfigError: If a column contains text.
@@ -104,7 +104,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Results of all runs of an experiment.
+    """Rows of all runs of an experiment, with methods for statistics.
 
     A run that ended with an error has no metrics, is not a success, and is left out of percentiles.
     """
@@ -131,7 +131,7 @@ class Results:
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """Names of the factors."""
+        """Names of the experiment's factors."""
         return tuple(factor.name for factor in self.experiment.factors)
 
     @property
@@ -146,12 +146,12 @@ class Results:
 
     @property
     def finished(self) -> list[Row]:
-        """Runs without an error."""
+        """Rows of the runs that ended without an error."""
         return [row for row in self.rows if not row["error"]]
 
     @property
     def failures(self) -> list[Row]:
-        """Runs with an error."""
+        """Rows of the runs that ended with an error."""
         return [row for row in self.rows if row["error"]]
 
     def values(self, metric: str) -> FloatArray:

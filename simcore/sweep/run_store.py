@@ -84,7 +84,7 @@ class RunStore:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Store an experiment as the last experiment; the previous experiment is replaced.
+        """Replace the stored experiment by another experiment.
 
         Raises:
             OutputError: If the file cannot be written.

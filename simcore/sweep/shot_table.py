@@ -57,7 +57,8 @@ class ShotBand:
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
         """Simulate a grid of shots around the shots that hit the middle of the opening, and return the grid.
 
-        Shots far from these shots in speed are not simulated and count as misses.
+        Shots with less than 0.8 times or more than 1.3 times the speed that hits the middle are not simulated and count
+        as misses.
         """
         elevations = _grid(task)
         middles = _to_middle(task, stand, elevations)
@@ -162,7 +163,7 @@ def make_table(
 
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
-    """Return the row for a distance: the best shot from the first position with a usable shot, or a problem."""
+    """Return the row for a distance: the best shot from the first usable position, or the reason for no shot."""
     problem, band = "the robot does not fit on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)

@@ -208,7 +208,7 @@ class ShotTask:
         )
 
     def muzzle(self, stand: Stand, yaw: float) -> FloatArray:
-        """Return the middle of all muzzles of a robot that shoots along a yaw [rad], field frame [m], shape (3,)."""
+        """Return the mean muzzle position of a shooter that points along a yaw [rad], field frame [m], shape (3,)."""
         pos, rotation = self.robot_pose(stand, yaw)
         middle = replace(self.shooter.launch, barrels=(float(np.mean(self.barrels)),))
         place: FloatArray = (pos + to_field(rotation, muzzle_offset(middle)))[0]

@@ -176,9 +176,9 @@ def _name(metric: str) -> str:
 
 
 def _main_metric(results: Results, condition: str = "") -> str:
-    """Return the metric that is drawn over the factors; empty if no run has a metric.
+    """Return the name of the metric for the charts over the factors; empty if no run has a metric.
 
-    Metrics that differ between runs come first: those in the condition, then the score, then all others.
+    Metrics that differ between runs have priority: first the metrics in the condition, then the score, then all others.
     """
     first, varied = [*(Condition(condition).names if condition else ()), "score"], _varied_metrics(results)
     wanted = [*(name for name in first if name in varied), *varied, *first]

@@ -56,9 +56,10 @@ def play_all(
     Args:
         experiment: Experiment of the runs.
         runs: Runs to start, in this order.
-        workers: Number of processes on this machine; None for one process per core; 0 to play in this process. Runs of
-            a robot project always have processes of their own.
-        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play instead of this machine.
+        workers: Number of processes on this machine; None for one process per core; 0 to play in this process. A run of
+            a robot project always plays in a separate process.
+        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`; the workers of the cluster play the runs. None
+            to play on this machine.
 
     Raises:
         ConfigError: If the scheduler cannot be reached, or if a worker of the cluster has another version of simcore.
@@ -179,7 +180,7 @@ class Crew:
 
 
 def _begin(parent: int, output: str) -> None:
-    """Prepare a worker process: ignore Ctrl-C and redirect all output to a file; an empty name keeps the output.
+    """Prepare a worker process: ignore Ctrl-C, and redirect all output to the file `output` unless it is empty.
 
     On Linux and macOS, also start a thread that ends the process within 0.5 s of the end of the parent process.
     """

@@ -77,7 +77,7 @@ class LimelightType:
     vertical_fov_deg: float
     """Vertical field of view [deg]."""
     frame_rate: float
-    """Processed frames per second [1/s]."""
+    """Number of processed frames per second [1/s]; `CameraConfig.frame_rate` can override the value."""
     capture_latency: float
     """Time from exposure to the start of the pipeline [s]; published as `cl`."""
     pipeline_latency: float
@@ -144,10 +144,10 @@ LIMELIGHTS: dict[str, LimelightType] = {
 
 
 def limelight_type(name: str) -> LimelightType:
-    """Return the Limelight preset with a name: LL3, LL3A, LL3G or LL4.
+    """Return the Limelight preset `name`: LL3, LL3A, LL3G or LL4.
 
     Raises:
-        UnknownNameError: If no preset has this name; the message lists the nearest names.
+        UnknownNameError: If no preset has this name; the message lists similar names and all known names.
 
     >>> round(limelight_type("LL4").focal_length[0])
     736
@@ -205,7 +205,7 @@ class CameraMount:
     y: float = 0.0
     """y coordinate of the camera, left of the robot's center [m]."""
     z: float = 0.0
-    """Height above the carpet [m]."""
+    """Height of the camera above the carpet [m]."""
     roll_deg: float = 0.0
     """Roll about the camera's x axis, positive by the right-hand rule [deg]."""
     pitch_deg: float = 0.0
@@ -239,21 +239,22 @@ class CameraMount:
 class CameraBias:
     """Standard deviations of the constant errors in the poses and focal length that robot code assumes.
 
-    The errors are drawn once per match from the match's seed. All cameras share the same tag errors.
-    `CameraBias.none()` has no errors. All values are estimates, within a factor of 3.
+    The errors depend on the seed of the match and are constant during a match. All cameras of a match have the same tag
+    errors. `CameraBias.none()` has no errors. All values are estimates, within a factor of 3.
     """
 
     tag_position: float = 0.002
-    """Position error of each tag along each field axis [m]. With the default, the estimated pose of a robot at rest
-    shifts by about 2 cm when a second tag becomes visible (58 mm were measured on one robot)."""
+    """Standard deviation of the position error of each tag along each field axis [m]. With the default, the estimated
+    pose of a robot at rest shifts by about 2 cm when a second tag becomes visible (measured on one robot: 58 mm)."""
     tag_angle_deg: float = 0.3
-    """Angle error of each tag about each field axis [deg]."""
+    """Standard deviation of the angle error of each tag about each field axis [deg]."""
     mount_position: float = 0.002
-    """Position error of the camera on the robot along each camera axis, after calibration by measured distances [m]."""
+    """Standard deviation of the error of the mounting position along each camera axis [m], after a calibration with
+    measured distances."""
     mount_angle_deg: float = 0.1
-    """Angle error of the camera about each camera axis [deg]."""
+    """Standard deviation of the error of the mounting angle about each camera axis [deg]."""
     focal_length: float = 0.003
-    """Relative error of the calibrated focal length [-]."""
+    """Standard deviation of the relative error of the calibrated focal length [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -332,7 +333,7 @@ class CameraConfig:
     """Config of a camera on a robot."""
 
     name: str = "limelight"
-    """Name of the camera's NetworkTables table in robot code."""
+    """Name of the camera in robot code, which is also the name of the camera's NetworkTables table; without '/'."""
     maker: Literal["limelight", "photonvision"] = "limelight"
     """Vendor whose NetworkTables protocol the camera uses; `simcore.robotcode.makers.photonvision` implements
     PhotonVision's."""
@@ -356,7 +357,7 @@ class CameraConfig:
 
     @property
     def rate(self) -> float:
-        """Frame rate in effect [1/s]."""
+        """Frame rate of the camera [1/s]: `frame_rate`, or the frame rate of `type`."""
         return self.frame_rate if self.frame_rate is not None else self.type.frame_rate
 
 

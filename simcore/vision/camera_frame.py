@@ -58,7 +58,7 @@ class TagSighting:
     """Detection of a tag in an image."""
 
     id: int
-    """Id of the tag."""
+    """AprilTag id."""
     pixels: Corners
     """Corners lower left, lower right, upper right, upper left, as seen facing the tag [px]."""
     tx_deg: float
@@ -149,7 +149,8 @@ class ImuReading:
     rates_dps: Vector
     """Rates of roll, pitch and yaw [deg/s]."""
     acceleration_g: Vector
-    """Acceleration measured at rest, in robot axes [g]: (0, 0, 1) for a level robot. Motion adds nothing."""
+    """Accelerometer reading of a robot at rest, in robot axes [g]: (0, 0, 1) for a level robot. The acceleration of a
+    moving robot is not included."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -157,7 +158,7 @@ class Frame:
     """Results that a camera publishes for one frame."""
 
     number: int
-    """Number of the frame, one higher for each exposure; published as the heartbeat."""
+    """Number of the frame from 1, skipped frames included; published as the heartbeat."""
     time: float
     """Simulated time of the exposure [s]."""
     published: float
@@ -169,7 +170,7 @@ class Frame:
     pipeline: int
     """Number of the pipeline that processed the frame."""
     pipeline_kind: str
-    """Kind of that pipeline, `tags` or `pieces`."""
+    """Kind of the pipeline that processed the frame, `tags` or `pieces`."""
     json: bool
     """Whether the camera also publishes the frame as JSON."""
     tags: tuple[TagSighting, ...] = ()

@@ -1,4 +1,4 @@
-"""History of robot poses for exposures, and the heading that MegaTag 2 uses, from robot code or an IMU."""
+"""Histories of robot poses and angles, and the source of the heading for MegaTag 2: robot code or the camera's IMU."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ class _History(Generic[_Value]):
             del times[:32], self._values[:32]
 
     def _look_up(self, time: float) -> _Value | None:
-        """Return the interpolated value at a time [s]; the nearest value outside the samples; None without samples."""
+        """Return the interpolated value at a time [s], or None without samples.
+
+        Before the first or after the last sample, return the nearest value.
+        """
         times, values = self._times, self._values
         k = bisect_right(times, time)
         if not times or k == len(times):
@@ -83,7 +86,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
         """Add a pose at a time [s].
 
-        First clear the history if the time is not later than the last time or if the position moved by over 30 m/s.
+        Clear the history first if the time is not later than the last time, or if the position changed at over 30 m/s.
         """
         if self._times:
             step = time - self._times[-1]

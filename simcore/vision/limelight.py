@@ -1,4 +1,4 @@
-"""Simulation of a camera that exposes frames at a fixed rate and publishes their results after a latency."""
+"""Simulation of a camera that exposes frames at a fixed rate and publishes the results after a latency."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class LimelightSim:
 
     Args:
         config: Config of the camera.
-        layout: Tags of the field at their nominal poses, as assumed by robot code.
+        layout: Tags of the field at the nominal poses, which robot code assumes.
         rng: Random generator for noise, bias, and the time of the first exposure.
         robot: Number of the robot that carries the camera.
         ports: Connections to robot code; the camera publishes each frame on all ports.
@@ -188,7 +188,8 @@ class LimelightSim:
     def request(self, request: CameraRequest, time: float) -> None:
         """Apply a request of robot code at the current time [s].
 
-        An invalid request has no effect. The method logs a warning and counts the request in `bad_requests`.
+        An invalid request does not change a setting. The method counts invalid requests in `bad_requests`, and logs a
+        warning for each kind of problem once.
         """
         topic, values = request.topic, request.values
         if topic not in INPUTS and topic != _ORIENTATION:
@@ -255,7 +256,7 @@ class LimelightSim:
     def move_to(self, mount: CameraMount) -> None:
         """Change the true and the configured mount of the camera; keep the mounting error.
 
-        The change applies from the next exposed frame on.
+        The change applies from the next frame on.
         """
         self._mount = camera_pose(mount.position, mount.rotation, *self._mount_bias)
         self.settings.mount = limelight_mount(mount)

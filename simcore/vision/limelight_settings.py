@@ -131,7 +131,7 @@ INPUTS = {
     ),
     "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
-"""Settings by topic, without `robot_orientation_set`: `HeadingSource` records the orientations with their times."""
+"""Settings by topic. `robot_orientation_set` is not included, because `HeadingSource` keeps all recent orientations."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",

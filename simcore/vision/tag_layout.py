@@ -120,7 +120,7 @@ class TagLayout:
         return cls(*arrays[:4], field_size, size, *arrays[4:])
 
     def displaced(self, offsets: FloatArray) -> TagLayout:
-        """Return a copy in which each tag is displaced.
+        """Return a copy of the layout with rotated and translated tags.
 
         Args:
             offsets: Rotation vector about the tag's center [rad] and translation [m], field axes, shape (n, 6).
@@ -168,7 +168,7 @@ def official_layout(name: str) -> TagLayout:
     """Load an official layout by short name or by WPILib's name (`k2026RebuiltWelded`).
 
     Raises:
-        UnknownNameError: If no layout has this name; the message lists the nearest names.
+        UnknownNameError: If no layout has this name; the message lists similar names and all known names.
     """
     known = _official_rows()
     layout = known.get(OFFICIAL_LAYOUTS.get(name, name))

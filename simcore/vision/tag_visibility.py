@@ -113,7 +113,10 @@ class Occlusion:
         return free
 
     def _refresh(self, rows: Sequence[int], pos: Vector, sight: SightLines, time: float) -> None:
-        """Cast rays to the tags without a result of the last 0.1 s from within 30 cm of the camera position."""
+        """Cast rays to the tags without a valid result.
+
+        A result is valid for 0.1 s, while the camera is within 30 cm of the position at the time of the result.
+        """
         stale = []
         for row in rows:
             last = self._known.get(row)
