@@ -51,7 +51,7 @@ class MirroredPorts:
         self.has_started = False
         """Whether the program has reached its main loop."""
         self.errors: list[str] = []
-        """Errors and warnings reported by the program; the caller clears the list after reading."""
+        """Errors and warnings that the program has reported. The caller clears the list after reading."""
         self._state: dict[str, dict[tuple[int, int], float]] = {name: {} for name in OUTPUTS}
         self._open: dict[tuple[str, int], Any] = {}
         self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []

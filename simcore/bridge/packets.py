@@ -40,7 +40,7 @@ INPUTS = {
 }
 """Argument patterns of the HAL functions that write inputs, by name without `HALSIM_`.
 
-The position of a function in the dictionary is the kind of its records.
+The position of a function in the dictionary is the kind of the records for the function.
 """
 OUTPUTS: dict[str, tuple[str, int, int]] = {
     "GetProgramStarted": ("I", 1, 1),
@@ -93,7 +93,7 @@ class Record(NamedTuple):
 
 
 def definitions() -> list[Record]:
-    """Return the records of the first frame; the records define the functions in `INPUTS` and `OUTPUTS`."""
+    """Return the records that define the functions in `INPUTS` and `OUTPUTS`, for the first frame."""
     inputs = enumerate(INPUTS.items())
     found = [Record(_DEFINE_INPUT, _CALLS.index(call), row, 1.0, name.encode()) for row, (name, call) in inputs]
     rows = OUTPUTS.items()

@@ -43,7 +43,7 @@ class RobotProcess:
 
     Args:
         command: Command that starts the program; empty if another process starts the program.
-        patience: Limit of the wall time until the program connects and reaches its first loop [s].
+        patience: Limit of the wall time until the program connects and reaches the first loop [s].
         hang: Limit of the wall time of one step [s].
         output: File for the console output of the program; None for no file.
         shows: Number of lines of console output to copy to stderr.
@@ -218,7 +218,7 @@ class RobotProcess:
         )
 
     def close(self) -> None:
-        """End the program and its child processes, by force if necessary."""
+        """End the program and all child processes of the program, by force if necessary."""
         self._listener.close()
         if self._connection is not None:
             with contextlib.suppress(OSError):

@@ -128,7 +128,7 @@ def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Seq
 def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
     """Return the sample times of a run between two times [s].
 
-    The result is the sample times of the signal `name` if they are evenly spaced, otherwise times every 20 ms.
+    If the signal `name` has evenly spaced samples, the result is the times of these samples, otherwise a 20 ms grid.
     """
     times = log.signals[name].times
     times = times[(times >= begin - 1e-9) & (times <= end + 1e-9)]

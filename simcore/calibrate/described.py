@@ -1,4 +1,4 @@
-"""Description of the robot that recorded a log, from simcore.toml and the robot program; by default the kit chassis."""
+"""Description of the robot that recorded a log, from simcore.toml and the robot program, or of the kit chassis."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def described(folder: Path) -> Described:
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
-    """Build the drivetrain from the settings in simcore.toml only; a tank drive if `[drivetrain]` gives no kind."""
+    """Build the drivetrain config from the settings in simcore.toml only, by default a tank drive."""
     said = settings.drivetrain
     own = {key: value for key, value in said.measures.items() if key not in ("wheel_diameter", "reversed")}
     own |= {name: motor(own[name]) for name in ("drive_motor", "steer_motor") if name in own}
@@ -109,6 +109,6 @@ def _of_file(settings: RobotSettings) -> DriveConfig:
 
 
 def _devices(said: DrivetrainSettings) -> dict[str, str]:
-    """Return the side of each drive motor by the name in URCL logs; empty except for a tank drive."""
+    """Return the side of each drive motor by the motor's name in URCL logs; a side is empty if not of a tank drive."""
     sides = ("left", "right") if said.kind == "tank" and len(said.drive) == 2 else ("",) * len(said.drive)
     return {f"Spark-{address}": side for side, row in zip(sides, said.drive, strict=True) for address in row}

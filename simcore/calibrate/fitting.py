@@ -53,7 +53,7 @@ class Estimate:
         return Estimate(function(self.value), low, high)
 
     def around(self, other: float) -> Estimate:
-        """Return an estimate whose interval is extended to include another value."""
+        """Return the estimate with the interval extended to include another value."""
         return Estimate(self.value, min(self.low, other), max(self.high, other))
 
 

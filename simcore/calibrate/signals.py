@@ -20,20 +20,20 @@ class Signal:
     """Time series of a logged number."""
 
     times: FloatArray
-    """Sample times, increasing [s], shape (n,)."""
+    """Sample times in ascending order [s], shape (n,)."""
     values: FloatArray
     """Sample values in the signal's unit, shape (n,)."""
     unit: str = ""
     """Unit given by the log; empty if the log gives no unit."""
     is_kept: bool = False
-    """Whether the signal was logged only when its value changed."""
+    """Whether the log contains a sample of the signal only for each change of the value."""
 
 
 _NOT = {
     "setpoint", "goal", "target", "desired", "reference", "error", "turn", "turning", "steer", "azimuth", "absolute",
     "temp", "temperature", "acceleration", "odometry", "measured", "rate", "autospeed",
 }  # fmt: skip
-"""Words that exclude a signal if the name contains one of them, for example words for setpoints and steer motors."""
+"""Words that exclude a signal if the name contains one of the words, e.g. words for setpoints and steer motors."""
 _SIDES = {
     **dict.fromkeys(("left", "l", "fl", "bl", "rl", "lf", "lr", "lb"), "left"),
     **dict.fromkeys(("right", "r", "fr", "br", "rr", "rf", "rb"), "right"),

@@ -54,7 +54,7 @@ class Chart:
     unit: str
     curves: Sequence[Curve]
     limit: float | None = None
-    """Critical value; the chart has a line at this value if a curve comes close to it. None without a limit."""
+    """Critical value, drawn as a line if a curve comes close to the value; None without a limit."""
     limit_label: str = ""
     from_zero: bool = True
     group: str = ""

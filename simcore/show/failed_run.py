@@ -46,10 +46,10 @@ def save_failed_run(
     title: str = "",
     note: str = "",
 ) -> FailedRunFiles:
-    """Write the log and the page of a run that may have ended early; report errors instead of raising them.
+    """Write the log and the page of a run that may have ended early, and report errors in the result.
 
     Args:
-        recording: Recording of the run; add it by `game.sinks.append(recording)` before the first tick.
+        recording: Recording of the run, which `game.sinks.append(recording)` adds before the first tick.
         folder: Folder for the files, created if missing; existing files are overwritten.
         name: File name without suffix; characters that file systems forbid are replaced.
         scene: Scene of the run, from `game.scene()`; None for an empty field that is large enough for the motion.

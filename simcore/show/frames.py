@@ -1,7 +1,7 @@
 """Frames: rows of 16-bit numbers that the player draws.
 
-A page of a recording contains all frames. A live run sends one frame at a time. A frame has four groups of columns, and
-each group has its own times:
+The page of a recording contains all frames. A live run sends single frames. A frame has four groups of columns, and
+each group has separate times:
 
 - `robots`: for each robot, position `x, y, z` [mm] and quaternion `w, x, y, z` [1/32767], estimated position `x, y`
   [mm] and yaw [0.1 mrad], and 1 while the intake takes pieces in. An unknown position is `AWAY`.

@@ -1,4 +1,4 @@
-"""Live view of a run on web pages: it sends frames to the pages, paces the run, and executes the pages' commands."""
+"""Live view, which sends frames of a run to web pages, paces the run, and executes commands of the pages."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class LiveView:
         return self._server.has_viewers
 
     def sink(self) -> TelemetrySink:
-        """Return a new telemetry sink for one run; the page stays open when the sink is closed."""
+        """Return a new telemetry sink for one run. Closing the sink does not close the pages."""
         return _ViewSink(self)
 
     def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
@@ -192,7 +192,7 @@ class LiveView:
         self._say({"type": "run", "meta": meta, "data": packed(block.data)}, keep=True)
 
     def _say(self, message: dict[str, Any], *, keep: bool = False) -> None:
-        """Send a message to all pages; with `keep`, also to pages that connect later."""
+        """Send a message to all pages, and if `keep` is true, also to pages that connect later."""
         text = json.dumps(message, separators=(",", ":"), allow_nan=False)
         if keep:
             self._greeting = [*self._greeting, text]

@@ -1,4 +1,4 @@
-"""Named colors for all pages, in light and in dark mode; pages use the colors as CSS variables."""
+"""Named colors for all pages, in light and in dark mode, as CSS variables."""
 
 from __future__ import annotations
 

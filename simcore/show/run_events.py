@@ -136,7 +136,7 @@ def changing_rows(recording: Recording, scene: Scene) -> IntArray:
 
 
 class ChangeRecord:
-    """Record of the changes of named values during a run; None means that a value is missing from then on."""
+    """Record of the changes of named values during a run, with None for a value that is no longer present."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
@@ -193,7 +193,7 @@ def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
 
 
 def ending_of(recording: Recording) -> list[str]:
-    """Return the recorded failure of a run's test and the recorded warnings; empty without both."""
+    """Return the recorded failure of a run's test and the recorded warnings; empty if neither was recorded."""
     texts = [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
     return [_OBJECT.sub(r"\1", text) for text in texts]
 

@@ -100,7 +100,7 @@ PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLook:
-    """Look of one robot, and the prefix of its telemetry keys."""
+    """Look of one robot, and the prefix of the robot's telemetry keys."""
 
     bumpers: tuple[float, float]
     """Length and width over the bumpers [m]."""
@@ -244,7 +244,7 @@ def bare_scene(game: Game) -> Scene:
 
 
 def scene_of(match: Match) -> Scene:
-    """Return the scene of a match; the match may already be closed."""
+    """Return the scene of a match that is in progress or closed."""
     from simcore.show.robot_outlines import intake_outlines  # not needed for logs: imports all robot modules
 
     robots, parts = [], [component.name for component in match.game.robot().components]

@@ -90,7 +90,9 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
 
 
 def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
-    """Play one tick of a match of a game, and return a snapshot; the first half of the robots is blue, the others red.
+    """Play one tick of a match, and return a snapshot.
+
+    The first half of the robots, rounded up, is in the blue alliance.
 
     Args:
         game: Game of the match.
@@ -264,7 +266,7 @@ def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any
 
 
 def _key(name: str) -> str:
-    """Return AdvantageScope's name for a telemetry key; live data and simcore's logs have equal names."""
+    """Return AdvantageScope's name for a telemetry key, which is equal for live data and simcore's logs."""
     return f"NT:/{name}"
 
 

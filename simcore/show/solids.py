@@ -83,9 +83,9 @@ class RobotSolids:
 
 @functools.lru_cache(maxsize=128)
 def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
-    """Read the solids of a GLB file; the color of a textured mesh is the mean color of the texture.
+    """Read the solids of a GLB file, or return the cached solids.
 
-    The function caches the results.
+    The color of a textured mesh is the mean color of the texture.
 
     Args:
         model: File, and the transform to the frame of the field, robot, moving part or piece.
@@ -113,7 +113,7 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """Return the solids of a robot, from GLB models if these fit the robot, otherwise built from the robot's config.
+    """Return the solids of a robot from GLB models, or build the solids from the config if no models fit the robot.
 
     Args:
         look: Look of the robot.
@@ -234,7 +234,7 @@ def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
 
 
 def _ball_points(radius: float) -> FloatArray:
-    """Return points on the surface of a ball, shape (n, 3)."""
+    """Return points on the surface of a ball around the origin [m], shape (n, 3)."""
     turn, up = np.meshgrid(np.arange(16) * math.tau / 16, np.linspace(-0.5 * math.pi, 0.5 * math.pi, 9))
     points = np.stack((np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)), axis=-1)
     return radius * points.reshape(-1, 3)
@@ -286,7 +286,7 @@ def _joined(solids: Sequence[Solid]) -> list[Solid]:
 
 
 def _split(solid: Solid) -> Iterator[Solid]:
-    """Split a solid with more than `_MOST_VERTICES` vertices; yield other solids unchanged."""
+    """Yield parts of a solid with at most `_MOST_VERTICES` vertices each."""
     step = _MOST_VERTICES // 3
     if len(solid.vertices) <= _MOST_VERTICES:
         yield solid
@@ -303,7 +303,7 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
-    """Return the convex hull of points [m] as a solid; triangles share no vertices, because edges must look sharp."""
+    """Return the convex hull of points [m] as a solid with separate vertices for each triangle, for sharp edges."""
     import trimesh  # importing it takes half a second
 
     mesh = trimesh.convex.convex_hull(corners)
@@ -325,7 +325,7 @@ def _component(key: str, number: int) -> PartPose:
 def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
     """Return the boxes of bumpers, belly pan and swerve modules by name: lower corner, upper corner [m] and color.
 
-    The color of the bumpers is empty for the color of the alliance.
+    The color of a bumper is empty, because the page draws bumpers in the color of the alliance.
     """
     length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
     low, high = body.clearance + 0.02, body.bumper_top

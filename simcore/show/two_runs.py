@@ -1,4 +1,4 @@
-"""Page of two runs at the same time: the field of the first run, with the robots, shots and scores of both runs."""
+"""Page that replays two runs together: the field of the first run, with the robots, shots and scores of both runs."""
 
 from __future__ import annotations
 
@@ -116,6 +116,6 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
 
 
 def _kept(old: Mapping[str, _Value], new: Mapping[str, _Value]) -> dict[str, _Value]:
-    """Return the values of robot 0, pieces and match of the old run, and those of robot 0 of the new run as robot 1."""
+    """Return the old run's values of robot 0, pieces and match, and the new run's values of robot 0 as robot 1."""
     kept = {key: value for key, value in old.items() if not key.startswith(_OF_ONE)}
     return kept | {f"Sim/Robots/1/{key.removeprefix('Sim/')}": v for key, v in new.items() if key.startswith(_OWN)}

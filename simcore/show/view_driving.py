@@ -91,14 +91,14 @@ def _numbers(name: str, values: object) -> list[float]:
 
 
 def _beyond_dead_band(*stick: float) -> tuple[float, ...]:
-    """Apply a radial deadband to the axes of a stick; the size is 0 at the edge of the deadband and at most 1."""
+    """Apply a radial deadband to the axes of a stick, and scale the deflection beyond the deadband to 0 to 1."""
     size = math.hypot(*stick)
     share = max(0.0, min(1.0, size) - _DEAD_BAND) / (1.0 - _DEAD_BAND) / max(size, 1e-9)
     return tuple(share * value for value in stick)
 
 
 class ViewDriving:
-    """Current input of the drivers at the pages; at most one page drives a robot.
+    """Current input of the drivers at the pages, from at most one page per robot.
 
     Args:
         actions: Names of the robots' actions, in the order of the buttons.

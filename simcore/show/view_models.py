@@ -113,7 +113,8 @@ def _transform(folder: str, rotations: Any, position: Any) -> FloatArray:
     """Return the homogeneous transform of successive rotations followed by a translation, shape (4, 4).
 
     Raises:
-        ModelError: If `rotations` is not a list of `{"axis": "x", "degrees": 90}` or `position` not three numbers.
+        ModelError: If `rotations` is not a list of objects such as `{"axis": "x", "degrees": 90}`, or if `position` is
+            not a list of three numbers.
     """
     matrix = np.eye(4)
     try:

@@ -161,7 +161,10 @@ class ViewServer:
         return bool(self._clients)
 
     def send(self, message: str | bytes, *, is_frame: bool = False) -> None:
-        """Send a message to all pages without waiting; a page with too much unsent data does not get frames."""
+        """Send a message to all pages without waiting.
+
+        If `is_frame` is true, skip pages with too much unsent data.
+        """
         if self._clients:
             self._loop.call_soon_threadsafe(self._send, message, is_frame)
 

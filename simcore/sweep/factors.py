@@ -163,7 +163,7 @@ def parse_factor(text: str) -> Factor:
 
 
 def _steps(name: str, first: float, last: float, step: float) -> tuple[float, ...]:
-    """Return the values from `first` to `last` in equal steps; `last` is included if a step reaches it.
+    """Return the values from `first` to `last` in equal steps, including `last` if a step ends there.
 
     Raises:
         ConfigError: If the step is zero or has the wrong sign, or if there are more than 100,000 values.
@@ -221,8 +221,8 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
     """Return a copy of a setup with factors set to values.
 
     Raises:
-        ConfigError: If a factor does not exist or a value is invalid; the message gives the nearest names or the
-            valid values.
+        ConfigError: If a factor does not exist or a value is invalid; the message contains similar names or the valid
+            values.
     """
     for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # an auto sets the start
         if name.partition(".")[0] in PLAYED:
@@ -242,8 +242,8 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
     Factors of other configs and of `PLAYED` are ignored.
 
     Raises:
-        ConfigError: If a `robot.` factor or its value is invalid, or if the first word of a name is in neither
-            `CONFIGS` nor `PLAYED`.
+        ConfigError: If the path or the value of a `robot.` factor is invalid, or if the first word of a name is in
+            neither `CONFIGS` nor `PLAYED`.
     """
     for name, value in values.items():
         first, *path = name.split(".")

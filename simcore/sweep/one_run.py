@@ -40,7 +40,7 @@ _OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
 
 
 def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Play a run in this process and return the run's row; report any error of the run in the row.
+    """Play a run in this process, and return the row of the run, with the error if the run fails.
 
     Args:
         experiment: Experiment of the run. A process can play only one run of a robot project.

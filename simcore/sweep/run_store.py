@@ -1,4 +1,4 @@
-"""SQLite store of the results of a sweep; the store writes each row at once, so an interrupted sweep can resume.
+"""SQLite store that writes each row of a sweep at the end of the run, so an interrupted sweep can resume.
 
 `PRAGMA user_version` is the version of the tables. The table `experiment` contains the last experiment. The table
 `runs` contains a row for each run, with a key from `Experiment.run_keys`.
@@ -21,7 +21,7 @@ __all__ = ["FILE_NAME", "VERSION", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
 VERSION = 2
-"""Version of the format of the tables; a store of another version cannot be opened."""
+"""Version of the table format; `RunStore` refuses a file of another version."""
 _TABLES = (
     "CREATE TABLE experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL)",
     "CREATE TABLE runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL)",

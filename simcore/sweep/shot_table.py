@@ -1,6 +1,6 @@
 """Shot table: the shot with the best margin at each distance, and the fraction of scattered shots that go in.
 
-The table simulates a grid of elevations and speeds around the solutions of `solve_shot`. For each elevation, the
+`make_table` simulates a grid of elevations and speeds around the solutions of `solve_shot`. For each elevation, the
 candidate has the middle speed of the range that goes in. The margin of a candidate is the smallest error of speed or
 elevation for which the shot misses, in standard deviations of the scatter. The row has the candidate with the best
 margin. Simulated shots with scatter around this candidate give the fraction that goes in.

@@ -45,7 +45,7 @@ class Stand(NamedTuple):
     """Bearing from the robot to the target, field frame [rad]."""
 
     def place(self, middle: FloatArray) -> tuple[float, float]:
-        """Return x and y of the robot's origin, field frame [m], for an opening whose middle is at `middle`."""
+        """Return x and y of the robot's origin, field frame [m], for a target opening with the middle at `middle`."""
         x, y, _ = middle.tolist()
         return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
 
@@ -252,7 +252,12 @@ class ShotTask:
         return StandingField.of(self.game.field.load().elements, CARPET)
 
     def fly(self, balls: Balls, *, clean: bool = False) -> ShotOutcomes:
-        """Simulate the flights of balls through the field, and return the outcomes; `fly_shots` explains `clean`."""
+        """Simulate the flights of balls through the field, and return the outcomes.
+
+        Args:
+            balls: Balls at the start of the flight.
+            clean: Whether to end the flight of a shot that misses the opening or touches the rim or an obstacle.
+        """
         return fly_shots(self.field, balls, self.opening, self.zone.zone, downward=self.zone.downward, clean=clean)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:

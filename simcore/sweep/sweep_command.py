@@ -148,7 +148,7 @@ def run(options: argparse.Namespace) -> int:
     """Play the sweep, print a summary and write the page; with `--repeat`, play one run of an earlier sweep again.
 
     Returns:
-        Exit status: 0 if no run ended with an error, 1 if a run did, 130 after an interrupt.
+        Exit status: 0 if no run ended with an error, 1 if at least one run ended with an error, 130 after an interrupt.
 
     Raises:
         SimcoreError: If the sweep cannot be played.
@@ -179,7 +179,7 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Raise `KeyboardInterrupt` on SIGTERM in the block, so the sweep ends its worker processes.
+    """Raise `KeyboardInterrupt` on SIGTERM in the block, because an interrupted sweep ends the worker processes.
 
     The context manager has no effect outside the main thread.
     """
@@ -245,7 +245,7 @@ def _print_replays(results: Results, out: Path) -> None:
 def _repeat(options: argparse.Namespace) -> int:
     """Play a stored run again with console output, write the log and the page of the run, and return exit status 0.
 
-    The function does not catch errors of the run, and it writes the page also for a run that fails.
+    The function does not catch errors of the run. The page is also written for a run that fails.
     """
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
@@ -267,9 +267,9 @@ def _repeat(options: argparse.Namespace) -> int:
 
 
 def _draw(log: Path) -> None:
-    """Write the page of a log, and print the paths of the page and the log; print an error instead of raising it.
+    """Write the page of a log, and print the paths of the page and the log; do nothing if the log does not exist.
 
-    If the log does not exist, do nothing.
+    If the page cannot be written, print the reason instead of raising an error.
     """
     if not log.is_file():  # the run failed before it began
         return

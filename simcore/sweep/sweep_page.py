@@ -30,7 +30,7 @@ _NAMES = {
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
     "hit_share": "share of hits", "flying": "in the air at the end",
 }  # fmt: skip
-"""Labels of metrics on the page, by column name; a metric that is not listed has its column name as label."""
+"""Labels of metrics on the page, by column name; the label of any other metric is the column name."""
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 
@@ -186,7 +186,10 @@ def _main_metric(results: Results, condition: str = "") -> str:
 
 
 def _varied_metrics(results: Results) -> list[str]:
-    """Return the metrics that differ between runs; of metrics with equal values in every run, only the first."""
+    """Return the metrics that differ between runs.
+
+    If several metrics have the same value in every run, return only the first of these metrics.
+    """
     found: dict[tuple[Any, ...], str] = {}
     for name in results.metrics:
         values = tuple(row.get(name) for row in results.finished)
@@ -196,7 +199,7 @@ def _varied_metrics(results: Results) -> list[str]:
 
 
 def _spread_metrics(results: Results) -> list[str]:
-    """Return the metrics whose range over all runs is larger than 0.001 and 0.1 % of the largest absolute value."""
+    """Return the metrics with a range over all runs that exceeds 0.1 % of the largest absolute value, and 0.001."""
     found = []
     for name in _varied_metrics(results):
         values = results.values(name)

@@ -1,9 +1,9 @@
-"""Worker processes that play runs on this machine or on a Dask cluster; the results are equal bit for bit.
+"""Worker processes that play runs on this machine or on a Dask cluster, with bit-identical results.
 
 Each process is a joblib loky pool with a single worker. The waiting thread can therefore identify a process that died,
 and can end a process that takes too long. The process of a robot project plays only one run; other processes play
-further runs. On a cluster, each Dask worker starts processes on its own machine. (`joblib.Parallel` is not used: with
-Dask, it waits forever for the task of a lost worker, because Dask does not call the callbacks of the backend.)
+further runs. On a cluster, each Dask worker starts processes on the worker's machine. (`joblib.Parallel` with Dask
+would wait forever for the task of a lost worker, because Dask does not call the callbacks of the backend.)
 """
 
 from __future__ import annotations
@@ -51,7 +51,9 @@ Row = dict[str, Any]
 def play_all(
     experiment: Experiment, runs: Sequence[PlannedRun], *, workers: int | None = None, cluster: str | None = None
 ) -> Iterator[Row]:
-    """Play runs, and yield the row of each run when the run has ended; end the processes when the iterator is closed.
+    """Play runs, and yield the row of each run at the end of the run.
+
+    Closing the iterator ends the processes.
 
     Args:
         experiment: Experiment of the runs.
@@ -180,7 +182,7 @@ class Crew:
 
 
 def _begin(parent: int, output: str) -> None:
-    """Prepare a worker process: ignore Ctrl-C, and redirect all output to the file `output` unless it is empty.
+    """Prepare a worker process: ignore Ctrl-C, and redirect all output to the file `output`, unless "" is given.
 
     On Linux and macOS, also start a thread that ends the process within 0.5 s of the end of the parent process.
     """
@@ -222,7 +224,7 @@ def _threads(count: int) -> Iterator[tuple[Submit, int]]:
 
 
 _crew = Crew()
-"""Pool of processes that this process uses if it is a Dask worker."""
+"""Pool of processes for the runs that a Dask worker plays in this process."""
 
 
 def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> Row:
@@ -234,7 +236,7 @@ def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> R
 
 @contextmanager
 def _dask(address: str) -> Iterator[tuple[Submit, int]]:
-    """Connect to a Dask scheduler; yield a function that submits a run, and the number of runs to submit at once.
+    """Connect to a Dask scheduler, and yield a function that submits a run and the number of runs to submit at once.
 
     Raises:
         ConfigError: If no scheduler with a worker answers, or a worker has another version of simcore.

@@ -333,16 +333,16 @@ class CameraConfig:
     """Config of a camera on a robot."""
 
     name: str = "limelight"
-    """Name of the camera in robot code, which is also the name of the camera's NetworkTables table; without '/'."""
+    """Name of the camera in robot code and name of the camera's NetworkTables table; a name must not contain '/'."""
     maker: Literal["limelight", "photonvision"] = "limelight"
-    """Vendor whose NetworkTables protocol the camera uses; `simcore.robotcode.makers.photonvision` implements
-    PhotonVision's."""
+    """Vendor of the camera, which determines the NetworkTables protocol. `simcore.robotcode.makers.photonvision`
+    implements the protocol of PhotonVision."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
     """Nominal pose of the camera on the robot, without bias. Robot code can configure another pose through the topic
     `camerapose_robotspace_set`."""
     pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
-    """Pipelines in the order of their numbers, which start at 0; 1 to 10 pipelines."""
+    """Pipelines of the camera, from 1 to 10; the index is the pipeline number."""
     frame_rate: float | None = None
     """Frame rate [1/s]; None for the frame rate of `type`."""
     bias: CameraBias = field(default_factory=CameraBias)

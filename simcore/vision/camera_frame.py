@@ -1,6 +1,7 @@
 """Results of a camera frame: tags, pieces and robot poses, as plain records for any protocol.
 
-The records must not be modified; they are not frozen, because frozen dataclasses take three times as long to create.
+The records must not be modified. The classes are not frozen, because a frozen dataclass takes three times as long to
+create.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class TagSighting:
     id: int
     """AprilTag id."""
     pixels: Corners
-    """Corners lower left, lower right, upper right, upper left, as seen facing the tag [px]."""
+    """Corners in the order lower left, lower right, upper right, upper left, as seen facing the tag [px]."""
     tx_deg: float
     """Horizontal angle from the principal point to the tag's center, positive to the right [deg]."""
     ty_deg: float
@@ -91,7 +92,7 @@ class PieceSighting:
     class_name: str
     """Name of the piece's class in the detector."""
     pixels: Corners
-    """Corners upper left, upper right, lower right, lower left of the bounding box [px]."""
+    """Corners of the bounding box in the order upper left, upper right, lower right, lower left [px]."""
     tx_deg: float
     """Horizontal angle from the principal point to the box's center, positive to the right [deg]."""
     ty_deg: float
@@ -99,8 +100,7 @@ class PieceSighting:
     area_percent: float
     """Area of the box as a percentage of the image [%]."""
     distance: float
-    """True distance from the camera to the piece's center [m]. Detections are sorted by this distance; the camera does
-    not publish it."""
+    """True distance from the camera to the piece's center [m], for sorting the detections; not published."""
     slot: int
     """Index of the piece in the arrays of `CameraScene`."""
 
@@ -145,7 +145,7 @@ class ImuReading:
     pitch_deg: float
     """Pitch of the robot [deg]."""
     internal_yaw_deg: float
-    """Yaw of the IMU, relative to the yaw at power-on unless the IMU mode corrects it [deg]."""
+    """Yaw of the IMU [deg]: yaw since power-on with drift, and with the corrections of the IMU mode."""
     rates_dps: Vector
     """Rates of roll, pitch and yaw [deg/s]."""
     acceleration_g: Vector
@@ -158,7 +158,7 @@ class Frame:
     """Results that a camera publishes for one frame."""
 
     number: int
-    """Number of the frame from 1, skipped frames included; published as the heartbeat."""
+    """Number of the frame, counted from 1 and including skipped frames; published as the heartbeat."""
     time: float
     """Simulated time of the exposure [s]."""
     published: float

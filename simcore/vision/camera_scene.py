@@ -19,7 +19,7 @@ _NOTHING: FloatArray = np.zeros((0, 3))
 
 
 MOST_DETECTIONS = 32
-"""Largest number of pieces detected in a frame; the detector drops the farther pieces."""
+"""Largest number of pieces that the detector reports for a frame, nearest first."""
 _CANDIDATES = 40  # number of nearest pieces tested for occlusion
 _RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
 """Points of a piece that are tested for occlusion, as offsets (right, down) from the center [radii]."""

@@ -68,7 +68,7 @@ class CameraNetwork(Protocol):
 
 @dataclass(slots=True, eq=False)
 class _Exposure:
-    """Exposed frame whose results are not published yet."""
+    """Exposed frame with detections, before the results are published."""
 
     number: int
     time: float
@@ -86,7 +86,7 @@ class _Exposure:
 
 @dataclass(slots=True)
 class _RequestLog:
-    """Log of requests that are invalid or have no effect; logs each kind of problem once."""
+    """Logger for requests that are invalid or have no effect, with one log line per kind of problem."""
 
     camera: str
     known: set[tuple[str, str]] = field(default_factory=set)
@@ -211,7 +211,7 @@ class LimelightSim:
     # --- frames -------------------------------------------------------------------------------------------------
 
     def update(self, time: float, history: PoseHistory, scene: CameraScene) -> list[Frame]:
-        """Update the IMU, expose the latest frame that is due, and publish the frames whose latency is over.
+        """Update the IMU, expose the latest frame that is due, and publish all frames at the end of the latency.
 
         Args:
             time: Current simulated time [s].

@@ -18,7 +18,7 @@ Values = Sequence[float]
 
 @dataclass(slots=True)
 class CameraSettings:
-    """Current settings of a camera; `apply` and `LimelightSim.move_to` change the settings."""
+    """Current settings of a camera, which `apply` and `LimelightSim.move_to` change."""
 
     config: CameraConfig
     pipeline: int = 0

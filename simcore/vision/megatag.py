@@ -109,8 +109,8 @@ class TagPicture:
     the two reprojection errors, as defined in PhotonVision's documentation ("3D Tracking").
 
     Args:
-        layout: All tags at their nominal poses, as assumed by robot code and camera.
-        true_layout: All tags at their true poses.
+        layout: All tags at the nominal poses, which robot code and the camera assume.
+        true_layout: All tags at the true poses.
         offsets: True poses relative to nominal poses: rotation [rad] and translation [m], field axes, shape (n, 6).
         rows: Indices of the k visible tags in the arrays of the layouts, k >= 1.
         pixels: Detected corners of the visible tags [px], shape (k, 4, 2).

@@ -35,9 +35,9 @@ class QuestConfig:
     frame_rate: float = 100.0
     """Number of published poses per second [1/s]. Source of the default: QuestNav's documentation."""
     position_noise: float = 0.002
-    """Standard deviation of the position noise of each pose, in each direction [m]."""
+    """Standard deviation of the position noise of each pose along each axis [m]."""
     angle_noise_deg: float = 0.05
-    """Standard deviation of the angle noise of each pose, about each axis [deg]."""
+    """Standard deviation of the angle noise of each pose about each axis [deg]."""
     position_drift: float = 0.02
     """Standard deviation of the drift of x and of y after 150 s [m]."""
     yaw_drift_deg: float = 1.0
@@ -61,7 +61,7 @@ class QuestFrame:
     number: int
     """Number of the frame; the first frame has number 1."""
     time: float
-    """Simulated time of the pose [s]. The model has no latency, because a headset predicts its pose."""
+    """Simulated time of the pose [s]. The model has no latency, because a headset publishes predicted poses."""
     position: Vector
     """Position in the frame that the last pose reset defines, or relative to the start pose before the first reset [m].
     """

@@ -53,20 +53,20 @@ OFFICIAL_LAYOUTS = {
 
 @dataclass(frozen=True, eq=False)
 class TagLayout:
-    """AprilTags of a field, one row per tag; create a layout with `of`.
+    """AprilTags of a field, one row per tag.
 
-    The x axis of a tag points out of the tag's face, the z axis up.
+    The x axis of a tag points out of the tag's face, and the z axis points up. The method `of` creates a layout.
     """
 
     ids: IntArray
-    """Tag ids, ascending, shape (n,)."""
+    """Tag ids in ascending order, shape (n,)."""
     centers: FloatArray
-    """Centers, field frame [m], shape (n, 3)."""
+    """Centers of the tags, field frame [m], shape (n, 3)."""
     rotations: FloatArray
     """Rotations from tag axes to field axes, shape (n, 3, 3)."""
     corners: FloatArray
-    """Corners lower left, lower right, upper right, upper left, as seen facing the tag, field frame [m], shape
-    (n, 4, 3)."""
+    """Corners of the tags, field frame [m], shape (n, 4, 3), in the order lower left, lower right, upper right, upper
+    left, as seen facing the tag."""
     field_size: tuple[float, float]
     """Length and width of the field [m]."""
     size: float

@@ -48,7 +48,7 @@ def find_tags(
     """Find the tags that a camera could read without occlusion.
 
     Args:
-        layout: All tags at their true poses.
+        layout: All tags at the true poses.
         lens: Camera model.
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
@@ -80,11 +80,11 @@ class Occlusion:
     """Occlusion test between a camera and the tags.
 
     Every frame tests the pieces, modeled as spheres, against the lines of sight to nine points of a tag. Rays to the
-    corners and the center test the field and the robots. A ray takes 3 us, so a result of the rays is used again until
-    it is 0.1 s old or the camera has moved by 30 cm, and a frame casts all its rays in one call.
+    corners and the center test the field and the robots. A ray takes 3 us. The test therefore keeps a result of the
+    rays for 0.1 s or 30 cm of camera travel, and casts all rays of a frame in one call.
 
     Args:
-        layout: Tags of the field at their true poses.
+        layout: Tags of the field at the true poses.
         robot: Number of the robot that carries the camera.
     """
 
