@@ -41,7 +41,7 @@ class MirroredPorts:
     """Mirror, in simcore's HAL, of the ports and SimDevices that a program in another process has opened.
 
     Args:
-        settings: Settings of simcore.toml. The settings list the channels of the solenoids; the HAL does not.
+        settings: Settings of simcore.toml, with the channels of all solenoids, because the HAL does not report these.
         follows: Whether the driver station of the program controls the robot instead of simcore's driver station.
     """
 

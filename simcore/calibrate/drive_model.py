@@ -51,7 +51,7 @@ def varied(
         ks: Static friction voltage of the drive motors [V].
         mass: Mass of the robot [kg]; the yaw moment of inertia changes in proportion.
         efficiency: Efficiency of the drive gearing [-]; None to keep the efficiency of `config`.
-        sides: Logarithm of the ratio of right to left efficiency of a tank drive [-].
+        sides: Logarithm of the ratio between right and left efficiency, for a tank drive [-].
         radius: Wheel radius [m]; None to keep the radius of `config`.
         speed: Ratio of the drive motors' free speed to the datasheet value [-]; None to keep the value of `config`.
     """

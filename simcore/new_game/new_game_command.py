@@ -115,7 +115,7 @@ def _title(name: str) -> str:
 
 
 def _files(name: str) -> list[tuple[Traversable, str]]:
-    """Return each template file with the relative path of the file to write, for a game with a name."""
+    """Return each template file, and the relative path of the file to write for the game `name`."""
     template = resources.files("simcore.new_game") / "template"
     package = ("dimensions", "field", "pieces", "staging", "rules", "robot", "autos", "game")
     return [

@@ -4,7 +4,7 @@ The page of a recording contains all frames. A live run sends single frames. A f
 each group has separate times:
 
 - `robots`: for each robot, position `x, y, z` [mm] and quaternion `w, x, y, z` [1/32767], estimated position `x, y`
-  [mm] and yaw [0.1 mrad], and 1 while the intake takes pieces in. An unknown position is `AWAY`.
+  [mm] and yaw [0.1 mrad], and 1 while the intake is active. An unknown position is `AWAY`.
 - `parts`: for each moving part of each robot, a pose in the robot frame; the quaternion of a missing part is zero.
 - `pieces`: for each piece, position `x, y, z` [mm] and state: 0 absent, 1 on the field, 2 in flight, 3 + k in robot k.
   Positions of pieces in a robot are in the robot frame. Kinds that are not balls also have a quaternion.
@@ -227,7 +227,7 @@ def _robot_rows(poses: FloatArray, intakes: npt.NDArray[np.uint8]) -> Rows:
 
     Args:
         poses: True poses of all robots, then estimated poses of all robots, NaN if unknown, shape (n, 2 * robots, 7).
-        intakes: 1 for each robot whose intake takes pieces in, shape (n, robots).
+        intakes: 1 for each robot with an active intake, otherwise 0, shape (n, robots).
     """
     count = intakes.shape[1]
     true, believed = poses[:, :count], poses[:, count:]

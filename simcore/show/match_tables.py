@@ -32,7 +32,7 @@ Cell: TypeAlias = "str | list[float | str]"
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Table of the page, with options for the layout."""
+    """Table on the page of a run: title, column headers, rows, and layout options."""
 
     title: str
     head: list[str]
@@ -54,7 +54,7 @@ class RobotRow:
     shots: int
     hits: int
     cycles: tuple[tuple[float, int, int], ...]
-    """Time of the first shot [s], number of hits and number of shots of each cycle; a pause of 3 s ends a cycle."""
+    """Time of the first shot [s], number of hits, and number of shots for each cycle. A pause of 3 s ends a cycle."""
     seconds: dict[str, float]
     """Time in each category of `USES` [s]; the sum is the duration of the run."""
 

@@ -100,14 +100,14 @@ def page_style() -> str:
 
 @functools.cache
 def _script() -> str:
-    """Return Three.js and the player's modules as one compressed script in its own scope."""
+    """Return Three.js and the player's modules as one compressed script in a separate scope."""
     three = _PLAYER.joinpath("vendor", "three.min.js").read_text(encoding="utf-8")
     own = "".join(_bundled(name, _PLAYER.joinpath(f"{name}.js").read_text(encoding="utf-8")) for name in _MODULES)
     return packed(f"{three}\n(() => {{\n'use strict';\n{own}}})();\n".encode())
 
 
 def _bundled(name: str, text: str) -> str:
-    r"""Wrap a module in a function that returns its exports, because a page must not import files.
+    r"""Wrap a JavaScript module in a function that returns the module's exports, because a page must not import files.
 
     >>> print(_bundled("top", 'import { b } from "./data.js";\nexport const a = b;\n'))
     const top_ = (() => {

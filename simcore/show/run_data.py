@@ -391,7 +391,7 @@ def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[
 def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
     """Return the JSON data of a thinned curve, and append the times and values to `block` as 16-bit integers.
 
-    A stored number n stands for the value `low + scale * (n + 32000)`. Without finite values, nothing is appended.
+    A stored number n represents the value `low + scale * (n + 32000)`. A curve without finite values has no data.
     """
     look: Mapping[str, Any] = {
         "label": curve.label, "color": curve.color, "stepped": curve.is_stepped, "key": curve.key,

@@ -55,7 +55,7 @@ class PieceLook:
     color: str
     """Color of a piece on the carpet, `#rrggbb`."""
     radius: float | None = None
-    """Radius of a ball, or of a cylinder that always stands [m]; None if `size` is given."""
+    """Radius of a ball, or of a cylinder with a vertical axis [m]; None if `size` is given."""
     size: tuple[float, float, float] | None = None
     """Size of the bounding box along the piece's x, y and z axes [m]; None for a piece that is drawn as a disk."""
     air_color: str = ""
@@ -213,7 +213,8 @@ class Scene:
     def with_models(self, folder: Path) -> Scene:
         """Return a copy that uses the models in a folder.
 
-        A folder without a robot model or without a field model leaves the robots or the field unchanged.
+        The copy keeps the robots' models if the folder has no robot model, and the field's models if the folder has no
+        field model.
         """
         models = list(folder.glob("Robot_*")) and folder
         robots = [replace(look, models=models or look.models) for look in self.robots]

@@ -1,7 +1,7 @@
 """Reader for AdvantageScope's model folders, for the pages and for `scripts/check_models.py`.
 
-A game or a team provides one folder with `Field3d_*` and `Robot_*` folders. AdvantageScope can use the same folder as
-its custom assets folder.
+A game or a team provides one folder with `Field3d_*` and `Robot_*` folders. AdvantageScope can use the same folder for
+custom assets.
 """
 
 from __future__ import annotations

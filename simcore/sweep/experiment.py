@@ -47,7 +47,7 @@ class PlannedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """Set of runs of scripted autos of a game, or of a robot project.
+    """Set of runs, each with a scripted auto of a game or with a robot project.
 
     All fields are plain values, paths and names. `to_json` can therefore write an experiment as JSON, and any machine
     of a cluster can play the runs.

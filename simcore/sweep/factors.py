@@ -36,7 +36,7 @@ PROJECT = "project"
 """Name of the factor whose values are folders of robot projects."""
 
 FactorValue: TypeAlias = float | int | str
-"""Value of a factor: a number, or a name such as that of an auto."""
+"""Value of a factor: a number, or a name, e.g. the name of an auto."""
 
 _ANY = Quantity("", -1e12, 1e12)
 _MOST_VALUES = 100_000
@@ -47,9 +47,9 @@ _EXAMPLE = (
     "NAME=normal(55,1)"
 )
 PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")
-"""First words of the names of factors that set how a run is played."""
+"""First words in the names of factors that set how a run is played."""
 CONFIGS = ("robot", "scatter", "pieces")
-"""First words of the names of factors that are paths into a config."""
+"""First words in the names of factors that are paths into a config."""
 _STARTS = ("start.x", "start.y", "start.heading")
 
 

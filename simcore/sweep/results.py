@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 __all__ = ["MOST_VALUES", "TABLE_NAME", "Condition", "Results", "Row"]
 
 Row = Mapping[str, Any]
-"""Row of a run by column: `run`, `point`, `seed`, the factors, the metrics, `digest`, `version`, `error` and
-`cpu_seconds`."""
+"""Results of one run: values of `run`, `point`, `seed`, the factors, the metrics, `digest`, `version`, `error`
+and `cpu_seconds`."""
 
 TABLE_NAME = "results.csv"
 MOST_VALUES = 12

@@ -121,7 +121,7 @@ def named_object(text: str, what: str) -> Any:
 
     Args:
         text: Names of the module and of the object.
-        what: Kind of the object, for the message of an error.
+        what: Kind of the object, for error messages.
 
     Raises:
         ConfigError: If the module or the name does not exist.

@@ -252,6 +252,6 @@ def _middle(inside: BoolArray) -> int:
 
 
 def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, float]:
-    """Return the values at both ends of the range of consecutive true entries of `inside` around an index."""
+    """Return the values at both ends of the range of true entries of `inside` that contains the index `here`."""
     first, last = next(ends for ends in _stretches(inside) if ends[0] <= here <= ends[1])
     return float(values[first]), float(values[last])

@@ -36,7 +36,7 @@ class CameraSettings:
     is_driver_camera: bool = False
     """Whether the camera is in driver camera mode, without image processing."""
     imu_mode: int = 0
-    """IMU mode, 0 to 4; see `HeadingSource`."""
+    """IMU mode, 0 to 4, as defined by `HeadingSource`."""
     imu_assist: float = 0.001
     """Weight of the correction in IMU modes 3 and 4, per IMU sample of 1 ms [-]."""
     mount: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -57,7 +57,7 @@ class CameraSettings:
             values: Numbers of the request; a single number is a sequence of length one.
 
         Returns:
-            None if the request is valid, otherwise the reason for rejecting it; a rejected request changes nothing.
+            None if the request is valid, otherwise the reason for the rejection. A rejected request changes nothing.
         """
         if not all(math.isfinite(v) for v in values):
             return f"needs finite numbers, got {list(values)}"

@@ -1,6 +1,6 @@
 """Estimation of tag poses and of the robot pose from tag corners, by MegaTag 1 (image alone) or 2 (known heading).
 
-The model of a solver's result is the true pose plus the effect of corner errors, by the linearized projection.
+The modeled result of a solver is the true pose plus the effect of the corner errors in the linearized projection.
 With the Jacobian J (8 x 6) of a tag's corners with respect to its pose, corner errors e move the least-squares pose by
 (J^T J)^-1 J^T e, with covariance s^2 (J^T J)^-1 for noise s in each direction. Source: R. Hartley, A. Zisserman,
 "Multiple View Geometry in Computer Vision", sections 5.2 and A6.

@@ -39,7 +39,7 @@ class QuestConfig:
     angle_noise_deg: float = 0.05
     """Standard deviation of the angle noise of each pose about each axis [deg]."""
     position_drift: float = 0.02
-    """Standard deviation of the drift of x and of y after 150 s [m]."""
+    """Standard deviation of the position drift along x and along y after 150 s [m]."""
     yaw_drift_deg: float = 1.0
     """Standard deviation of the yaw drift after 150 s [deg]."""
 
