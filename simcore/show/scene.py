@@ -135,7 +135,7 @@ class RobotLook:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """Goal of an alliance: the target of shots."""
+    """Target of an alliance's shots."""
 
     alliance: str
     center: tuple[float, float, float]
@@ -157,7 +157,7 @@ class LevelLook:
     is_single: bool = False
     """Whether at most one piece counts in each place."""
     middle: tuple[float, float] | None = None
-    """Center of all places, field frame [m]; None if the center of no zone is known."""
+    """Mean center of the places' zones, field frame [m]; None if no zone has a known center."""
 
     @property
     def key(self) -> str:

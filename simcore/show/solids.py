@@ -462,7 +462,7 @@ def _carried(
 
 
 def _rollers(zone: IntakeZone) -> list[Solid]:
-    """Build an intake around a zone: two plates, and two rollers along the longer side; the outer roller is lower."""
+    """Build an intake around a zone: two plates, and two rollers along the longer side, with a lower outer roller."""
     corners = zone_corners(zone)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = high - low

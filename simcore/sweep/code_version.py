@@ -15,7 +15,7 @@ from simcore.errors import ConfigError
 __all__ = ["code_version", "files_digest", "module_digest", "project_digest"]
 
 _APART = ("new_game", "show", "testing")
-"""Packages of simcore that do not affect the result of a run; `code_version` ignores changes in these packages."""
+"""Packages of simcore that do not affect the result of a run, and that `code_version` therefore ignores."""
 _SOURCES = (".cpp", ".gradle", ".h", ".java", ".json", ".obj", ".py", ".toml")
 _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
 """Names of folders in a robot project that the robot program does not read."""

@@ -61,7 +61,7 @@ class Experiment:
     game: str | None = None
     """Name of an installed game, or `module:name` of any game; None for the project's game or the newest game."""
     auto: str | None = None
-    """Name of an auto of the game, or in the auto chooser of a project. None for the first auto of the game, or the
+    """Name of an auto of the game, or of the project's auto chooser. None for the first auto of the game, or for the
     default of the chooser."""
     alliance: Literal["blue", "red"] = "blue"
     red: str = ""

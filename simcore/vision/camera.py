@@ -330,7 +330,7 @@ Pipeline = TagPipeline | PiecePipeline
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig:
-    """Config of a camera on a robot."""
+    """Config of a camera on a robot: camera model, mount, pipelines and errors."""
 
     name: str = "limelight"
     """Name of the camera in robot code and name of the camera's NetworkTables table; a name must not contain '/'."""
@@ -342,7 +342,7 @@ class CameraConfig:
     """Nominal pose of the camera on the robot, without bias. Robot code can configure another pose through the topic
     `camerapose_robotspace_set`."""
     pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
-    """Pipelines of the camera, from 1 to 10; the index is the pipeline number."""
+    """One to ten pipelines, in the order of the pipeline numbers, which start at 0."""
     frame_rate: float | None = None
     """Frame rate [1/s]; None for the frame rate of `type`."""
     bias: CameraBias = field(default_factory=CameraBias)
