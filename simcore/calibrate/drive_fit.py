@@ -42,7 +42,7 @@ class Prediction:
 
     @property
     def real(self) -> FloatArray:
-        """Measured distance [m] or angle [rad], mean of the sides, shape (n,)."""
+        """Measured distance [m] or angle [rad], averaged over the sides, shape (n,)."""
         mean: FloatArray = self.run.way.mean(axis=1)
         return mean
 

@@ -20,7 +20,7 @@ class Run:
 
     name: str
     times: FloatArray
-    """Sample times, increasing from 0 [s], shape (n,)."""
+    """Sample times in ascending order from 0 [s], shape (n,)."""
     volts: FloatArray
     """Motor voltage from each sample to the next [V], shape (n, sides)."""
     way: FloatArray

@@ -109,7 +109,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
 
 
 def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:
-    """Return a curve for each recorded key among pairs of label and key."""
+    """Return a curve for each pair of label and key whose key was recorded."""
     return [
         Curve(label=label, times=times, values=values, is_stepped=is_stepped, key=key)
         for label, key in wanted

@@ -245,7 +245,7 @@ _NONE, _NONE_HELD = np.empty((0, 7)), np.empty(0, dtype=np.int64)
 
 
 def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -> None:
-    """Write poses and states to rows of pieces; skip poses that are not finite or whose row does not exist."""
+    """Write poses and states to rows of pieces, except poses that are not finite or have no row."""
     rows, poses = rows[: len(poses)], poses[: len(rows)]
     is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
     rows, poses = rows[is_there], poses[is_there]

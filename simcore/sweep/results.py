@@ -195,7 +195,7 @@ class Results:
     # --- statistics -------------------------------------------------------------------------------------------------
 
     def succeeded(self, condition: str) -> npt.NDArray[np.bool_]:
-        """Return whether each run meets a condition, shape (n,); a failed run does not meet any condition.
+        """Return whether each run ended without an error and meets a condition, shape (n,).
 
         Raises:
             ConfigError: If the text is not a condition.

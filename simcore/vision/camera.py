@@ -333,7 +333,7 @@ class CameraConfig:
     """Config of a camera on a robot: camera model, mount, pipelines and errors."""
 
     name: str = "limelight"
-    """Name of the camera in robot code and name of the camera's NetworkTables table; a name must not contain '/'."""
+    """Name of the camera in robot code, without '/'. The camera's NetworkTables table has the same name."""
     maker: Literal["limelight", "photonvision"] = "limelight"
     """Vendor of the camera, which determines the NetworkTables protocol. `simcore.robotcode.makers.photonvision`
     implements the protocol of PhotonVision."""
