@@ -200,7 +200,10 @@ def report_data(
 
 @functools.lru_cache(maxsize=8)
 def _models(folder: Path | None) -> ViewModels:
-    """Load the models of a folder; without a folder or with an invalid model, return empty `ViewModels`."""
+    """Load the models of a folder, or return empty `ViewModels` without a folder.
+
+    If a model is invalid, log a warning and return empty `ViewModels`.
+    """
     try:
         return ViewModels() if folder is None else load_models(folder)
     except ModelError as error:
@@ -209,7 +212,10 @@ def _models(folder: Path | None) -> ViewModels:
 
 
 def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
-    """Return the solids of a model; return no solids without a model or if the model cannot be read."""
+    """Return the solids of a model, or no solids without a model.
+
+    If the model cannot be read, log a warning and return no solids.
+    """
     try:
         return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:

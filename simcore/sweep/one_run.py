@@ -180,7 +180,8 @@ def game_of(name: str | None) -> Game:
 def robot_of(name: str | None, game: Game) -> RobotConfig:
     """Return the robot config that a name selects.
 
-    A `simcore.toml` describes the robot except for the drivetrain and the storage, which come from the game's robot.
+    The robot of a `simcore.toml` has the storage and the drivetrain of the game's robot, with the mass, the motors and
+    the wheel friction of the file.
 
     Args:
         name: `module:function` of a function that returns a config, `module:name` of a config, or the path of a
