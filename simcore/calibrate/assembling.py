@@ -289,7 +289,7 @@ def _require_sides(name: str, runs: Sequence[Run]) -> list[str]:
     """Check that the left and right sides of the voltages and of the distances agree.
 
     Returns:
-        A note if the yaw of the gyro contradicts the sides, otherwise an empty list.
+        List with a note if the yaw of the gyro contradicts the sides, otherwise an empty list.
 
     Raises:
         LogError: If the sides of either the voltages or the distances are swapped.

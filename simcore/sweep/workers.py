@@ -182,7 +182,7 @@ class Crew:
 
 
 def _begin(parent: int, output: str) -> None:
-    """Prepare a worker process: ignore Ctrl-C, and redirect all output to the file `output`, unless "" is given.
+    """Prepare a worker process: ignore Ctrl-C, and redirect all output to the file `output` (empty for no redirection).
 
     On Linux and macOS, also start a thread that ends the process within 0.5 s of the end of the parent process.
     """
