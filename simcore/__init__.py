@@ -98,7 +98,7 @@ _HOMES = {
     "robotcode.sim.robot_program": ("part_of",),
     "robotcode.sim.run_variation": ("run_variation",),
     "telemetry.wpilog": ("WpilogSink",),
-    "vision.camera": ("CameraBias", "CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
+    "vision.camera": ("CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
     "vision.limelight": ("LimelightSim",),
     "world.field": ("FieldElement", "FieldGeometry"),
     "world.symmetry": ("FieldSymmetry",),

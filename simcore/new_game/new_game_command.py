@@ -26,7 +26,7 @@ __all__ = ["add_arguments", "run", "write_game"]
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{1,30}")
 
-_YEAR = Quantity("", 1992, 2992, is_whole=True)
+_YEAR = Quantity("", 1992, 2100, is_whole=True)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -90,8 +90,8 @@ def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
         )
     if name in entry_points(group="simcore.games").names or find_spec(name) is not None:
         raise ConfigError(f"{name!r} is a game or module that is installed; choose another, e.g. 'my_{name}'")
-    if not 1992 <= year <= 2100:
-        raise ConfigError(f"year must be 1992 to 2100, got {year}")
+    if not _YEAR.least <= year <= _YEAR.most:
+        raise ConfigError(f"year must be {_YEAR.least} to {_YEAR.most}, got {year}")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise OutputError(f"{str(folder)!r} is there already and not empty; name another --folder")
     values = {"name": name, "NAME": name.upper(), "Name": _title(name), "year": str(year)}

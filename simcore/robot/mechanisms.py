@@ -159,9 +159,9 @@ class ShaftSim:
     def volts(self) -> float:
         """Commanded voltage [V], which may exceed the battery voltage.
 
-        For a commanded duty cycle, the value is the motor voltage in the last step.
+        Without a commanded voltage, as for a duty cycle, the value is the motor voltage in the last step.
         """
-        return float(self._record["volts"][0] if self._mode[0] == DUTY else self._value[0])
+        return float(self._value[0] if self._mode[0] == VOLTS else self._record["volts"][0])
 
     @property
     def motor_output(self) -> tuple[float, float]:

@@ -200,7 +200,7 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
         v["hopper"] = HopperConfig(**{key: value for key, value in own.items() if value is not None})
     room = capacity if v["capacity"] is None else v["capacity"]
     if room is None:
-        raise t.error("capacity", "is missing; it must be a whole number from 0 to 500")
+        raise t.error("capacity", "is missing; it must be a whole number from 1 to 500")
     return StorageConfig(**{**v, "capacity": room}, low=low, high=high)
 
 

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--match", action="store_true", help="a whole match of scripted players, with --red and --blue")
     players = f"up to three ROLE[:LEVEL] separated by commas, levels 1 to {len(SKILLS)}; 'me' plays --auto"
     parser.add_argument("--red", metavar="PLAYERS", default="", help=f"the red alliance: {players}")
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the blue alliance, likewise")
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the blue alliance, in the form of --red")
     parser.add_argument(
         "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
     )

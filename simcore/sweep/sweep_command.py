@@ -113,8 +113,8 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
         "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
     )
     players = "players of a whole match, ROLE[:LEVEL] separated by commas; 'me' plays --auto"
-    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="likewise")
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=f"red {players}")
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help=f"blue {players}")
     parser.add_argument(
         "--option", dest="options", action="append", default=[], metavar="NAME", help="option of the game to switch on"
     )

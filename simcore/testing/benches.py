@@ -37,6 +37,7 @@ class DriveBench:
         roll, pitch, _ = body.inertia
         mass = MassDistribution(robot.mass, robot.center_of_mass, (roll, pitch, robot.yaw_inertia))
         self.chassis = ChassisSimulation(self.world, body, drivetrain=drive, mass=mass)
+        self._lifting = 0.0  # upward force [N]
         self.ax = self.ay = 0.0
         """Mean acceleration of the center of mass along x and y during the last step, field frame [m/s^2]."""
 
@@ -52,26 +53,26 @@ class DriveBench:
         self.world.set_pose(self.chassis.row, (0.0, 0.0, 0.0), from_yaw(yaw))
         self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
         self.chassis.read()
+        self._lifting = 0.0
         self.time = 0.0
 
     def lift(self) -> None:
         """Place the robot 1 m above the carpet, and apply a constant force that cancels the weight of the robot."""
         mass = self.chassis.distribution.mass
         self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
-        self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
+        self._lifting = mass * GRAVITY
 
     def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
         """Advance the bench by one time step.
 
         Args:
             h: Time step [s].
-            force: Force along x and y and yaw torque at the center of mass, field frame [N, N, N m]. On a level carpet,
-                zeros keep the last applied force, e.g. from `lift`.
+            force: Force along x and y and yaw torque at the center of mass, field frame [N, N, N m], in addition to
+                the force of `lift`.
         """
         weight = self.chassis.distribution.mass * GRAVITY
-        if self.slope or any(force):
-            along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope))
-            self.chassis.apply_forces((force[0] + along, force[1], up), (0.0, 0.0, force[2]))
+        along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope)) + self._lifting
+        self.chassis.apply_forces((force[0] + along, force[1], up), (0.0, 0.0, force[2]))
         before = self.chassis.vel
         self.world.advance(h)
         self.chassis.read()

@@ -107,7 +107,7 @@ class _RequestLog:
         if topic in NO_EFFECT:
             _log.info("%s: %s changes nothing here: %s", self.camera, topic, NO_EFFECT[topic])
         elif topic in NOT_MODELED:
-            _log.warning("%s: %s is not modeled; what the camera publishes stays as it is", self.camera, topic)
+            _log.warning("%s: %s is not modeled; it has no effect on what the camera publishes", self.camera, topic)
         else:
             hint = nearest(topic, (*INPUTS, _ORIENTATION, *NO_EFFECT, *NOT_MODELED))
             _log.warning("%s: robot code writes %s, which a Limelight does not read.%s", self.camera, topic, hint)

@@ -172,9 +172,15 @@ class Emulator:
             type_number: `DeviceType` number of the device.
             number: Device hash from `hash_of`, or a CAN ID. A CAN ID selects the device on the first bus that has a
                 device of this type with this ID.
+
+        Raises:
+            ConfigError: If there is no such device.
         """
-        device = self.by_hash.get(number)
-        return device or next(bus[type_number, number] for bus in self._buses.values() if (type_number, number) in bus)
+        some = [bus[type_number, number] for bus in self._buses.values() if (type_number, number) in bus]
+        device = self.by_hash.get(number) or next(iter(some), None)
+        if device is None:
+            raise ConfigError(f"no device of type {type_number} has the id or hash {number}; build it first")
+        return device
 
     def _build(self, type_number: int, address: DeviceAddress, bus: Devices) -> EmulatedDevice:
         cls = _CLASSES.get(type_number)
