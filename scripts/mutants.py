@@ -245,7 +245,7 @@ MUTANTS = (
     # of human players, ranking points, batteries, pages and the check of odometry
     Mutant("a battery charges above full", "simcore/loop/battery.py", "min(1.0, max(0.0, b.charge",
            "(max(0.0, b.charge", f"{BATTERY}::test_the_charge_falls_by_the_ampere_hours_drawn_and_stays_in_range"),
-    Mutant("a brown-out ends at its level", "simcore/loop/battery.py", " or (b.is_low and v == level)", "",
+    Mutant("a brownout ends at its level", "simcore/loop/battery.py", " or (b.is_low and v == level)", "",
            f"{BATTERY}::test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts"),
     Mutant("60 tower points are not yet enough", "games/rebuilt/rules.py", "tower >= event.traversal",
            "tower > event.traversal", f"{FOULS}::test_the_score_sheet_adds_up_and_contains_the_ranking_points"),

@@ -177,14 +177,14 @@ class Fouls:
                         self._towers.awarded.add(other)
 
     def _is_at_tower(self, number: int) -> bool:
-        """Return whether a robot touches the tower of the robot's alliance."""
+        """Return whether a robot touches its own alliance's tower."""
         own = f"{self._match.alliances[number]}_tower_*"
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
         """Return pairs of robots that touch the same fuel, in both orders.
 
-        The set is empty if no robot touches the tower of the robot's alliance.
+        The set is empty if no robot touches its own alliance's tower.
         """
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]

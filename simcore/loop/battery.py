@@ -1,4 +1,4 @@
-"""Battery, brown-outs of the roboRIO, and the bus voltage at which battery and motors are in balance."""
+"""Battery, roboRIO brownouts, and the bus voltage at which battery and motor currents balance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def open_voltage(batteries: Records, i: int) -> float:
 def begin_battery(batteries: Records, i: int) -> None:
     """Swap in a rested battery with the present `charge`, and start the roboRIO and the motor controllers.
 
-    The function does not reset `off_time`, `min_voltage`, and the numbers of brown-outs and resets.
+    The function does not reset `off_time`, `min_voltage`, and the numbers of brownouts and resets.
     """
     b = batteries[i]
     b.slow_drop = 0.0
@@ -43,7 +43,7 @@ def begin_battery(batteries: Records, i: int) -> None:
 
 @inner
 def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float) -> bool:
-    """Draw a current from a battery for one step, and update voltage, charge, energy and brown-out state.
+    """Draw a current from a battery for one step, and update voltage, charge, energy and brownout state.
 
     Args:
         batteries: Records of all batteries.
@@ -54,7 +54,7 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
             voltage. A load that would pull the terminals below `at_voltage` draws in proportion to the voltage.
 
     Returns:
-        Whether a brown-out or a reset began in this step; always False if the model has no brown-outs.
+        Whether a brownout or a reset began in this step; always False if the model has no brownouts.
     """
     b = batteries[i]
     if current > 0.0 and at_voltage > 0.0:
@@ -78,10 +78,10 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
 def watch_brownout(batteries: Records, i: int, h: float) -> bool:
     """Update the power states of the roboRIO and of the motor controllers after a step of h [s].
 
-    The motor controllers change state only at heartbeats: off during a brown-out or a reboot, otherwise on.
+    The motor controllers change state only at heartbeats: off during a brownout or a reboot, otherwise on.
 
     Returns:
-        Whether a brown-out or a reset began in this step.
+        Whether a brownout or a reset began in this step.
     """
     b = batteries[i]
     v = b.voltage

@@ -432,9 +432,9 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
 
 @compiled
 def _clip(ax, ay, az, bx, by, bz, half, ends, n):
-    """Clip an edge to a box around the origin, append both clipped ends to `ends`, and return the number of ends.
+    """Clip an edge to a box around the origin, append the two ends to `ends`, and return the new number of ends.
 
-    An edge outside the box adds no ends.
+    An edge outside the box adds no ends; nor does an edge for which `ends` has no room.
     """
     t0 = 0.0
     t1 = 1.0

@@ -136,7 +136,7 @@ SHAFT = np.dtype(
         ("charge2", _f),  # integral of the square of one motor's current since the reset [A^2 s]
         ("mean_current", _f),  # mean stator current of all motors in the last call [A]
         ("mean_supply", _f),  # mean supply current of all motors in the last call [A]
-        ("noted_supply", _f),  # supply current of all motors when the last brown-out or reset began [A]
+        ("noted_supply", _f),  # supply current of all motors when the last brownout or reset began [A]
         # --- within a step ---
         ("is_open", _b),  # whether the circuit is open
         ("wanted", _f),  # requested voltage [V]
@@ -234,10 +234,10 @@ BATTERY = np.dtype(
         ("starved", _f),  # time since the voltage fell below the reset voltage [s]
         ("boots", _f),  # remaining boot time of the roboRIO [s]
         ("off_time", _f),  # total time with disabled motor controllers [s]
-        ("brownouts", _i),  # number of brown-outs
+        ("brownouts", _i),  # number of brownouts
         ("resets", _i),  # number of resets of the roboRIO
-        ("noted_voltage", _f),  # voltage when the last brown-out or reset began [V]
-        ("noted_current", _f),  # current when the last brown-out or reset began [A]
+        ("noted_voltage", _f),  # voltage when the last brownout or reset began [V]
+        ("noted_current", _f),  # current when the last brownout or reset began [A]
     ],
     align=True,
 )

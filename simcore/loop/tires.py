@@ -258,7 +258,8 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
 def _begin_shaft(shafts, g, h, bus):
     """Prepare a drive shaft for a step of h [s].
 
-    The function computes the current line, the torque line, and the torque from the old speed and the coupled shaft.
+    The function linearizes motor current and torque in the shaft speed (see `torque_line`), and computes the terms that
+    do not depend on the new speed: inertia / h times the old speed, plus the torque from the coupled shaft.
     """
     s = shafts[g]
     model = s.model

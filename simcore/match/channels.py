@@ -150,7 +150,7 @@ ROBOT = (
             "lowest battery voltage within the tick, over steps of 1 ms", "V", 3),
     Channel("Debug/BatteryVoltageLowest", "double", lambda f: f.batteries["min_voltage"],
             "lowest battery voltage since the run began", "V", 6),
-    Channel("Debug/Brownouts", "int", lambda f: f.batteries["brownouts"], "brown-outs since the run began"),
+    Channel("Debug/Brownouts", "int", lambda f: f.batteries["brownouts"], "brownouts since the run began"),
     Channel("Debug/BrownedOut", "boolean", lambda f: f.batteries["tick_was_off"],
             "the roboRIO switched its outputs off at some time in the tick"),
     Channel("Debug/BatteryCurrent", "double", lambda f: f.batteries["current"],

@@ -408,7 +408,7 @@ class Match:
             self._end_run(stack)
 
     def _end_run(self, stack: ExitStack) -> None:
-        """Log brown-out totals, and write a last snapshot if there are new shortfalls, but only once per run.
+        """Log brownout totals, and write a last snapshot if there are new shortfalls, but only once per run.
 
         Args:
             stack: Stack that receives the calls that close cameras and sinks, and the calls that write the snapshot.
@@ -551,7 +551,7 @@ class Match:
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """Log brown-outs, check pose estimates when an auto begins, update the digest, and write to due sinks."""
+        """Log brownouts, check pose estimates when an auto begins, update the digest, and write to due sinks."""
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
         self.beliefs.after_tick(self.time, self.timer)

@@ -320,7 +320,7 @@ class _Inside:
 
 
 class _Pieces:
-    """Positions and slots of all pieces of a match, read for telemetry by kind."""
+    """Slots and poses of all pieces of a match, grouped by kind for telemetry."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self._match = match

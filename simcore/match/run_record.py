@@ -202,7 +202,7 @@ class RobotRecord:
 
     @property
     def battery(self) -> Battery:
-        """Battery of the robot, with the lowest voltage and the numbers of brown-outs and resets in this run."""
+        """Battery of the robot, with the lowest voltage and the numbers of brownouts and resets in this run."""
         return self._robot.battery
 
     def put(self, time: float, reason: str) -> None:

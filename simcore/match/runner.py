@@ -115,7 +115,7 @@ class RunReport:
         self.min_battery_v = battery.min_voltage
         """Lowest battery voltage of the first robot [V]."""
         self.brownouts = battery.brownouts
-        """Number of brown-outs, in which the first robot's roboRIO switched off the motors."""
+        """Number of brownouts, in which the first robot's roboRIO switched off the motors."""
         self.resets = battery.resets
         """Number of resets of the first robot's roboRIO due to low voltage."""
         self.digest = match.digest.hexdigest()
@@ -204,7 +204,7 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     if report.taken_in:
         run.add_row("pieces taken in", str(report.taken_in))
     run.add_row("distance driven", f"{report.distance_m:.1f} m")
-    off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
+    off = f"; {report.brownouts} brownouts" if report.brownouts else ""
     off += f", {report.resets} resets of the roboRIO" if report.resets else ""
     run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
     times = f"{report.wall_seconds:.1f} s, {report.realtime_factor:.1f} times as fast as a real match"

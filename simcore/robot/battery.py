@@ -1,4 +1,4 @@
-"""Battery of a robot, and brown-outs and resets of the roboRIO."""
+"""Battery of a robot, and brownouts and resets of the roboRIO."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["Battery", "BatteryConfig", "BrownoutLog"]
 
 _log = logging.getLogger(__name__)
 
-_SERIES = 5.0  # [s]; a brown-out within this time after the last one belongs to the same series
+_SERIES = 5.0  # [s]; a brownout within this time after the last one belongs to the same series
 _MOST = 3  # largest number of consumers in a message
 _LEAST = 1.0  # [A]; smallest current of a consumer in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatteryConfig:
-    """Config of an 18 Ah lead-acid battery with cables, and of the roboRIO's brown-out and reset thresholds.
+    """Config of an 18 Ah lead-acid battery with cables, and of the roboRIO's brownout and reset thresholds.
 
     The defaults describe a good competition battery. Open-circuit voltages of 12.9 V when charged and 11.7 V when
     empty, both after a rest, are typical of AGM batteries. The series resistance of 20 mohm is the default of WPILib's
@@ -50,10 +50,10 @@ class BatteryConfig:
     recovered_voltage: float = 7.5
     """Voltage above which the roboRIO enables outputs again [V]. Source: NI roboRIO user manual, table 2."""
     heartbeat: float = 0.020
-    """Period of the enable signal to motor controllers on CAN [s]. A brown-out that ends before the next heartbeat has
+    """Period of the enable signal to motor controllers on CAN [s]. A brownout that ends before the next heartbeat has
     no effect. Outputs that a heartbeat disables stay off at least until the next heartbeat. Source: WPILib
     documentation, "FRC CAN Device Specifications", and wpilib-docs #2308 (a loop of 20 ms reads the roboRIO's
-    brown-out flag)."""
+    brownout flag)."""
     reset_voltage: float = 4.5
     """Voltage below which the roboRIO shuts down after `reset_hold` [V]. The roboRIO reboots when the voltage is no
     longer below this value. Source: NI roboRIO user manual, table 2, stage 3."""
@@ -65,7 +65,7 @@ class BatteryConfig:
     """Time from the recovery of the voltage until robot code can run motors again [s]; estimate, 15 to 40 s, depending
     on the size of the robot program."""
     brownout_enabled: bool = True
-    """Whether low voltage causes brown-outs and resets of the roboRIO; False for motor tests without a roboRIO."""
+    """Whether low voltage causes brownouts and resets of the roboRIO; False for motor tests without a roboRIO."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -97,7 +97,7 @@ class BatteryConfig:
 
     @staticmethod
     def stiff(voltage: float = 12.0) -> BatteryConfig:
-        """Return the config of a supply with constant voltage [V] and without brown-outs, for motor data and tests."""
+        """Return the config of a supply with constant voltage [V] and without brownouts, for motor data and tests."""
         return BatteryConfig(
             full_voltage=voltage,
             empty_voltage=voltage,
@@ -129,7 +129,7 @@ class Battery:
         self.config = config or BatteryConfig()
         self._reported = 0, 0
         self.on_brownout: Callable[[], None] | None = None
-        """Callback that `report` calls after the start of a brown-out; None for no callback. `noted` holds the voltage
+        """Callback that `report` calls after the start of a brownout; None for no callback. `noted` holds the voltage
         and current at the start."""
         self.on_reset: Callable[[], None] | None = None
         """Callback that `report` calls after a shutdown of the roboRIO; None for no callback."""
@@ -183,7 +183,7 @@ class Battery:
         self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
 
     def report(self) -> None:
-        """Call `on_reset` after a new reset and `on_brownout` after a new brown-out, in this order.
+        """Call `on_reset` after a new reset and `on_brownout` after a new brownout, in this order.
 
         An event is new if the event began after the last call of this method.
         """
@@ -205,7 +205,7 @@ class Battery:
 
     @property
     def noted(self) -> tuple[float, float]:
-        """Voltage and current at the start of the last brown-out or reset [V, A]."""
+        """Voltage and current at the start of the last brownout or reset [V, A]."""
         return self._get("noted_voltage"), self._get("noted_current")
 
     @property
@@ -230,7 +230,7 @@ class Battery:
 
     @property
     def brownouts(self) -> int:
-        """Number of brown-outs since the start of the run."""
+        """Number of brownouts since the start of the run."""
         return int(self.records["brownouts"][0])
 
     @property
@@ -260,15 +260,15 @@ class Battery:
 
 
 class BrownoutLog:
-    """Log of the brown-outs and roboRIO resets of one robot.
+    """Log of the brownouts and roboRIO resets of one robot.
 
-    Brown-outs less than 5 s apart form a series. The log has one line per series, with the largest consumers, and one
+    Brownouts less than 5 s apart form a series. The log has one line per series, with the largest consumers, and one
     line per reset. `log_total` adds the totals of the run.
 
     Args:
         number: Number of the robot, for messages.
         battery: Battery of the robot; the log sets `on_brownout` and `on_reset` of the battery.
-        consumers: Function that returns the current of each consumer at the start of the last brown-out or reset, by
+        consumers: Function that returns the current of each consumer at the start of the last brownout or reset, by
             name [A].
     """
 
@@ -293,7 +293,7 @@ class BrownoutLog:
         return f"{volts:.1f} V with {amps:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
-        """Log a reset and the start of a series of brown-outs, if any, in the tick that ended at `time` [s]."""
+        """Log a reset and the start of a series of brownouts, if any, in the tick that ended at `time` [s]."""
         if self._reset:
             _log.warning(
                 "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
@@ -304,17 +304,17 @@ class BrownoutLog:
             return
         if time - self._last >= _SERIES:
             _log.warning(
-                "robot %d: brown-out at %.1f s: %s; motors are off until %.1f V are back",
+                "robot %d: brownout at %.1f s: %s; motors are off until %.1f V are back",
                 *(self._number, time, self._first, self._battery.config.recovered_voltage),
             )
         self._first, self._last = "", time
 
     def log_total(self) -> None:
-        """Log the numbers of brown-outs and resets, the off time and the lowest voltage, if a brown-out occurred."""
+        """Log the numbers of brownouts and resets, the off time and the lowest voltage, if a brownout occurred."""
         battery = self._battery
         if battery.brownouts:
             resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""
             _log.warning(
-                "robot %d: %d brown-outs%s in this run, %.2f s without motors; lowest %.1f V",
+                "robot %d: %d brownouts%s in this run, %.2f s without motors; lowest %.1f V",
                 *(self._number, battery.brownouts, resets, battery.off_time, battery.min_voltage),
             )

@@ -347,7 +347,7 @@ class Robot:
         self.light_requests: dict[str, str] = {}
         """Text of the current request to each light of robot code, by name of the light; for telemetry."""
         self.brownouts = BrownoutLog(number, self.battery, self._consumers)
-        """Log of brown-outs and roboRIO resets."""
+        """Log of brownouts and roboRIO resets."""
         self.setpoints: dict[str, float] = {}
         """Setpoints of closed loops, by telemetry name: mechanism, quantity and unit, for example `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
@@ -499,7 +499,7 @@ class Robot:
         self._estimated.remove(mechanism)
 
     def _consumers(self) -> dict[str, float]:
-        """Return the supply currents at the start of the last brown-out or reset, by mechanism name or `drive` [A]."""
+        """Return the supply currents at the start of the last brownout or reset, by mechanism name or `drive` [A]."""
         drawn = {name: float(mechanism.record["noted_supply"][0]) for name, mechanism in self.mechanisms.items()}
         return drawn | {"drive": float(self.drive.shafts["noted_supply"].sum())}
 

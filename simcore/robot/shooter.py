@@ -135,7 +135,7 @@ class ShooterConfig:
         return self.wheel_radius, self.wheel_radius if self.second_wheel_radius is None else self.second_wheel_radius
 
     def wheel_speed_for(self, exit_speed: Number) -> Number:
-        """Return the wheel speed, equal for all wheels, that gives an exit speed [rad/s].
+        """Return the wheel speed [rad/s], equal for all wheels, that gives an exit speed.
 
         Args:
             exit_speed: Exit speed relative to the muzzle, for one shot or for n shots [m/s].
@@ -390,7 +390,10 @@ class Shooter:
         return launch._replace(aim=off, spin=errors.spin())
 
     def _gate_spares(self) -> list[float]:
-        """Return the margins of the gate mechanisms and the wheels above the minimum speeds [rad/s]."""
+        """Return gate mechanism speeds minus `gate_speed`, then the mean wheel speed minus `min_wheel_speed` [rad/s].
+
+        The gate is open while all values are positive.
+        """
         spares = [forward * part.velocity - self.config.gate_speed for part, forward in self._gate]
         return [*spares, self.wheel_speed - self.config.min_wheel_speed]
 

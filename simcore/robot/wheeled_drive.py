@@ -188,9 +188,11 @@ def set_motor(row: Records, motor: LimitedMotor) -> None:
 
 
 class MotorReadout:
-    """Readings of all drive motors, or of all steer motors, in the last step.
+    """Readings of all drive motors, or of all steer motors.
 
-    Each list contains the value of one motor per shaft; the motors on one shaft are identical.
+    Volts and currents are the values in the last step; heat and energy are totals since the last reset. Each list
+    contains the value of one motor per shaft; the motors on one shaft are identical. `energy` is the total of all
+    motors.
     """
 
     def __init__(self, drive: WheeledDrive[Any], rows: slice) -> None:
@@ -251,9 +253,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
             battery: Battery of the robot; None for a stiff 12 V supply.
             wheels: Wheels as actually built, in the order of `config.positions`.
-            shafts: Drive shafts as actually built; each wheel is on one shaft.
-            azimuths: Number of steer shafts; the steer shafts follow the drive shafts in `shafts`.
-            radii: Nominal radius of each wheel, as assumed by robot code [m]; `shafts` contain the true radii.
+            shafts: Drive shafts as actually built, with the true wheel radii; each wheel is on one shaft.
+            azimuths: Number of steer shafts; their records follow those of the drive shafts in the attribute `shafts`.
+            radii: Nominal radius of each wheel, as assumed by robot code [m].
 
         Raises:
             ConfigError: If the wheels of a shaft do not have the same y coordinate.
@@ -490,7 +492,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def browned_out(self) -> bool:
-        """Whether motor outputs are off because of a brown-out or a reset of the roboRIO."""
+        """Whether motor outputs are off because of a brownout or a reset of the roboRIO."""
         return self.battery.browned_out
 
     @property

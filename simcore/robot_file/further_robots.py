@@ -153,7 +153,7 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
     Args:
         game: Game to play.
-        match: Name of one of the game's practice matches, or a line-up `PARTNERS/OPPONENTS`, for example
+        match: Name of one of the game's practice matches, or a lineup `PARTNERS/OPPONENTS`, for example
             `collector:3/collector:2,defender`.
 
     Raises:

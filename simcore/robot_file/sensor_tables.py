@@ -79,7 +79,8 @@ class SensorSettings:
     pulses_per_turn: float = 0.0
     """Pulses per turn of a quadrature encoder [-]."""
     zero: float = 0.0
-    """Reading of an absolute encoder at position zero of the mechanism, in the unit of robot code."""
+    """Reading that robot code gets from an absolute encoder with the mechanism at position 0, in the unit of that
+    reading."""
     volts: tuple[float, float] = (0.0, 0.0)
     """Voltage of a potentiometer at the mechanism's lower and upper stop [V]."""
     distance: float = 0.0

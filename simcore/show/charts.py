@@ -86,7 +86,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
     many = "battery" if len(robots) > 2 else ""  # too many curves for one visible chart
     charts = [
         Chart(title="Score", unit="points", curves=score),
-        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brown-out",
+        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brownout",
               from_zero=False, group=many),
         Chart(title=f"{pieces.capitalize()} held{of_each}", unit="pieces", curves=held),
         Chart(title=f"Current{of_each}", unit="A", curves=_curves(recording, currents), group=many),

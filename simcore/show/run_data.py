@@ -354,7 +354,7 @@ def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
             facts.append([f"shots hit{whose}", f"{len([shot for shot in mine if shot.scored])} of {len(mine)}"])
         facts += [] if driven is None else [[f"driven{whose}", f"{driven:.1f} m"]]
         facts += [] if volts is None else [[f"lowest battery voltage{whose}", f"{volts:.2f} V"]]
-        facts += [[f"brown-outs{whose}", f"{offs:.0f}"]] if offs else []
+        facts += [[f"brownouts{whose}", f"{offs:.0f}"]] if offs else []
     if len(recording):
         facts.append(["simulated", f"{track.span[1]:.2f} s"])
     return facts

@@ -25,7 +25,7 @@ __all__ = [
 ]  # fmt: skip
 
 EventKind = Literal[
-    "mode", "put", "hit", "miss", "pass", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"
+    "mode", "put", "hit", "miss", "pass", "flying", "score", "slip", "bump", "brownout", "foul", "placed"
 ]
 
 _Value = TypeVar("_Value")
@@ -299,7 +299,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
     if recording.has(f"{prefix}/Debug/BrownedOut"):
         times, flags = recording.series(f"{prefix}/Debug/BrownedOut")
         low = flags > 0.5
-        if recording.has(f"{prefix}/Debug/Brownouts"):  # also brown-outs between two rows
+        if recording.has(f"{prefix}/Debug/Brownouts"):  # also brownouts between two rows
             low |= np.diff(recording.series(f"{prefix}/Debug/Brownouts")[1], prepend=0.0) > 0.0
     elif recording.has(f"{prefix}/Debug/BatteryVoltage"):
         times, volts = recording.series(f"{prefix}/Debug/BatteryVoltage")
@@ -307,7 +307,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
     else:
         return found
     for start, end in _stretches(times, low):
-        found.append((start, "brown-out", f"brown-out, {end - start + TICK:.2f} s"))
+        found.append((start, "brownout", f"brownout, {end - start + TICK:.2f} s"))
     return found
 
 

@@ -32,7 +32,7 @@ class RunTrack:
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time of the recording [s]."""
+        """First and last time of the recording [s]; both 0 if the recording is empty."""
         times = self.recording.times
         return (float(times[0]), float(times[-1])) if len(times) else (0.0, 0.0)
 

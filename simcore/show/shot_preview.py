@@ -127,7 +127,7 @@ class ShotPreview:
         )
 
     def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
-        """Return the kind of the next piece in the shooter's storage, or a kind that fits if the storage is empty."""
+        """Return the kind of the next piece in the shooter's storage or, if it is empty, a kind the shooter accepts."""
         kinds = self._match.pieces.types
         held = robot.storage_of(shooter.config).in_turn
         if held:

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the page of the log, open the page in the browser unless `--no-browser` is given, and return exit status 0.
+    """Write a web page of the log, open it in a browser unless `--no-browser` is given, and return exit status 0.
 
     Raises:
         SimcoreError: If the log or the models cannot be used, or the page cannot be written.

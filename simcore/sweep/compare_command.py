@@ -102,8 +102,11 @@ def run(options: argparse.Namespace) -> int:
 def _kind(word: str, options: argparse.Namespace) -> str:
     """Return the name of the factor for an argument: `project` for a folder with a robot.py, `auto` for an auto.
 
+    Inside a robot project, the argument must be a folder.
+
     Raises:
-        ConfigError: If the argument is neither a folder with a robot.py nor an auto of the game.
+        ConfigError: If the argument is neither a folder with a robot.py nor, outside a robot project, an auto of the
+            game.
     """
     if Path(word, "robot.py").is_file():
         return PROJECT

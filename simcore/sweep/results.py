@@ -161,8 +161,8 @@ class Results:
             metric: Name of a column, or a condition; the values of a condition are 1 for true and 0 for false.
 
         Raises:
-            ConfigError: If the column contains text.
-            UnknownNameError: If the column does not exist.
+            ConfigError: If a column contains text, or the text is not a valid condition.
+            UnknownNameError: If a column does not exist.
         """
         if metric not in self.columns and any(sign in metric for sign in _COMPARISONS):
             condition = self._condition(metric)

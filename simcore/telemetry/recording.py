@@ -250,12 +250,13 @@ class Recording:
         return np.column_stack((rows[:, 0], rows[:, 1], yaw))
 
     def snapshots(self, rows: Sequence[int] | IntArray | None = None) -> Iterator[Snapshot]:
-        """Yield recorded snapshots; each snapshot contains the newest recording of each array.
+        """Yield recorded snapshots.
 
-        Successive snapshots contain the same array object until the array changes.
+        Each snapshot contains the latest recording of each array up to the snapshot's time. Successive snapshots
+        contain the same array object until the array changes.
 
         Args:
-            rows: Row numbers of the snapshots in rising order; None for all snapshots.
+            rows: Row numbers of the snapshots in ascending order; None for all snapshots.
         """
         chosen = np.arange(len(self)) if rows is None else np.asarray(rows, np.int64)
         newest = {

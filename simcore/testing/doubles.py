@@ -9,7 +9,7 @@ __all__ = ["ManualClock", "MemorySink"]
 
 
 class ManualClock:
-    """Time supplier for tests, whose time changes only with calls of `advance`.
+    """Time supplier for tests; the time changes only when the test calls `advance`.
 
     >>> clock = ManualClock()
     >>> clock.advance(0.02)

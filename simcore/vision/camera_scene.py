@@ -28,7 +28,7 @@ _NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM),
 
 
 class SightLines(Protocol):
-    """Test of lines of sight against the field and the robots."""
+    """Line-of-sight test against the field and the robots."""
 
     def blocked(self, robot: int, start: Vector, ends: Sequence[Sequence[float]]) -> list[bool]:
         """Return whether the field or another robot blocks the straight line from `start` to each of n `ends`.
@@ -56,7 +56,7 @@ class CameraScene:
     class_ids: IntArray | None = None
     """Class id of each piece, shape (n,); None if all pieces have the first class."""
     sight: SightLines | None = None
-    """Test of lines of sight against the field and the robots; None if only pieces can block the view."""
+    """Line-of-sight test against the field and the robots; None if only pieces can block the view."""
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> BoolArray:

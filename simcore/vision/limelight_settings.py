@@ -50,7 +50,7 @@ class CameraSettings:
         return cls(config, mount=limelight_mount(config.mount))
 
     def apply(self, topic: str, values: Values) -> str | None:
-        """Apply a request of robot code to the setting of a topic.
+        """Apply a request from robot code to the setting of a topic.
 
         Args:
             topic: Name of the topic, a key of `INPUTS`.

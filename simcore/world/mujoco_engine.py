@@ -385,7 +385,7 @@ class _CompiledModel:
     row_of_body: IntArray
     """Row of each moving body, shape (bodies,)."""
     row_of_geom: IntArray
-    """Row of each shape, shape (geoms,)."""
+    """Row of the body that owns each geom, shape (geoms,)."""
     statics: int
     """Number of shapes of statics."""
     is_smooth: BoolArray

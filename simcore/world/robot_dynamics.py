@@ -156,7 +156,7 @@ class RobotDynamics:
         self._parts = RecordRows("parts of bumpers", PART, 16 * _ROOM)
         self._springs = RecordRows("contacts", SPRING, SPRINGS * _ROOM)
         self._clock = np.zeros(1, np.int64)
-        self._reported = 0  # number of brown-outs and resets reported so far
+        self._reported = 0  # number of brownouts and resets reported so far
         self._number_of: dict[int, int] = {}  # robot number by row
         self._statics: list[tuple[int, tuple[FloatArray, ...], TerrainSurface]] = []
         self._slices: dict[tuple[int, int], tuple[int, int]] = {}
@@ -365,7 +365,7 @@ class RobotDynamics:
             self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Call `report` of all batteries if a brown-out or reset has begun since the last call."""
+        """Call `report` of all batteries if a brownout or reset has begun since the last call."""
         batteries = self._batteries.taken
         begun = sum(batteries["brownouts"].tolist()) + sum(batteries["resets"].tolist())
         if begun != self._reported:

@@ -53,7 +53,7 @@ def test_the_deployed_program_starts_without_the_simulation(scenario, absent):
 
 
 @pytest.mark.slow
-def test_the_deployed_program_of_a_described_robot_starts_without_the_simulation(scenario):
+def test_a_deployed_program_with_a_simcore_toml_starts_without_the_simulation(scenario):
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     done = scenario("deployed", str(DESCRIBED))
     assert done["loaded"] == [] and set(done["autos"]) == {"two coral", "nothing"}

@@ -41,7 +41,7 @@ def says(page: str, *phrases: str) -> None:
     assert missing == [], page
 
 
-def test_the_pages_state_the_simulated_figures_of_battery_and_motors():
+def test_the_docs_state_the_default_parameters_of_battery_motors_tires_and_chassis():
     battery = BatteryConfig()
     levels = f"Below {battery.brownout_voltage} V"
     says(

@@ -155,7 +155,7 @@ def test_every_output_has_the_same_figures_of_each_robot(told):
     lowest = f"{data['min_battery_v']:.2f} V"
     assert page.facts["lowest battery voltage, robot 0"] == lowest
     assert cells(told.console, "lowest battery")[0].partition(";")[0] == lowest
-    assert int(page.facts.get("brown-outs, robot 0", 0)) == data["brownouts"] == end.integers["Sim/Debug/Brownouts"]
+    assert int(page.facts.get("brownouts, robot 0", 0)) == data["brownouts"] == end.integers["Sim/Debug/Brownouts"]
     for number in range(6):
         prefix = "Sim" if number == 0 else f"Sim/Robots/{number}"
         volts = page.curve("Battery, by robot", str(number))[1]

@@ -146,7 +146,7 @@ def test_a_robot_that_changes_sides_stands_next_to_a_robot_at_its_start(engine, 
 
 
 @PUT_ENGINES
-def test_all_robots_can_change_sides_at_once(engine, caplog):
+def test_two_robots_can_swap_alliances_in_the_same_tick(engine, caplog):
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0), RobotEntry(alliance="red", preload=0)], engine=engine) as match:
         before = [robot.chassis.pose for robot in match.robots]

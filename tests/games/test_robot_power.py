@@ -95,7 +95,7 @@ def test_any_robot_accelerates_at_full_voltage_and_logs_its_brownouts(limits, ba
     lowest = min(snapshot.doubles["Sim/Debug/BatteryVoltageMin"] for snapshot in log.snapshots)
     low_ticks = [snapshot.booleans["Sim/Debug/BrownedOut"] for snapshot in log.snapshots]
     assert lowest == pytest.approx(spent.min_voltage, abs=5e-4)  # telemetry rounds to 1 mV
-    said = [record.getMessage() for record in caplog.records if "brown-out" in record.getMessage()]
+    said = [record.getMessage() for record in caplog.records if "brownout" in record.getMessage()]
     if not has_brownouts:
         assert spent.brownouts == 0 and not any(low_ticks) and lowest > 6.75 and said == []
         return
@@ -106,9 +106,9 @@ def test_any_robot_accelerates_at_full_voltage_and_logs_its_brownouts(limits, ba
     assert spent.off_time == pytest.approx(0.02 * spent.brownouts, abs=0.02)
     assert sum(low_ticks) >= spent.brownouts > 3
     begin, end = said
-    assert begin.startswith("robot 0: brown-out at 0.0 s: ") and ", drive " in begin and "7.5 V are back" in begin
+    assert begin.startswith("robot 0: brownout at 0.0 s: ") and ", drive " in begin and "7.5 V are back" in begin
     assert end == (
-        f"robot 0: {spent.brownouts} brown-outs in this run, {spent.off_time:.2f} s without motors; "
+        f"robot 0: {spent.brownouts} brownouts in this run, {spent.off_time:.2f} s without motors; "
         f"lowest {lowest:.1f} V"
     )
 
@@ -157,7 +157,7 @@ def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
         match.play(1.0)
         assert np.isfinite(match.robots[0].chassis.pose).all() and drive.bus_voltage > 12.0
     begin, end = [record.getMessage() for record in caplog.records if "robot 0: " in record.getMessage()]
-    assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
+    assert begin.startswith("robot 0: brownout at 0.0 s: ") and "drive " in begin and "25 brownouts" in end
 
 
 def test_a_custom_field_mesh_needs_no_built_in_names(tmp_path: Path):

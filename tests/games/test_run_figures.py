@@ -103,7 +103,7 @@ def of_page(path: Path) -> Figures:
         taken=taken,
         driven=facts["driven"].split()[0],
         volts=facts["lowest battery voltage"].split()[0],
-        brownouts=int(facts.get("brown-outs", 0)),
+        brownouts=int(facts.get("brownouts", 0)),
     )
 
 
@@ -172,7 +172,7 @@ def of_report(report) -> dict[str, Figures]:
         taken=number(r"taken in\D+(\d+)", text),
         driven=re.search(r"distance driven\D+([\d.]+) m", text)[1],
         volts=re.search(r"lowest battery\D+([\d.]+) V", text)[1],
-        brownouts=number(r"(\d+) brown-outs", text),
+        brownouts=number(r"(\d+) brownouts", text),
     )
     data = json.loads(report.to_json())
     told = Figures(

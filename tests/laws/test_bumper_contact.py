@@ -385,7 +385,7 @@ def test_a_robot_that_coasts_up_a_bump_returns_at_nearly_its_speed(speed):
 # --- tilted robots ----------------------------------------------------------------------------------------------------
 
 
-def test_a_wall_above_the_bumpers_stops_the_frame():
+def test_a_bar_above_the_bumpers_stops_the_frame():
     """A bar at 0.4 m passes over bumpers of 0.25 m and meets a frame of 0.5 m; the robot leans back until it balances.
 
     The rear wheels then push with W tan b, where b is the angle from the bar to the rear wheels: about 12 degrees.

@@ -229,7 +229,7 @@ def test_a_full_placer_takes_no_second_piece(bare):
 # --- shooter --------------------------------------------------------------------------------------------------------
 
 
-def test_a_shot_ends_its_first_tick_at_the_position_for_its_scheduled_time(bare):
+def test_a_shot_fired_mid_tick_flies_only_for_the_rest_of_the_tick(bare):
     """Shots 0.25 s apart leave 0 or 10 ms into a tick; both are on the parabola from the muzzle."""
     one = bare.robots[0]
     bare.pieces.hold(slots := bare.pieces.stage("Ball", 2), 0)

@@ -115,7 +115,7 @@ def test_an_unmatched_drivable_pattern_lists_the_elements():
         world.add_field([plate], drivable=["blue_bmp_*"])
 
 
-def test_drivable_elements_have_friction_for_pieces_but_not_for_robots():
+def test_carpet_friction_slows_pieces_but_not_robot_bodies():
     """A robot's grip comes from its tires alone; the carpet slows a piece."""
     with PhysicsWorld(floor=CARPET) as world:
         robot = world.add_robot_body(

@@ -144,7 +144,7 @@ def test_a_timeout_of_the_program_keeps_the_written_drivetrain_table(project, ca
 
 
 @pytest.mark.parametrize(("keys", "shown"), [([], 0), (["real", "serial_number"], 2)])
-def test_keys_that_satisfy_a_check_in_the_program_are_written_as_comments(tmp_path, keys, shown):
+def test_keys_for_is_real_and_serial_number_calls_in_the_program_are_commented_out(tmp_path, keys, shown):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"answering_keys": keys}))
     assert len(re.findall(r"^# (?:real = false|serial_number = ).*", path.read_text(), re.MULTILINE)) == shown

@@ -84,13 +84,13 @@ def test_without_a_game_only_the_robot_is_checked():
     assert found(with_intake(z_max=0.05), game=None) == []
 
 
-def test_a_piece_leaves_at_the_free_speed_of_the_rims_times_the_efficiency():
+def test_the_top_exit_speed_is_rim_speed_at_motor_free_speed_times_efficiency():
     speed = ROBOT.mechanisms["shooter"].gearbox.free_speed(12.0) * 0.05 * 0.49
     assert top_exit_speed(ROBOT.shooters[0], ROBOT) == pytest.approx(speed)
     assert elevations(ROBOT.shooters[0], ROBOT) == pytest.approx((math.radians(45.0), math.radians(90.0)))
 
 
-def test_a_different_gearing_and_an_endless_spin_up_are_reported():
+def test_a_gearing_mismatch_and_an_implausibly_slow_spin_up_are_reported():
     rack = ROBOT.mechanisms["intake_deploy"]
 
     def said(config=rack, **code):

@@ -63,7 +63,7 @@ def test_frames_contain_the_positions_of_pieces_and_robots_and_the_estimated_pos
         assert rows[PIECES, 3] == 3.0 and rows[PIECES, :2] == pytest.approx(HELD, abs=6e-4), "in robot 0's frame"
 
 
-def test_a_box_has_its_attitude_and_pieces_without_ids_are_identified_by_row(tmp_path: Path) -> None:
+def test_the_page_contains_box_attitudes_and_identifies_pieces_without_ids_by_row(tmp_path: Path) -> None:
     crate = PieceLook(size=(0.6, 0.2, 0.3), color="#11aaee")
     rows = np.zeros((2, 7))
     rows[:, :3] = (2.0, 1.0, 0.15), (6.0, 3.5, 0.15)

@@ -106,7 +106,7 @@ def test_events_and_board_show_modes_scores_shots_fouls_and_faults() -> None:
         (0.32, "foul", "G7"),
         (0.32, "slip", "tires slide for 0.08 s"),
         (0.4, "flying", "shot"),  # not yet a hit
-        (0.52, "brown-out", "brown-out"),
+        (0.52, "brownout", "brownout"),
         (0.56, "mode", "teleop"),
         (0.6, "flying", "shot"),
     ]

@@ -134,7 +134,7 @@ def test_held_pieces_are_written_less_often_and_all_last_values_at_the_end(tmp_p
     assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/NewestShots"]) == 260
 
 
-def test_times_beyond_the_short_form_of_a_record_are_read_back(tmp_path: Path) -> None:
+def test_timestamps_longer_than_four_bytes_are_read_back(tmp_path: Path) -> None:
     """Four bytes of microseconds are 71.6 minutes."""
     times = (4294.96, 4294.98, 5000.0)
     rows = [Snapshot(time=time, tick=k, doubles={"x": time}) for k, time in enumerate(times)]

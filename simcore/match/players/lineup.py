@@ -1,4 +1,4 @@
-"""Line-ups of whole matches: parsing of the text, robot entries, and controllers of the players."""
+"""Lineups of full matches: parse the players, build the robot entries, set the controllers, and play the match."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ __all__ = [
 ]
 
 ME = "me"
-"""Word for the user's robot in a line-up. This robot has no role."""
+"""Word for the user's robot in a lineup. This robot has no role."""
 _LEVEL = 2
 """Default skill level of a scripted player."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """Place of a robot in a line-up: alliance, role and skill level."""
+    """Place of a robot in a lineup: alliance, role and skill level."""
 
     alliance: Alliance
     role: str
@@ -80,7 +80,7 @@ def read_player(game: Game, text: str) -> tuple[str, int]:
 
 
 def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
-    """Parse a line-up and return the seat of each robot, in order of robot number.
+    """Parse a lineup and return the seat of each robot, in order of robot number.
 
     Robot 0 is `me`, followed by the other robots of the same alliance. Without `me`, the blue robots come first.
 
@@ -116,7 +116,10 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
 
 
 def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None) -> tuple[RobotEntry, ...]:
-    """Return the robot entries of a match with the configs of the roles; the config of `ME` is `robot`."""
+    """Return one robot entry per seat, in order, with the config of the seat's role.
+
+    The entry for `ME` gets the config `robot`. A config of None selects the game's default robot.
+    """
     return tuple(
         RobotEntry(alliance=seat.alliance, config=robot if role is None else role.config and role.config())
         for seat in seats

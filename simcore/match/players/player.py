@@ -519,10 +519,11 @@ class Player(ScriptedRobot):
         yield
 
     def shake_off(self) -> Steps:
-        """Drive toward the lower side of a tilted robot, off a piece under the raised side, for up to 4 s.
+        """Drive a tilted robot toward its lower side, off the piece under the raised side, for up to 4 s.
 
-        The direction changes at random every 0.6 s. A piece under a robot rolls half as far as the robot moves, so the
-        piece is free after two robot lengths.
+        Every 0.6 s the robot picks a direction at random within 1.2 rad of the lower side; the first direction is
+        straight toward the lower side. A piece under a robot rolls half as far as the robot moves, so the piece is free
+        after two robot lengths.
         """
         aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):

@@ -195,7 +195,7 @@ class _Counter:
 
     @property
     def factor(self) -> float:
-        """Sensor turns per turn of the modelled shaft [-]."""
+        """Correction of the sensor's scale for a guessed gearing or wheel radius [-]; 1 without a correction."""
         return 1.0 if self.way is None else self.way.factor
 
     def _count(self, turned: float) -> float:

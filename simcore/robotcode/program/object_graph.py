@@ -209,7 +209,7 @@ def is_foreign(cls: type, *, containers: bool = False) -> bool:
 
 @cache
 def _builds_motors(package: str) -> bool:
-    """Return whether an installed package, such as a team's shared library, refers to a class of a maker's package."""
+    """Return whether an installed package, such as a team's shared library, imports anything from a vendor library."""
     if package in _MAKERS:
         return False
     for name, module in list(sys.modules.items()):

@@ -6,9 +6,9 @@ The module works in three steps:
    during the import: at the top of robot.py, in class bodies and in other modules.
 2. `attach` adds a `PhysicsHook` to the robot class before the program builds the robot.
 3. The hook builds the physics in the robot's simulationInit and advances the physics in each simulationPeriodic. A
-   WPILib loop calls robotPeriodic, the before-callbacks, simulationPeriodic and the after-callbacks, in this order.
-   TimedRobot, MagicBot and PyKit's LoggedRobot call the simulation hooks. `attach` rejects a robot class without
-   simulation hooks.
+   WPILib loop calls robotPeriodic, the HAL's SimPeriodicBefore callbacks, simulationPeriodic and the HAL's
+   SimPeriodicAfter callbacks, in this order. TimedRobot, MagicRobot and PyKit's LoggedRobot call the simulation
+   hooks. `attach` rejects a robot class without simulation hooks.
 
 RobotPy loads this module as the extension `simcore` for every `robotpy` command, and silently skips an extension that
 fails to import. The module therefore imports only the standard library and `simcore.errors` until simcore is needed.

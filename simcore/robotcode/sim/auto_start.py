@@ -145,10 +145,11 @@ class AutoStart:
     # --- internals ----------------------------------------------------------------------------------------------------
 
     def _note_mode(self) -> None:
-        """Open the time window for pose resets when autonomous begins.
+        """Place the robot, or open the time window for pose resets, when autonomous begins.
 
-        The window closes after 0.5 s, when the robot moves, or when autonomous ends. A pose from the test or from the
-        file keeps the window closed.
+        A pose from the test keeps the robot in place and the window closed. Otherwise, if the file has a start pose for
+        the chosen auto, the method places the robot at this pose and keeps the window closed. An open window closes
+        after 0.5 s, when the robot moves, or when autonomous ends.
         """
         is_auto = RobotState.is_autonomous_enabled()
         if not is_auto:

@@ -1,4 +1,4 @@
-"""Electrical readings for robot code: roboRIO voltage, user rails and brown-out, and power distribution currents.
+"""Electrical readings for robot code: roboRIO voltage, user rails and brownout, and power distribution currents.
 
 A robot program does not define the power distribution channel of each motor. This module therefore assigns the channels
 in a fixed order: drive motors, steer motors, mechanisms. The total current is correct for any wiring.
@@ -28,12 +28,12 @@ _LOOK = 50  # number of ticks between two checks for new panels
 
 
 class RoboRioPower:
-    """Simulated roboRIO power: voltage, rails and brown-out in WPILib's `RobotController` follow a battery.
+    """Simulated roboRIO power: voltage, rails and brownout in WPILib's `RobotController` follow a battery.
 
-    In a brown-out, a roboRIO disables the outputs and the 6 V, 5 V and 3.3 V user rails, and counts a fault for each
+    In a brownout, a roboRIO disables the outputs and the 6 V, 5 V and 3.3 V user rails, and counts a fault for each
     rail (`RobotController.getEnabled6V()`, `getFaultCount6V()`). The counts include faults between two 20 ms loops. In
     the simulated HAL (2026.2), `RobotController.isBrownedOut()` is always False. This class therefore replaces the
-    method to return the battery's state. `setBrownoutVoltage` of a roboRIO 2 sets the battery's brown-out voltage.
+    method to return the battery's state. `setBrownoutVoltage` of a roboRIO 2 sets the battery's brownout voltage.
 
     Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
 
@@ -52,7 +52,7 @@ class RoboRioPower:
         self.show_voltage()
 
     def show_voltage(self) -> None:
-        """Write the input voltage and current, and apply robot code's brown-out voltage to the battery.
+        """Write the input voltage and current, and apply robot code's brownout voltage to the battery.
 
         Call this method at least once per loop.
         """
@@ -64,7 +64,7 @@ class RoboRioPower:
             self._follow_level(level)
 
     def show_rails(self) -> None:
-        """Switch the user rails off or on and write the fault counts if a brown-out has started or ended."""
+        """Switch the user rails off or on and write the fault counts if a brownout has started or ended."""
         is_low = self._battery.browned_out
         if is_low == self._is_low:
             return
@@ -74,7 +74,7 @@ class RoboRioPower:
             count(self._battery.brownouts)
 
     def _follow_level(self, level: float) -> None:
-        """Set the battery's brown-out voltage [V], and raise the recovery voltage to at least this voltage."""
+        """Set the battery's brownout voltage [V], and raise the recovery voltage to at least this voltage."""
         self._level = level
         config = self._battery.config
         recovered = max(config.recovered_voltage, level)

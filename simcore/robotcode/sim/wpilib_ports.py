@@ -207,8 +207,8 @@ def _port_of(encoder: Any) -> tuple[str, int]:
 class WPILibGyroPort:
     """Port that writes an `ADXRS450_Gyro` or `AnalogGyro` in degrees, clockwise positive.
 
-    The port also makes robot code's `reset()` zero the reading. The next `write` overwrites a value from another
-    simulation.
+    The port also makes robot code's `reset()` zero the reading. If other simulation code sets the gyro, the value lasts
+    only until the port's next `write`.
 
     Args:
         gyro: Robot code's gyro.

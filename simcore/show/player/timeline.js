@@ -4,7 +4,7 @@ import { make } from "./dom.js";
 import { ink } from "./top.js";
 
 export const MARKS = { mode: "\u25b6", put: "\u21e9", hit: "\u25cf", miss: "\u2715", pass: "\u2192", flying: "\u25cb", score: "+", slip: "\u2248",
-  bump: "\u25b2", "brown-out": "\u25bc", foul: "\u25c6", placed: "\u25a3" };
+  bump: "\u25b2", brownout: "\u25bc", foul: "\u25c6", placed: "\u25a3" };
 const SHOTS = ["hit", "miss", "pass", "flying"], QUIET = ["mode", "score", ...SHOTS];
 const BAND = 17, TICKS = 26, GLYPHS = 15, SCALE = 14;  // [px]
 const NEAR = 5;  // [px]

@@ -57,7 +57,7 @@ def test_the_error_names_a_device_that_does_not_answer(bench):
         is_configured_clockwise(device)
 
 
-def test_default_friction_stops_an_undriven_guessed_mechanism(bench):
+def test_default_friction_stops_a_coasting_mechanism(bench):
     """Without kS, friction is 0.2 V: from 12 V it coasts (12 - 0.2) / 0.2 times its time constant of 50 ms: 3 s."""
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 

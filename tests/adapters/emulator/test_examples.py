@@ -73,7 +73,7 @@ def test_velocity_closed_loops_hold_their_speed_in_volts_and_in_amperes(bench):
     assert talon.get_torque_current().value == 0.0
 
 
-def test_position_closed_loops_reach_their_setpoint_in_volts_and_in_amperes(bench):
+def test_position_loops_reach_setpoints_with_voltage_and_torque_current_output(bench):
     """PositionClosedLoop: go to ten turns, then brake with StaticBrake."""
     from phoenix6 import configs, controls
 

@@ -1,4 +1,4 @@
-"""Line-ups as typed by users: players, alliances and refusals."""
+"""Lineups as typed by users: players, alliances and refusals."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -280,7 +280,11 @@ def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return the leader's model and address, or None without a follower request, and whether the device is opposed."""
+    """Return the leader's model and address, and whether the device turns opposite to the leader.
+
+    The first value is None without a follower request. The function assumes that the leader is the same model as the
+    device.
+    """
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"

@@ -74,7 +74,7 @@ class PhotonProgram:
     version: int = 0
     """Number of changes so far to the recorded objects, their transforms and their cameras."""
     dropped: int = 0
-    """Number of dropped frames of the program's own simulation."""
+    """Number of frames from the program's own simulation that simcore has dropped."""
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
