@@ -60,7 +60,7 @@ def _in_auto(places: FloatArray) -> BoolArray:
 
 
 def _counts(player: Player, ahead: float = 0.0) -> bool:
-    """Return whether fuel that the player shoots in `ahead` [s] will count."""
+    """Return whether fuel will count if the player shoots it after a time `ahead` [s]."""
     rules = player.match.rules
     assert isinstance(rules, RebuiltRules)
     return rules.is_active(player.alliance, player.time + ahead + _FLIGHT)

@@ -118,7 +118,7 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
 
 @inner
 def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
-    """Return the bus voltage in balance with the motors' current: V = V_open - R (I_other + I_motors(V)) [V].
+    """Return the bus voltage at which battery and motor currents balance: V = V_open - R (I_other + I_motors(V)) [V].
 
     Four stalled motors in parallel have less resistance than the battery. An explicit solution, with the current of the
     last step, would therefore ring between 0 and 13 V. Newton's method starts from the last bus voltage and needs one

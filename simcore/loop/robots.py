@@ -126,8 +126,8 @@ def advance_robots(
 def _pull_plates(bodies, h):
     """Apply the angular acceleration of the engine's last step to the bodies (plates) that carry robots.
 
-    Without this acceleration, the wheel loads would turn a plate at rest in each step. Robots on the plate would then
-    creep at 0.3 mm/s, 5 cm above the hinge.
+    Without this acceleration, the wheel loads would turn a plate at rest in each step. Robots on a plate 5 cm above its
+    hinge would then creep at 0.3 mm/s.
     """
     for b in range(len(bodies)):
         if bodies[b].model.carries:

@@ -286,9 +286,10 @@ def reaches_into(robot: Robot, other: Robot) -> bool:
 
 
 def _reaching_out(robot: Robot) -> list[FloatArray]:
-    """Return the outline of each active intake that extends past the bumpers, field frame [m], shape (n, 2).
+    """Return the outline of each active intake that extends past the front or rear bumper, field frame [m].
 
-    An outline contains only the part of the intake outside of the bumpers.
+    An outline contains only the part of the zone outside of the bumpers, shape (4, 2). For an intake on a moving part,
+    the outline is the center of the zone, shape (1, 2).
     """
     (px, py, yaw), outlines = robot.chassis.pose, []
     c, s, half = math.cos(yaw), math.sin(yaw), 0.5 * robot.chassis.config.bumper_length

@@ -192,7 +192,7 @@ class RobotRecord:
         self.distance = 0.0
         """Distance driven since the start of the run, without moves by the drive team [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
-        """Placements in order, the start first."""
+        """Placements of the robot in order of time, with the start pose as the first."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:

@@ -554,7 +554,7 @@ class GamePieceManager:
 
     @property
     def in_contact(self) -> IntArray:
-        """Slots of the awake pieces with a contact, that is, without pieces in flight."""
+        """Slots of the awake pieces that touch something. Pieces in flight are not among them."""
         slots: IntArray = (self.state.status == _AWAKE).nonzero()[0]
         return slots
 
@@ -596,7 +596,7 @@ class GamePieceManager:
 
     @property
     def size(self) -> FloatArray:
-        """Ratio of each piece's diameter to the diameter of the kind, by slot [-], shape (n,)."""
+        """Ratio of each piece's diameter to the nominal diameter of its kind, by slot [-], shape (n,)."""
         return self._pool.size
 
     def air_of(self, slot: int) -> AirFactors:

@@ -261,7 +261,9 @@ class ChassisSimulation:
         return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
-        """Return the radius of a circle around the origin, in plan view, that the bumpers stay inside for `dt` [m].
+        """Return the radius [m], in plan view, around the present origin within which the bumpers stay for `dt`.
+
+        The method assumes the present speed.
 
         Args:
             dt: Duration from now [s].

@@ -89,7 +89,7 @@ def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
 
 
 def packed(content: bytes) -> str:
-    """Compress bytes by gzip, reproducibly, and encode the result in base64 for the player's `inflate`."""
+    """Compress bytes reproducibly with gzip, and encode the result in base64 for the player's `inflate`."""
     return base64.b64encode(gzip.compress(content, 7, mtime=0)).decode("ascii")
 
 

@@ -113,7 +113,7 @@ def chart(
 
 
 def share(value: float, low: float, high: float, text: str) -> dict[str, object]:
-    """Return a block with a bar for a fraction from 0 to 1, the interval from `low` to `high`, and a text below."""
+    """Return a block with a bar for `value` (0 to 1), a confidence interval from `low` to `high`, and a text below."""
     return {"kind": "share", "value": value, "low": low, "high": high, "text": text}
 
 

@@ -117,7 +117,7 @@ def sentence_of(error: BaseException) -> str:
 
 @lru_cache(maxsize=4)
 def setup_of(experiment: Experiment) -> RunSetup:
-    """Return the setup of an experiment's runs without the factor values.
+    """Return the setup that an experiment's runs share, before the factor values are applied.
 
     Raises:
         SimcoreError: If the game, auto or robot does not exist.

@@ -77,7 +77,10 @@ class ShotBand:
 
 
 def _grid(task: ShotTask) -> FloatArray:
-    """Return the elevations of the grid [rad], shape (n,): the shooter's range and a margin at both ends."""
+    """Return the elevations of the grid [rad], shape (n,): the shooter's range and a margin at both ends.
+
+    All elevations are above 0 and below pi / 2.
+    """
     low, high = task.elevations
     spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
     count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)

@@ -36,7 +36,10 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 
 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check after each tick that no piece is lost or created, and that robots hold all pieces counted as held."""
+    """Check after each tick of an auto that no piece is lost or created.
+
+    The check also compares the number of pieces in robots with the number that the match counts as held.
+    """
 
     def check(match: Match) -> None:
         count = match.count

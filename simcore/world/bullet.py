@@ -234,7 +234,7 @@ class BulletEngine(Engine):
         return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Connect a body to a new static without collisions at the pivot.
+        """Hang a body by a point joint at the pivot on a new static that collides with nothing.
 
         The static is necessary because PyBullet has no point joint to the world.
         """

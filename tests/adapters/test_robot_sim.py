@@ -18,7 +18,7 @@ FIRST = str(ROOT / "examples" / "first_robot")
 PLAIN = str(Path(__file__).parent / "robots" / "plain")
 
 
-def test_the_example_auto_drives_takes_fuel_in_and_scores(scenario):
+def test_the_robot_drives_intakes_and_scores_in_the_example_auto(scenario):
     """The robot scores 8 preloaded fuel and fuel from the depot, all for its own alliance."""
     run = scenario("robot_sim", EXAMPLE, "auto", "red")
     assert run["distance"] > 3.0 and run["odometry_error"] < 0.03 * run["distance"]

@@ -35,7 +35,7 @@ def test_a_given_speed_has_a_high_and_a_low_arc():
     assert (high.speed, low.speed) == pytest.approx((9.0, 9.0))
 
 
-def test_a_turning_robot_adds_the_velocity_of_its_muzzle():
+def test_the_muzzle_velocity_of_a_turning_robot_adds_to_the_shot():
     turning = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, yaw_rate=3.0, muzzle_offset=(0.2, 0.1, 0.5))
     driving = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, robot_velocity=(-0.3, 0.6, 0.0))
     assert astuple(turning) == pytest.approx(astuple(driving))

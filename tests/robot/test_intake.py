@@ -41,7 +41,7 @@ def mechanism(position=0.0, velocity=0.0, stops=(0.0, 10.0)):
     return SimpleNamespace(position=position, velocity=velocity, stops=stops)
 
 
-def test_an_intake_takes_pieces_while_deployed_with_its_roller_turning():
+def test_an_intake_takes_pieces_while_deployed_with_its_roller_turning_inward():
     roller, slide = mechanism(), mechanism()
     config = IntakeConfig(zone=ZONE, roller="roller", deploy="slide")
     intake = Intake(config, {"roller": roller, "slide": slide})

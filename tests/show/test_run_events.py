@@ -54,7 +54,7 @@ def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-def test_boards_change_only_at_the_rows_that_the_search_finds(robots):
+def test_the_changing_rows_alone_give_the_same_boards_as_all_snapshots(robots):
     """These rows alone give the same boards as all snapshots."""
     looks = [RobotLook(prefix=prefix, bumpers=(0.8, 0.8)) for prefix in ("Sim", "Sim/Robots/1")[:robots]]
     scene = Scene(field_size=(16.0, 8.0), robots=looks, levels=[LEVEL])

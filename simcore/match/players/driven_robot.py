@@ -63,7 +63,7 @@ class DriverControls:
     A script runs while the driver holds the button.
     """
     rest: Callable[[ScriptedRobot], None] = lambda robot: None
-    """Function that sets the commands of the mechanisms for the time without an action.
+    """Function that sets the commands of the mechanisms while no action runs.
 
     The controller calls the function at the start and after each action.
     """

@@ -152,7 +152,7 @@ def always(answer: Any) -> Callable[..., Any]:
 
 
 class Held:
-    """Python object in place of the ctypes pointer that a callback receives, with the target in `contents`."""
+    """Stand-in for the ctypes pointer that a callback receives; `contents` is the Python object."""
 
     __slots__ = ("contents",)
 

@@ -65,7 +65,7 @@ class _SimDeviceCopies:
                 setattr(cls, attribute, _nothing)
 
     def on(self) -> None:
-        """Restore the library methods that copy device state."""
+        """Turn copying on again by restoring the library's methods."""
         for cls, attribute, method in self._saved:
             setattr(cls, attribute, method)
         self._saved.clear()

@@ -86,7 +86,7 @@ class GyroPort(Protocol):
 
 
 class MotorDevices(Protocol):
-    """Connection of devices to a mechanism, such as `TalonFXMotorSim`; may have `run` as in `MotorPort`."""
+    """Connection of devices to a mechanism, such as `TalonFXMotorSim`; may have a method `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
         """Set the controllers' supply [V], and pass their output to the mechanism, which coasts unless `powered`."""

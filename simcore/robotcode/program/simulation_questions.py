@@ -42,7 +42,7 @@ def simulation_code(code: types.CodeType) -> bool:
 
 
 def place_of_question() -> str:
-    """Return file and line of the program's first `isReal` or `isSimulation` call, or an empty string."""
+    """Return file and line of the program's first `isReal` or `isSimulation` call; empty without such a call."""
     return next(iter(_asked.values()), "")
 
 

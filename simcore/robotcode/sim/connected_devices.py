@@ -1,9 +1,9 @@
 """Exchange of motor voltages and sensor readings between robot code's devices and one robot of a match.
 
 The robot reads the controllers before each substep of at most 5 ms, because a steer loop overshoots if voltages are
-constant for 20 ms. In simulated time, the clock of the devices advances with the substeps, so a tick can be a single
-part. Engine, pieces and gyro keep their own steps. On the wall clock, a tick consists of parts of 5 ms, and the devices
-run between the parts.
+constant for 20 ms. Engine, pieces and gyro keep their own steps. In simulated time, the clock of the devices advances
+with the substeps, so `RobotPhysics` can run a tick in one part. On the wall clock, `RobotPhysics` divides a tick into
+parts of 5 ms, and the devices run between the parts.
 """
 
 from __future__ import annotations

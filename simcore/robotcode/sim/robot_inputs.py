@@ -52,7 +52,10 @@ class DriverStationLink:
         match.timer.follow_driver_station()
 
     def update(self) -> None:
-        """Copy mode and alliance to the match, and match time and game data to robot code, at the end of a tick."""
+        """Copy mode and alliance to the match, and match time and game data to robot code, at the end of a tick.
+
+        With an FMS attached, the method does not write match time and game data.
+        """
         self._follow_alliance()
         is_enabled = RobotState.is_enabled()
         self._match.timer.set_enabled(is_enabled)

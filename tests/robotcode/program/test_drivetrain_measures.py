@@ -174,7 +174,7 @@ def test_an_implausible_distance_per_motor_turn_is_reported(tmp_path):
         assert f"{5676 / 60 * way:.3g} m/s at its free speed" in text and "circumference" in text
 
 
-def test_wheel_turns_are_not_taken_as_meters(tmp_path):
+def test_a_conversion_factor_to_wheel_turns_is_not_read_as_meters(tmp_path):
     """1 / 8.45 m a turn would be 11 m/s; nothing is reported for a tank drive, whose odometry may multiply."""
     way = {"meters_per_rotor_turn": Measure(1.0 / 8.45, "conversion factor")}
     sides = tuple(FoundWheel(name=n, place=(0.0, y), motors=(SPARK,)) for n, y in (("left", 0.3), ("right", -0.3)))

@@ -337,7 +337,7 @@ class Pigeon2Sim:
             yaw: Yaw since power-on, continuous over turns [rad].
             pitch: Pitch, nose down positive as in WPILib [rad].
             roll: Roll [rad].
-            rates: Angular velocity about the robot's x, y and z axes [rad/s], shape (3,).
+            rates: Angular velocity about the robot's x, y and z axes [rad/s], shape (3,); limited to +-2047 deg/s.
         """
         goal = math.degrees(yaw)
         while abs(goal - self._yaw_deg) > _MAX_TURN_DEG:

@@ -137,7 +137,10 @@ class TalonPort(MotorPort):
         return self._is_open
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Write the modelled volts [V] and current [A]; no effect on CTRE's own simulation, which has its own model."""
+        """Write the modelled voltage [V] and current [A].
+
+        The method has no effect on CTRE's own simulation, which has its own model.
+        """
         if self._show is not None:
             self._show(volts, amps)
 

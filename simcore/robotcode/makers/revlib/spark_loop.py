@@ -55,7 +55,10 @@ class MotionLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlotGains:
-    """Gains of one closed-loop slot in robot code's units; outputs are duty cycles, feedforward is in volts."""
+    """Gains of one closed-loop slot in robot code's units.
+
+    The output of PID is a duty cycle, and the output of feedforward is a voltage [V].
+    """
 
     p: float = 0.0
     i: float = 0.0
