@@ -354,7 +354,7 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     quat = body.quat
     mass = body.model.mass
     inertia = body.model.inertia
-    high = body.model.center[2]
+    high = _height_above_contacts(fleet, robot, body)
     robot.plan_mass[0] = 1.0 / (1.0 / mass + high * high / inertia[1])
     robot.plan_mass[1] = 1.0 / (1.0 / mass + high * high / inertia[0])
     ground_x, ground_y, ground_turn = _ground_velocity(fleet, robot, bodies)
@@ -411,6 +411,24 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     mx, my, mz = rotate_back(quat, mx, my, mz)
     wz += ground_turn
     return wx + h * mx / inertia[0], wy + h * my / inertia[1], wz + h * mz / inertia[2]
+
+
+@inner
+def _height_above_contacts(fleet, robot, body):
+    """Return the height of a robot's center of mass above the wheels' contacts, along the robot's z axis [m].
+
+    The function weights the contacts by load. A wheel of radius R on a robot that is tilted by an angle t touches the
+    ground R (1 - cos t) above the robot's origin. A tire at the origin's height would do work on a tipping robot.
+    """
+    total = 0.0
+    high = 0.0
+    for k in range(robot.model.last_wheel - robot.model.first_wheel):
+        point = fleet.points[robot.model.first_point + k]
+        if point.load > 0.0:
+            _, _, z = rotate_back(body.quat, point.arm[0], point.arm[1], point.arm[2])
+            high -= point.load * z
+            total += point.load
+    return high / total if total > 0.0 else body.model.center[2]
 
 
 @inner

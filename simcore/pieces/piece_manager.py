@@ -22,8 +22,8 @@ from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.quantities import COUNT, FORCE, Quantity, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
-from simcore.world.rotation import IDENTITY, Quaternion, Vector
-from simcore.world.shapes import Box, Compound, Shape, Sphere, parts_of
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, rotate
+from simcore.world.shapes import Box, Compound, Shape, Sphere, bounding_box, parts_of
 from simcore.world.world import PhysicsWorld
 
 __all__ = ["Footprint", "GamePieceManager"]
@@ -310,6 +310,18 @@ class GamePieceManager:
         else:
             self._leaving[slot] = robot
             self._world.set_piece_touchable(self._pool.rows[slot], True, robots=False)
+
+    def _leave_robot_around(self, slot: int, shape: Shape, pos: Sequence[float], quat: Quaternion) -> None:
+        """Ignore contact of a piece that is not a ball with the robot that contains the piece, until the piece is out.
+
+        The engine would throw piece and robot apart.
+        """
+        half = 0.8 * bounding_box(shape)[1]
+        for offset in ((0.0, 0.0, 0.0), *np.diag(half).tolist(), *np.diag(-half).tolist()):
+            robot = self._world.robots.containing(np.add(pos, rotate(quat, offset)).tolist())
+            if robot >= 0:
+                self._leave(slot, robot)
+                return
 
     def _let_touch_robots(self) -> None:
         """Enable contacts with robots for pieces, other than balls, that have left the robot after the launch."""
@@ -807,6 +819,8 @@ class GamePieceManager:
             standing = abs(pos[2] - height) < 0.002 and (self._is_ball[slot] or config.stands_at(quat))
             self._wake_leaning(slot)
             self._pool.place(slot, (pos[0], pos[1], pos[2]), quat)
+            if not self._is_ball[slot]:
+                self._leave_robot_around(slot, config.shape, pos, quat)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
             self._is_shot[slot] = False

@@ -304,6 +304,18 @@ class RobotDynamics:
         touched: list[int] = robot["touches"][: robot["touched"]].tolist()
         return touched
 
+    def containing(self, place: Sequence[float]) -> int:
+        """Return the row of a robot whose bumpers or frame contain a point, field frame [m]; -1 for no robot."""
+        model = self._parts.taken["model"]
+        for row, number in self._number_of.items():
+            body = self._bodies.of(row)[0]
+            x, y, z = body["axes"].T @ (np.asarray(place) - body["pos"])
+            inside = (model["robot"] == number) & (model["bottom"] < z) & (z < model["top"])
+            inside &= np.abs(x - model["x"]) < model["half_length"]
+            if (inside & (np.abs(y - model["y"]) < model["half_width"])).any():
+                return row
+        return -1
+
     def wheel_gaps(self, number: int, count: int) -> list[float]:
         """Return the gap between each wheel of a robot and floor or field in the last step, negative in contact [m]."""
         first = int(self.robots["model"]["first_point"][number])
